@@ -1,0 +1,350 @@
+"""Rule bases: what fires, what it concludes, and what is said when nothing can be."""
+
+import math
+import time
+
+import pytest
+
+from tissuec.fuzzy.axis import Axis, OutOfRange
+from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical
+from tissuec.fuzzy.hedges import Power, Shift, hedged
+from tissuec.fuzzy.inference import Inference, NoRule
+from tissuec.fuzzy.operators import Operators
+from tissuec.fuzzy.piecewise import triangle
+from tissuec.fuzzy.rulebase import RuleBase
+from tissuec.fuzzy.rules import Conclusion, Quantity, Rule
+from tissuec.fuzzy.scale import evenly, shaped
+from tissuec.fuzzy.sets import Word
+
+UNIT = {
+    "hardness": ["soft", "medium", "hard"],
+    "elasticity": ["small", "medium", "big"],
+    "weight": ["low", "medium", "high"],
+    "shiftability": ["low", "medium", "high"],
+    "consistency": ["smooth", "slightly hard", "hard", "chapped"],
+}
+SCALES = {name: evenly(Axis(name, 0.0, 1.0), words) for name, words in UNIT.items()}
+SEVEN = ["very low", "low", "slightly low", "medium", "slightly high", "high", "very high"]
+SCALES |= {
+    "spring constant": evenly(Axis("spring constant", 2.0, 2000.0, log=True), SEVEN),
+    "viscosity": evenly(Axis("viscosity", 0.001, 1.0, log=True), ["low", "medium", "high"]),
+    "fraction force": evenly(Axis("fraction force", 0.05, 5.0, log=True), UNIT["weight"]),
+    "mass": shaped(
+        Axis("mass", 1e-6, 1e-4, log=True),
+        {
+            "low": triangle(1e-6, 1e-6, 1e-5),
+            "medium": triangle(1e-6, 1e-5, 1e-4),
+            "high": triangle(1e-5, 1e-4, 1e-4),
+        },
+    ),
+}
+VERY = Shift(0.5, "outward")
+
+
+def word(name, text, *hedges):
+    scale = SCALES[name]
+    return Word(text, hedged(hedges, scale.words[text], scale.axis))
+
+
+def fact(name, text, *hedges):
+    return SCALES[name].axis.value_of(word(name, text, *hedges).shape)
+
+
+def when(name, text, *hedges):
+    return Is(name, word(name, text, *hedges))
+
+
+def rule(condition, *, weight=1.0, **conclusions):
+    return Rule(
+        condition,
+        tuple(
+            Conclusion(name, word(name, text))
+            for name, text in ((n.replace("_", " "), t) for n, t in conclusions.items())
+        ),
+        weight,
+    )
+
+
+def base(*rules, operators=Operators(), otherwise=None):  # noqa: B008  (immutable)
+    return RuleBase(
+        {name: SCALES[name].axis for name in UNIT},
+        {
+            name: Quantity(scale.axis, (otherwise or {}).get(name))
+            for name, scale in SCALES.items()
+            if name not in UNIT
+        },
+        tuple(rules),
+        operators,
+    )
+
+
+PUBLISHED = [
+    rule(
+        And((when("hardness", "soft"), when("elasticity", "big"))),
+        spring_constant="low",
+    ),
+    rule(when("shiftability", "high"), spring_constant="very low", viscosity="high"),
+    rule(when("consistency", "chapped"), fraction_force="low", spring_constant="very high"),
+    rule(
+        when("consistency", "slightly hard"), spring_constant="slightly high", viscosity="low"
+    ),
+]
+OWN = [
+    rule(
+        And((when("hardness", "soft"), when("elasticity", "small"))),
+        spring_constant="slightly low",
+    ),
+    rule(
+        And((when("hardness", "soft"), when("elasticity", "medium"))),
+        spring_constant="slightly low",
+    ),
+    rule(when("hardness", "medium"), spring_constant="medium"),
+    rule(
+        And((when("hardness", "hard"), when("elasticity", "big"))),
+        spring_constant="slightly high",
+    ),
+    rule(
+        And((when("hardness", "hard"), Not(when("elasticity", "big")))),
+        spring_constant="high",
+    ),
+    rule(
+        And(
+            (
+                when("hardness", "hard", VERY),
+                Or((when("consistency", "hard"), when("consistency", "chapped"))),
+            )
+        ),
+        spring_constant="very high",
+    ),
+    rule(when("elasticity", "big"), fraction_force="high", viscosity="low", weight=0.5),
+    rule(when("elasticity", "small"), fraction_force="low"),
+    *(rule(when("weight", text), mass=text) for text in ("low", "medium", "high")),
+]
+
+
+def value(result):
+    assert isinstance(result, Inference)
+    return result.value
+
+
+def outer(count):
+    """Return how far the centre of the outer one of even words lies from its end of the range.
+
+    A shoulder with core 1 and foot 3 has its centre at (1 + 3 + 9) / (3 (1 + 3)) = 13/12.
+    """
+    return 13 / 12 / (2 * count)
+
+
+@pytest.mark.parametrize(
+    ("facts", "expected"),
+    [
+        ({"hardness": "soft", "elasticity": "big"}, {"spring constant": 2 * 1000 ** (3 / 14)}),
+        (
+            {"shiftability": "high"},
+            {
+                "spring constant": 2 * 1000 ** outer(7),
+                "viscosity": 0.001 * 1000 ** (1 - outer(3)),
+            },
+        ),
+        (
+            {"consistency": "chapped"},
+            {
+                "spring constant": 2 * 1000 ** (1 - outer(7)),
+                "fraction force": 0.05 * 100 ** outer(3),
+            },
+        ),
+        (
+            {"consistency": "slightly hard"},
+            {"spring constant": 2 * 1000 ** (9 / 14), "viscosity": 0.001 * 1000 ** outer(3)},
+        ),
+    ],
+)
+def test_each_published_rule_alone_concludes_the_centre_of_its_words(facts, expected):
+    told = base(*PUBLISHED).infer({name: fact(name, text) for name, text in facts.items()})
+    found = {
+        name: result.value for name, result in told.items() if isinstance(result, Inference)
+    }
+    assert found == pytest.approx(expected, rel=1e-13)  # exp of a logarithm near 8
+
+
+def test_every_answer_names_the_rules_that_fired_and_how_true_each_part_was():
+    told = base(*PUBLISHED, *OWN).infer(
+        {
+            "hardness": 0.4,
+            "elasticity": fact("elasticity", "big"),
+            "consistency": fact("consistency", "smooth"),
+            "shiftability": 0.0,
+            "weight": 0.5,
+        }
+    )
+    spring = told["spring constant"]
+    assert isinstance(spring, Inference)
+    assert [(f.rule, f.word) for f in spring.fired] == [(0, "low"), (6, "medium")]
+    assert [f.degree for f in spring.fired] == pytest.approx([0.3, 0.7])
+    assert [(a.property, a.word) for a in spring.fired[0].atoms] == [
+        ("hardness", "soft"),
+        ("elasticity", "big"),
+    ]
+    assert [a.degree for a in spring.fired[0].atoms] == pytest.approx([0.3, 1.0])
+    assert spring.source == "rules"
+    assert {f.rule for f in spring.silent} == {1, 2, 3, 4, 5, 7, 8, 9}
+
+
+def test_a_weight_multiplies_the_degree():
+    light = rule(when("elasticity", "big"), viscosity="low", weight=0.5)
+    (told,) = [base(light).infer({"elasticity": 0.7})["viscosity"]]
+    assert isinstance(told, Inference)
+    assert told.fired[0].degree == pytest.approx(0.5 * 0.6)
+
+
+def test_rules_that_conclude_one_word_count_once_with_the_larger_degree():
+    both = base(
+        rule(when("hardness", "soft"), viscosity="low"),
+        rule(when("elasticity", "small"), viscosity="low", weight=0.6),
+        rule(when("weight", "high"), viscosity="high"),
+    )
+    strong = base(
+        rule(when("hardness", "soft"), viscosity="low"),
+        rule(when("weight", "high"), viscosity="high"),
+    )
+    facts = {"hardness": 0.25, "elasticity": 0.1, "weight": 0.7}
+    for result in ("centre of gravity", "weighted mean"):
+        ways = Operators(result=result)
+        both_told, strong_told = (
+            value(RuleBase(b.properties, b.quantities, b.rules, ways).infer(facts)["viscosity"])
+            for b in (both, strong)
+        )
+        assert both_told == strong_told
+
+
+@pytest.mark.parametrize(
+    ("operators", "conjoined", "disjoined"),
+    [
+        (Operators(), 0.4, 0.7),
+        (Operators(conjunction="product", disjunction="probabilistic sum"), 0.28, 0.82),
+    ],
+)
+def test_the_joining_words_mean_what_the_operators_say(operators, conjoined, disjoined):
+    parts = (when("hardness", "soft"), when("elasticity", "big"))
+    facts = {"hardness": 0.5 - 0.4 / 3, "elasticity": 0.5 + 0.7 / 3}
+    for condition, degree in (
+        (And(parts), conjoined),
+        (Or(parts), disjoined),
+        (Not(And(parts)), 1 - conjoined),
+        (Not(Or(parts)), 1 - disjoined),
+    ):
+        told = base(rule(condition, viscosity="low"), operators=operators).infer(facts)
+        assert told["viscosity"].fired[0].degree == pytest.approx(degree)
+
+
+def test_a_power_hedge_acts_in_conditions_and_is_refused_in_conclusions():
+    squared = rule(when("hardness", "soft", Power(2.0)), viscosity="low")
+    told = base(squared).infer({"hardness": 0.5 - 0.4 / 3})["viscosity"]
+    assert told.fired[0].degree == pytest.approx(0.16)
+    wrong = Conclusion("viscosity", word("viscosity", "low", Power(2.0)))
+    with pytest.raises(ValueError, match="power hedge cannot be concluded"):
+        base(Rule(when("hardness", "soft"), (wrong,)))
+
+
+def test_where_no_rule_fires_the_fallback_stands_for_the_middle_of_its_core():
+    otherwise = {"viscosity": word("viscosity", "medium")}
+    facts = {"shiftability": 0.5, "consistency": fact("consistency", "smooth")}
+    told = base(*PUBLISHED, otherwise=otherwise).infer(facts)["viscosity"]
+    assert isinstance(told, Inference)
+    assert (told.source, told.fired) == ("otherwise", ())
+    assert told.value == pytest.approx(math.sqrt(0.001), rel=1e-14)
+    assert [f.rule for f in told.silent] == [1, 3]
+
+
+def test_where_nothing_can_be_said_the_answer_says_why():
+    told = base(*PUBLISHED).infer({"shiftability": 0.25})
+    force = told["fraction force"]
+    assert isinstance(force, NoRule)
+    assert force.missing == ("consistency",)
+    spring = told["spring constant"]
+    assert isinstance(spring, NoRule)
+    assert spring.missing == ("hardness", "elasticity", "consistency")
+    assert [(f.rule, f.degree, f.missing) for f in spring.silent] == [
+        (0, 0.0, ("hardness", "elasticity")),
+        (1, 0.0, ()),
+        (2, 0.0, ("consistency",)),
+        (3, 0.0, ("consistency",)),
+    ]
+    assert isinstance(told["mass"], NoRule)
+    assert told["mass"].silent == ()
+
+
+def test_a_rule_waits_for_every_property_it_names():
+    either = rule(Or((when("hardness", "soft"), when("elasticity", "big"))), viscosity="low")
+    told = base(either).infer({"hardness": fact("hardness", "soft")})["viscosity"]
+    assert isinstance(told, NoRule)
+    (silent,) = told.silent
+    assert [a.degree for a in silent.atoms] == [1.0, None]
+    assert told.missing == ("elasticity",)
+
+
+def test_facts_out_of_range_or_about_nothing_known_are_refused():
+    rules = base(*PUBLISHED)
+    for wrong in (1.2, -0.01, math.nan):
+        with pytest.raises(OutOfRange, match=r"hardness = .* is outside its range from 0 to 1"):
+            rules.infer({"hardness": wrong})
+    with pytest.raises(ValueError, match='"hardnes" is not a property'):
+        rules.infer({"hardnes": 0.5})
+
+
+def test_a_word_given_as_a_fact_wakes_no_neighbour_through_rounding():
+    axis = Axis("stiffness", 0.3, 70.0, log=True)
+    scale = evenly(axis, ["a", "b", "c", "d", "e", "f", "g"])
+    out = SCALES["viscosity"].axis
+    low = (Conclusion("viscosity", word("viscosity", "low")),)
+    rules = tuple(Rule(Is("stiffness", Word(w, s)), low) for w, s in scale.words.items())
+    system = RuleBase({"stiffness": axis}, {"viscosity": Quantity(out)}, rules)
+    for number, shape in enumerate(scale.words.values()):
+        told = system.infer({"stiffness": axis.value_of(shape)})["viscosity"]
+        assert [(f.rule, f.degree) for f in told.fired] == [(number, 1.0)]
+
+
+@pytest.mark.parametrize("weight", [0.0, -1.0, 1.5, math.nan])
+def test_a_weight_outside_0_to_1_is_refused(weight):
+    with pytest.raises(ValueError, match="weight"):
+        rule(when("hardness", "soft"), viscosity="low", weight=weight)
+
+
+def test_rules_must_be_about_what_is_declared():
+    soft, low = when("hardness", "soft"), word("viscosity", "low")
+    with pytest.raises(ValueError, match="needs a conclusion"):
+        Rule(soft, ())
+    with pytest.raises(ValueError, match='"glow" is not a quantity'):
+        base(Rule(soft, (Conclusion("glow", low),)))
+    with pytest.raises(ValueError, match='"smell" is not a property'):
+        base(Rule(Is("smell", soft.word), (Conclusion("viscosity", low),)))
+    with pytest.raises(ValueError, match="something to join"):
+        And(())
+    with pytest.raises(ValueError, match="conjunction must be one of: minimum, product"):
+        Operators(conjunction="average")  # type: ignore[arg-type]
+
+
+def test_conditions_that_differ_in_order_and_brackets_have_one_key():
+    a, b, c = when("hardness", "soft"), when("elasticity", "big"), when("weight", "low")
+    assert canonical(And((a, And((b, c))))) == canonical(And((c, b, a)))
+    assert canonical(Not(Not(Or((a, b))))) == canonical(Or((b, Or((a,)))))
+    assert canonical(And((a, Not(Not(And((b, c))))))) == canonical(And((a, b, c)))
+    assert canonical(And((a, b))) != canonical(Or((a, b)))
+    assert canonical(And((a, a))) != canonical(a)
+    assert canonical(Not(a)) != canonical(a)
+    spelled = Is("hardness", Word("SOFT", a.word.shape))
+    assert canonical(spelled) == canonical(a)
+
+
+def test_the_soft_tissue_rules_answer_well_within_a_millisecond():
+    rules = base(*PUBLISHED, *OWN)
+    assert len(rules.rules) == 15
+    facts = dict.fromkeys(UNIT, 0.4)
+
+    def seconds():
+        begin = time.perf_counter()
+        for _ in range(20):
+            rules.infer(facts)
+        return (time.perf_counter() - begin) / 20
+
+    assert min(seconds() for _ in range(10)) < 1e-3  # five times what is expected

@@ -1,0 +1,220 @@
+"""Laws that every mesh keeps, whatever its kind and options."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tissuec.meshes import MESHES
+from tissuec.topology import pieces
+
+SHEET = {
+    "corner": np.array([0.01, 0.02, 0.03]),
+    "first_edge": np.array([0.04, 0.0, 0.0]),
+    "second_edge": np.array([0.0, 0.03, 0.0]),
+}
+TUBE = {"axis": (np.array([0.01, 0.0, 0.0]), np.array([0.065, 0.0, 0.0])), "radius": 0.003}
+BOX = (np.array([-0.01, 0.0, 0.02]), np.array([0.01, 0.02, 0.05]))  # 2 x 2 x 3 cells of 10 mm
+BAR = (np.zeros(3), np.array([0.01, 0.01, 0.03]))  # 1 x 1 x 3 cells
+REACH = ("nearest neighbours", "second neighbours", "third neighbours")
+
+
+def samples():
+    """Yield (kind, entries) for every combination of options and several sizes."""
+    for sides, diagonals, interior in product(
+        (3, 4, 5, 6, 7, 10, 11), ("none", "one", "both"), ("none", "crossed", "spokes")
+    ):
+        if sides >= {"none": 3, "crossed": 6, "spokes": 4}[interior]:
+            for rings in (2, 5):
+                entries = {"rings": rings, "sides": sides}
+                yield "tube", TUBE | entries | {"diagonals": diagonals, "interior": interior}
+    for (columns, rows), diagonals, second in product(
+        ((2, 2), (2, 5), (7, 4)), ("none", "one", "both"), ("no", "yes")
+    ):
+        entries = {"columns": columns, "rows": rows, "diagonals": diagonals}
+        yield "sheet", SHEET | entries | {"second_neighbours": second}
+    for subdivisions, interior in product((0, 1, 3), ("none", "spokes", "antipodes")):
+        entries = {"subdivisions": subdivisions, "interior": interior}
+        yield "sphere", {"centre": np.array([0.1, 0.2, 0.3]), "radius": 0.02} | entries
+    for kind, reach, box in product(
+        ("sodium chloride", "caesium chloride", "diamond"), REACH, (BOX, BAR)
+    ):
+        yield "lattice", {"kind": kind, "cell": 0.01, "box": box, "reach": reach}
+    ring = np.array([[0, 1], [2, 1], [2, 3], [3, 0]])
+    yield "explicit", {"position": np.eye(4, 3), "ends": ring}
+
+
+def label(value):
+    if isinstance(value, str):
+        return value
+    return " ".join(str(v) for v in value.values() if isinstance(v, str | int))
+
+
+SAMPLES = list(samples())
+every_sample = pytest.mark.parametrize("kind, entries", SAMPLES, ids=label)
+
+
+def test_every_kind_has_a_sample():
+    assert {kind for kind, _ in SAMPLES} == set(MESHES)
+
+
+@every_sample
+def test_no_spring_repeats_or_joins_a_node_to_itself(kind, entries):
+    ends = MESHES[kind](**entries).build().ends
+    assert (ends[:, 0] < ends[:, 1]).all()
+    assert len(np.unique(ends, axis=0)) == len(ends)
+
+
+@every_sample
+def test_springs_are_ordered_by_their_nodes(kind, entries):
+    if kind == "explicit":
+        pytest.skip("tables keep the order of their rows")
+    ends = MESHES[kind](**entries).build().ends
+    assert np.array_equal(np.lexsort((ends[:, 1], ends[:, 0])), np.arange(len(ends)))
+
+
+@every_sample
+def test_every_node_has_two_springs_or_more(kind, entries):
+    mesh = MESHES[kind](**entries).build()
+    degree = np.bincount(mesh.ends.ravel(), minlength=len(mesh.position))
+    assert len(degree) == len(mesh.position)
+    assert degree.min() >= 2
+
+
+@every_sample
+def test_a_mesh_is_one_piece(kind, entries):
+    mesh = MESHES[kind](**entries).build()
+    assert not pieces(len(mesh.position), mesh.ends).any()
+
+
+@every_sample
+def test_size_is_a_bound_and_exact_but_for_the_springs_of_lattices(kind, entries):
+    generator = MESHES[kind](**entries)
+    mesh = generator.build()
+    nodes, springs = generator.size()
+    assert nodes == len(mesh.position)
+    if kind == "lattice":
+        assert len(mesh.ends) <= springs
+    else:
+        assert len(mesh.ends) == springs
+
+
+@every_sample
+def test_types_are_those_of_the_kernels(kind, entries):
+    mesh = MESHES[kind](**entries).build()
+    assert mesh.position.dtype == np.float64 and mesh.position.shape[1] == 3
+    assert mesh.ends.dtype == np.int32 and mesh.ends.shape[1] == 2
+    assert mesh.skin.dtype == np.int32 and mesh.skin.shape[1] == 3
+
+
+@every_sample
+def test_no_two_nodes_coincide(kind, entries):
+    position = MESHES[kind](**entries).build().position
+    gap = np.linalg.norm(position[:, None] - position, axis=2) + np.eye(len(position))
+    assert gap.min() > 1e-4  # the samples are centimetres in size
+
+
+@every_sample
+def test_two_builds_are_equal(kind, entries):
+    one, other = MESHES[kind](**entries).build(), MESHES[kind](**entries).build()
+    assert np.array_equal(one.position, other.position)
+    assert np.array_equal(one.ends, other.ends)
+    assert np.array_equal(one.skin, other.skin)
+
+
+def image_of(position, ends, move):
+    """Return the springs of the net after ``move``, numbered as before, as a set of pairs."""
+    moved = move(position)
+    gap = np.linalg.norm(moved[:, None] - position, axis=2)
+    assert gap.min(axis=1).max() < 1e-12  # a million times below the spacing, above rounding
+    partner = gap.argmin(axis=1)
+    return {tuple(sorted(pair)) for pair in partner[ends].tolist()}
+
+
+def mirrored(axis):
+    def move(position):
+        moved = position.copy()
+        moved[:, axis] = position[:, axis].min() + position[:, axis].max() - position[:, axis]
+        return moved
+
+    return move
+
+
+def half_turned(position):
+    return mirrored(0)(mirrored(1)(position))
+
+
+def diagonal_swapped(position):
+    low = position.min(axis=0)
+    return (position - low)[:, [1, 0, 2]] + low
+
+
+def symmetries(kind, entries):
+    """Return the mirror images and turns under which a sample must not change."""
+    if kind == "sphere":
+        return [mirrored(0), mirrored(1), mirrored(2)]
+    if kind in ("tube", "sheet"):
+        chiral = entries["diagonals"] == "one"
+        if kind == "sheet":
+            return [half_turned] if chiral else [mirrored(0), mirrored(1)]
+        # Side 0 points along y, so the mirror that every number of sides allows is z -> -z.
+        return [lambda p: mirrored(0)(mirrored(2)(p))] if chiral else [mirrored(0), mirrored(2)]
+    if entries["kind"] == "diamond":  # the crystal itself has no mirror parallel to a face
+        return [half_turned, diagonal_swapped]
+    return [mirrored(0), mirrored(1), mirrored(2)]
+
+
+@pytest.mark.parametrize("kind, entries", [s for s in SAMPLES if s[0] != "explicit"], ids=label)
+def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
+    mesh = MESHES[kind](**entries).build()
+    drawn = {tuple(pair) for pair in mesh.ends.tolist()}
+    for move in symmetries(kind, entries):
+        assert image_of(mesh.position, mesh.ends, move) == drawn
+
+
+@pytest.mark.parametrize(
+    "kind, entries", [s for s in SAMPLES if s[0] in ("sphere", "lattice")], ids=label
+)
+def test_the_skin_of_a_solid_is_closed_and_faces_outwards(kind, entries):
+    mesh = MESHES[kind](**entries).build()
+    edges = mesh.skin[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    one_way = {tuple(edge) for edge in edges.tolist()}
+    assert len(one_way) == len(edges)
+    assert {(b, a) for a, b in one_way} == one_way
+    a, b, c = mesh.position[mesh.skin].transpose(1, 0, 2)
+    volume = np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0
+    if kind == "lattice":
+        low, high = entries["box"]
+        assert volume == pytest.approx(np.prod(high - low), rel=1e-12)
+    else:
+        ball = 4.0 / 3.0 * np.pi * entries["radius"] ** 3
+        assert 0.6 * ball < volume < ball  # an icosahedron fills 60.5 % of its sphere
+
+
+def test_entries_outside_their_limits_are_refused_by_name():
+    cases = [
+        ("tube", TUBE | {"rings": 1, "sides": 5}, '"rings" must be at least 2, not 1'),
+        ("tube", TUBE | {"rings": 2, "sides": 2.5}, '"sides" must be a whole number'),
+        ("tube", TUBE | {"rings": 2, "sides": 5, "radius": 0.0}, '"radius" must be above 0 m'),
+        (
+            "tube",
+            TUBE | {"rings": 2, "sides": 5, "interior": "cross"},
+            '"interior" must be one of',
+        ),
+        ("sheet", SHEET | {"rows": 2, "columns": 1}, '"columns" must be at least 2'),
+        (
+            "sheet",
+            SHEET | {"rows": 2, "columns": 2, "corner": np.array([0, 0])},
+            '"corner" must',
+        ),
+        (
+            "sheet",
+            SHEET | {"rows": 2, "columns": 2, "first_edge": np.array([np.inf, 0, 0])},
+            '"first edge" must have finite components',
+        ),
+        ("sphere", {"centre": np.zeros(3), "radius": 1.0, "subdivisions": 8}, "at most 7"),
+        ("sphere", {"centre": np.zeros(3), "radius": np.nan, "subdivisions": 1}, "finite"),
+    ]
+    for kind, entries, message in cases:
+        with pytest.raises(ValueError, match=message):
+            MESHES[kind](**entries)

@@ -1,0 +1,103 @@
+"""Values of a run as plain text and arrays, so that it can be kept in a file and gone on with.
+
+Dataclasses of this package, tuples, lists, dictionaries, numbers, texts and arrays are written
+out; what network and plan hold anyway (``known``) is only referred to. Numbers come back to the
+last bit. Reading makes nothing but values of this package: a file cannot run anything.
+"""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+PACKAGE = __name__.partition(".")[0]
+TEXT = "text"
+
+
+def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArray]:
+    """Return a value as one text and numbered arrays.
+
+    Args:
+        value: Made of what the module names, at any depth.
+        known: Objects that are referred to by their place in this sequence.
+
+    Raises:
+        TypeError: The value holds something else.
+    """
+    places = {id(item): place for place, item in enumerate(known)}
+    arrays: list[NDArray] = []
+
+    def plain(value: object) -> Any:
+        if id(value) in places:
+            return {"known": places[id(value)]}
+        match value:
+            case None | bool() | str():
+                return value
+            case np.generic():
+                return value.item()
+            case int() | float():
+                return value
+            case np.ndarray():
+                arrays.append(value)
+                return {"array": len(arrays) - 1}
+            case tuple():
+                return {"tuple": [plain(item) for item in value]}
+            case list():
+                return [plain(item) for item in value]
+            case Mapping():
+                return {"pairs": [[plain(key), plain(item)] for key, item in value.items()]}
+        return _plain_record(value)
+
+    def _plain_record(value: object) -> Any:
+        kind = type(value)
+        if not is_dataclass(value) or kind.__module__.partition(".")[0] != PACKAGE:
+            raise TypeError(f"a checkpoint cannot hold {kind.__module__}.{kind.__qualname__}")
+        content = {entry.name: plain(getattr(value, entry.name)) for entry in fields(value)}
+        return {"record": f"{kind.__module__}:{kind.__qualname__}", "fields": content}
+
+    text = json.dumps(plain(value))
+    return {TEXT: text} | {f"array {number}": array for number, array in enumerate(arrays)}
+
+
+def read_state(state: Mapping[str, Any], known: Iterable[object]) -> Any:
+    """Return the value that :func:`write_state` was given, with the same ``known`` objects.
+
+    Raises:
+        ValueError: The text is not one that was written there.
+    """
+    places = list(known)
+
+    def value(data: Any) -> Any:
+        match data:
+            case list():
+                return [value(item) for item in data]
+            case {"known": place}:
+                return places[place]
+            case {"array": number}:
+                return np.array(state[f"array {number}"])
+            case {"tuple": items}:
+                return tuple(value(item) for item in items)
+            case {"pairs": pairs}:
+                return {value(key): value(item) for key, item in pairs}
+            case {"record": name, "fields": content}:
+                return _record_class(name)(**{key: value(item) for key, item in content.items()})
+            case dict():
+                raise ValueError("this is not the checkpoint of a run")
+        return data
+
+    return value(json.loads(state[TEXT]))
+
+
+def _record_class(name: str) -> Any:
+    """Return a dataclass of this package by ``module:name``."""
+    module, _, qualified = name.partition(":")
+    if module.partition(".")[0] != PACKAGE:
+        raise ValueError(f'"{name}" is not a record of {PACKAGE}')
+    found = getattr(import_module(module), qualified, None)
+    if not isinstance(found, type) or not is_dataclass(found):
+        raise ValueError(f'"{name}" is not a record of {PACKAGE}')
+    return found

@@ -1,0 +1,76 @@
+"""The command line: one file per command; only here anything is printed or exits."""
+
+import sys
+
+import click
+
+from tissuec import __version__
+from tissuec.cli.common import Settings, flag_options
+
+#: Command -> what ``--help`` says of it; the module of the same name is imported when it is used.
+COMMANDS = {
+    "run": "Simulate scenes and write their motion to HDF5.",
+    "check": "Find mistakes without simulating.",
+    "fmt": "Lay scenes out in one canonical way.",
+    "explain": "Say where every number of a scene comes from, or what a code means.",
+    "words": "List the words of a vocabulary and what they stand for.",
+    "validate": "Compare a run with SciPy's solvers.",
+    "info": "Summarise result files.",
+    "export": "Write logs as CSV, or frames as VTU or OBJ.",
+    "library": "List what tissuec ships, or copy it to edit.",
+    "completion": "Print the script that completes commands in your shell.",
+}
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command only when it is called, to start quickly."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        from importlib import import_module
+
+        return import_module(f"tissuec.cli.{cmd_name}").command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def resolve_command(self, ctx: click.Context, args: list[str]):
+        """Suggest the nearest command for one that there is not."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from tissuec.core.errors import did_you_mean
+
+            hint = did_you_mean(args[0], COMMANDS)
+            if args[0].endswith(".tis"):
+                hint = f'did you mean "tissuec run {args[0]}"?'
+            raise click.UsageError(f'there is no command "{args[0]}"' + (f"; {hint}" if hint else ""))
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="tissuec")
+@click.pass_context
+def group(ctx: click.Context, **flags: bool) -> None:
+    """tissuec turns words about tissue into physics, and physics into motion.
+
+    \b
+    tissuec library                    what there is to start from
+    tissuec library copy sterilisation
+    tissuec run sterilisation.tis      writes sterilisation.vtkhdf
+    """
+    ctx.obj = Settings(**flags)
+
+
+group.params += flag_options()
+
+
+def main() -> None:
+    """Run the command line; exit codes are those of design: 0, 1, 2, 3 or 130."""
+    from tissuec.cli.common import run_guarded
+
+    sys.exit(run_guarded(group))

@@ -1,0 +1,50 @@
+"""``tissuec check``"""
+
+from pathlib import Path
+
+import click
+
+from tissuec.cli.common import (
+    DONE, WRONG_TEXT, Command, Settings, as_json, print_json, report, scene_options, summary,
+)  # fmt: skip
+from tissuec.core.errors import CompileError, Diagnostic
+
+
+@click.command(cls=Command)
+@click.argument("scenes", nargs=-1, required=True, type=click.Path(path_type=Path))
+@scene_options
+def command(
+    settings: Settings, scenes: tuple[Path, ...], overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool
+) -> int:
+    """Find mistakes in SCENES without simulating.
+
+    Meshes are built, sets counted and the script is read, so that what passes here can run.
+    Files without a body (vocabularies, tissues) are checked as such.
+    """
+    found: list[Diagnostic] = []
+    for path in scenes:
+        diagnostics, counts = _check(path, overrides, libraries)
+        found += diagnostics
+        if not settings.json:
+            report(diagnostics, settings)
+            errors = sum(d.severity == "error" for d in diagnostics)
+            result = summary(errors, len(diagnostics) - errors) or "good"
+            settings.say(f"{path}: {result}{counts}")
+    failed = any(d.severity == "error" or strict for d in found)
+    if settings.json:
+        print_json({"ok": not failed, "diagnostics": as_json(found)})
+    return WRONG_TEXT if failed else DONE
+
+
+def _check(path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]) -> tuple[list[Diagnostic], str]:
+    from tissuec.pipeline import Request, check_request
+
+    try:
+        request = Request.file(path, overrides=overrides, libraries=libraries)
+        compiled, warnings = check_request(request)
+    except CompileError as error:
+        return list(error.diagnostics), ""
+    if compiled is None:
+        return list(warnings), ""
+    network = compiled.network
+    return list(warnings), f" ({network.node_count} nodes, {network.spring_count} springs)"

@@ -1,0 +1,25 @@
+"""``tissuec completion``"""
+
+import click
+from click.shell_completion import get_completion_class
+
+from tissuec.cli.common import Command, Settings
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+@click.command(cls=Command)
+@click.argument("shell", type=click.Choice(SHELLS))
+def command(settings: Settings, shell: str) -> None:
+    """Print the script that completes commands in your SHELL.
+
+    \b
+    bash:  eval "$(tissuec completion bash)"      in ~/.bashrc
+    zsh:   eval "$(tissuec completion zsh)"       in ~/.zshrc
+    fish:  tissuec completion fish | source       in ~/.config/fish/config.fish
+    """
+    from tissuec.cli import group
+
+    kind = get_completion_class(shell)
+    assert kind is not None
+    click.echo(kind(group, {}, "tissuec", "_TISSUEC_COMPLETE").source())

@@ -1,0 +1,92 @@
+"""``tissuec library``"""
+
+from pathlib import Path
+
+import click
+
+from tissuec.cli.common import DONE, Command, Settings, print_json
+from tissuec.core.errors import TissueError, did_you_mean
+
+KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
+
+
+@click.group(invoke_without_command=True)
+@click.pass_context
+def command(ctx: click.Context) -> int:
+    """List what tissuec ships, or copy a part of it to edit.
+
+    \b
+    tissuec library
+    tissuec library copy sterilisation
+    """
+    if ctx.invoked_subcommand is None:
+        return show_all(ctx.find_object(Settings) or Settings())
+    return DONE
+
+
+@command.command("list", cls=Command)
+def listing(settings: Settings) -> int:
+    """List vocabularies, tissues and scenes with one line each."""
+    return show_all(settings)
+
+
+def show_all(settings: Settings) -> int:
+    """Print everything shipped, one line each."""
+    entries = _entries()
+    if settings.json:
+        print_json(entries)
+        return DONE
+    for kind, title in KINDS.items():
+        click.echo(f"{title}:")
+        for entry in entries:
+            if entry["kind"] == kind:
+                click.echo(f"  {entry['name']:<28}{entry['about']}")
+    click.echo("\ncopy one beside you to edit it: tissuec library copy NAME")
+    return DONE
+
+
+@command.command("copy", cls=Command)
+@click.argument("name")
+@click.argument("destination", default=".", type=click.Path(path_type=Path))
+@click.option("--force", is_flag=True, help="Replace a file of that name.")
+def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
+    """Put the shipped file NAME into DESTINATION, a folder or a new file name."""
+    entry = _find(name)
+    target = destination / Path(entry["file"]).name if destination.is_dir() else destination
+    if target.exists() and not force:
+        raise TissueError(f'"{target}" exists; use --force to replace it, or name another file')
+    try:
+        target.write_bytes(Path(entry["file"]).read_bytes())
+    except OSError as error:
+        raise TissueError(f'cannot write "{target}": {(error.strerror or str(error)).lower()}') from error
+    settings.say(f"copied {entry['kind']}/{entry['name']} to {target}")
+    return DONE
+
+
+def _entries() -> list[dict[str, str]]:
+    """Return kind, name, file and first line of description of everything shipped."""
+    from tissuec.core import resources
+
+    return [
+        {"kind": kind, "name": path.stem, "about": _about(path), "file": str(path)}
+        for kind in KINDS
+        for path in sorted((resources.library() / kind).glob("*.tis"))
+    ]
+
+
+def _about(path: Path) -> str:
+    """Return the first ``about`` of a file; read as text, for it is only for show."""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.strip().startswith("about "):
+            return line.split('"')[1] if line.count('"') > 1 else ""
+    return ""
+
+
+def _find(name: str) -> dict[str, str]:
+    wanted = name.removesuffix(".tis")
+    entries = _entries()
+    for entry in entries:
+        if wanted in (entry["name"], f"{entry['kind']}/{entry['name']}"):
+            return entry
+    hint = did_you_mean(wanted, [entry["name"] for entry in entries])
+    raise TissueError(f'the library has no "{name}"' + (f"; {hint}" if hint else "; tissuec library lists what there is"))

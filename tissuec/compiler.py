@@ -1,0 +1,130 @@
+"""Scene to Network and Plan: meshes are built, sets chosen, sentences become actions.
+
+The same text gives the same bytes: nothing here looks at the clock, the machine or a random
+number.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiling.bodies import BodyArrays, build_body
+from tissuec.compiling.conditions import Conditions
+from tissuec.compiling.groups import Groups, Placed
+from tissuec.compiling.holds import check_holds
+from tissuec.compiling.outputs import OutputReader
+from tissuec.compiling.script import Script, ScriptReader
+from tissuec.network import BodyPart, Network, Provenance
+from tissuec.plan import Expectation, Plan
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Scene
+
+ARRAYS = ("mass", "stiffness", "damping", "rest", "strength")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compiled:
+    """A scene in arrays, ready to run.
+
+    Attributes:
+        groups: Sets and bodies by name, for checks and reports.
+    """
+
+    scene: Scene
+    network: Network
+    plan: Plan
+    groups: Groups
+
+
+def compile_scene(scene: Scene, findings: Findings) -> Compiled:
+    """Return the network and the plan of a scene.
+
+    Raises:
+        CompileError: Meshes, sets, the script or the outputs are wrong; holds every finding.
+    """
+    built: list[BodyArrays] = []
+    for body in scene.bodies.values():
+        with findings.item():
+            built.append(build_body(body, scene.constants))
+    findings.raise_errors()
+    network = join(built)
+    groups = Groups(scene.declarations, _place(built), scene.constants)
+    groups.choose_all()
+    findings.raise_errors()
+    plan = _plan(scene, network, groups, findings)
+    findings.raise_errors()
+    return Compiled(scene, network, plan, groups)
+
+
+def join(bodies: Sequence[BodyArrays]) -> Network:
+    """Return the network of several bodies, one behind the other."""
+    nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)])
+    springs = np.cumsum([0, *(len(body.mesh.ends) for body in bodies)])
+
+    def every(pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type) -> NDArray:
+        parts = [np.asarray(pick(body), dtype=kind) for body in bodies]
+        return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts])
+
+    shifted = list(zip(bodies, nodes, strict=False))
+    return Network(
+        position=every(lambda b: b.mesh.position, (3,), np.float64),
+        velocity=every(lambda b: b.velocity, (3,), np.float64),
+        **{name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS},
+        ends=np.concatenate([np.zeros((0, 2), np.int32), *(b.mesh.ends + np.int32(n) for b, n in shifted)]),
+        skin=np.concatenate([np.zeros((0, 3), np.int32), *(b.mesh.skin + np.int32(n) for b, n in shifted)]),
+        node_ids=every(lambda b: b.node_ids, (), np.int64),
+        spring_ids=every(lambda b: b.spring_ids, (), np.int64),
+        bodies=tuple(
+            BodyPart(body.body.name, slice(int(n), int(n2)), slice(int(p), int(p2)), body.body.span)
+            for body, n, n2, p, p2 in zip(bodies, nodes, nodes[1:], springs, springs[1:], strict=False)
+        ),
+        provenance={name: _join_provenance([body.provenance[name] for body in bodies]) for name in ARRAYS},
+    )
+
+
+def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
+    starts = np.cumsum([0, *(len(part.origins) for part in parts)])
+    index = [part.index + np.int32(start) for part, start in zip(parts, starts, strict=False)]
+    origins = tuple(origin for part in parts for origin in part.origins)
+    return Provenance(np.concatenate([np.zeros(0, np.int32), *index]), origins)
+
+
+def _place(bodies: Sequence[BodyArrays]) -> Mapping[str, Placed]:
+    placed: dict[str, Placed] = {}
+    node = spring = 0
+    for body in bodies:
+        placed[" ".join(body.body.name.lower().split())] = Placed(body, node, spring)
+        node += len(body.mesh.position)
+        spring += len(body.mesh.ends)
+    return placed
+
+
+def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) -> Plan:
+    duration = scene.simulation.duration
+    conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
+    single = scene.declarations.single
+    script = Script()
+    if "script" in single:
+        reader = ScriptReader(groups, scene.tools, conditions, scene.constants, duration=duration)
+        script = reader.read(single["script"].items)
+        findings.diagnostics.extend(check_holds(script.events, certain=not script.triggers))
+    outputs = OutputReader(groups, conditions, scene.constants, nodes=network.node_count, duration=duration)
+    output = outputs.read(single["output"].items if "output" in single else ())
+    expectations: list[Expectation] = []
+    for item in scene.declarations.expects:
+        with findings.item():
+            expectations.append(conditions.expectation(item))
+    return Plan(
+        simulation=scene.simulation,
+        gravity=scene.environment.gravity,
+        drag=scene.environment.drag,
+        events=tuple(script.events),
+        triggers=tuple(script.triggers),
+        output=output,
+        expectations=tuple(expectations),
+        needs_ledger=conditions.needs_ledger,
+        breakable=bool(np.isfinite(network.strength).any()),
+    )
+

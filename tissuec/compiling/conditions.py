@@ -1,0 +1,261 @@
+"""Conditions of a run: expressions over measures, checked now and judged later."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.compiling.groups import Groups
+from tissuec.core.errors import alternatives
+from tissuec.core.units import NUMBER, TIME, show
+from tissuec.lang import syntax as s
+from tissuec.measures import MEASURES, Measure, Subject
+from tissuec.measures.moment import Moment
+from tissuec.network import Floats
+from tissuec.plan import Condition, Expectation
+from tissuec.scene.expressions import FUNCTIONS, Scope, Truth
+from tissuec.scene.model import Tool
+from tissuec.scene.values import Value
+
+COUNTED = ("nodes", "springs", "pieces")
+LEDGER = "energy drift"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """One measure as a condition asks for it.
+
+    Attributes:
+        time: Of an earlier moment [s]; None for the present one.
+        along: Unit vector onto which a vector is projected; None for its length.
+    """
+
+    measure: type[Measure]
+    subjects: tuple[Subject, ...]
+    time: float | None
+    along: Floats | None
+    text: str
+
+    def value(self, moment: Moment) -> float:
+        """Return the number in SI units."""
+        then = moment if self.time is None else moment.pinned[self.time]
+        sample = self.measure.sample(self.subjects, then)
+        return float(sample @ self.along) if self.along is not None else self.measure.value(sample)
+
+
+class MeasureScope(Scope):
+    """A scope in which measures can be asked for.
+
+    Without a moment every measure has the value 1, so that units and names can be checked.
+    """
+
+    def __init__(self, readings: Mapping[int, Reading], constants: Scope, moment: Moment | None):
+        super().__init__(constants.findings)
+        self.readings = readings
+        self.constants = constants
+        self.moment = moment
+
+    def name(self, name: s.Name) -> Value:
+        return self._measured(name) if id(name) in self.readings else self.constants.name(name)
+
+    def call(self, call: s.Call) -> Value:
+        return self._measured(call)
+
+    def test(self, node: s.Expression) -> Truth:
+        if isinstance(node, s.Call | s.Name) and id(node) in self.readings:
+            value = self._measured(node)
+            if value.dimension == NUMBER:
+                return np.asarray(value.amount != 0.0)
+        return super().test(node)
+
+    def _measured(self, node: s.Call | s.Name) -> Value:
+        reading = self.readings[id(node)]
+        value = 1.0 if self.moment is None else reading.value(self.moment)
+        return Value.number(value, reading.measure.dimension)
+
+
+class Conditions:
+    """Turns conditions of ``when`` and ``expect`` into functions of a moment."""
+
+    def __init__(self, groups: Groups, tools: Mapping[str, Tool], scope: Scope, *, duration: float):
+        self.groups = groups
+        self.tools = tools
+        self.scope = scope
+        self.findings = scope.findings
+        self.duration = duration
+        self.needs_ledger = False
+
+    def condition(self, node: s.Expression) -> Condition:
+        """Return a condition that looks at the present only; rejects pinned times."""
+        readings = self._readings(node)
+        for reading in readings.values():
+            if reading.time is not None:
+                self.findings.reject("TIS702", "when looks at the present; it cannot ask for another time", node.span)
+        return self._decider(node, readings)
+
+    def expectation(self, item: s.Expect) -> Expectation:
+        """Return an ``expect`` clause with its interval."""
+        readings = self._readings(item.condition)
+        decide = self._decider(item.condition, readings)
+        pinned = tuple(sorted({r.time for r in readings.values() if r.time is not None}))
+        if not item.clauses and readings and all(r.time is not None for r in readings.values()):
+            start = stop = pinned[-1]  # every measure says its own time
+        else:
+            start, stop = self._interval(item)
+        if pinned and pinned[-1] > start:
+            self.findings.reject("TIS703", f"{show(pinned[-1], TIME)} has not come yet at {show(start, TIME)}", item.condition.span)
+
+        def describe(moment: Moment) -> str:
+            return ", ".join(
+                f"{r.text} = {show(r.value(moment), r.measure.dimension, digits=5)}" for r in readings.values()
+            )
+
+        return Expectation(decide, describe, start, stop, pinned, item.span)
+
+    def log_subjects(self, measure: type[Measure], names: Sequence[s.Name]) -> tuple[Subject, ...]:
+        """Return the subjects of a measure in an output sentence."""
+        return tuple(self._subject(measure, name) for name in names)
+
+    def _decider(self, node: s.Expression, readings: Mapping[int, Reading]) -> Condition:
+        truth = MeasureScope(readings, self.scope, None).decide(node)
+        if truth.ndim:
+            self.findings.reject("TIS312", "a condition is one truth, not one per component", node.span)
+        return lambda moment: bool(MeasureScope(readings, self.scope, moment).decide(node))
+
+    # --- measures ------------------------------------------------------------------------------
+
+    def _readings(self, node: s.Expression) -> dict[int, Reading]:
+        """Return every measure in a condition by the identity of its node."""
+        readings: dict[int, Reading] = {}
+        for part in walk(node):
+            if isinstance(part, s.Name) and part.key in MEASURES and MEASURES[part.key].subjects == 0:
+                readings[id(part)] = self._read(part.key, part, ())
+            elif isinstance(part, s.Call) and part.function.key not in FUNCTIONS:
+                readings[id(part)] = self._read(part.function.key, part, part.arguments)
+        return readings
+
+    def _read(self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]) -> Reading:
+        if key == "count":
+            key, arguments = self._counted(node, arguments)
+        if key not in MEASURES:
+            name = node.function if isinstance(node, s.Call) else node
+            self.findings.reject(
+                "TIS701", f'"{name.text}" is not a measure', name.span, hint=alternatives(key, ("count", *MEASURES), what="measures")
+            )
+        self.needs_ledger |= key == LEDGER
+        measure = MEASURES[key]
+        time, along, subjects = None, None, list[Subject]()
+        for argument in arguments:
+            if isinstance(argument.value, s.Name) and self._is_subject(argument.value):
+                subjects.append(self._subject(measure, argument.value))
+                along = self._along(argument, key) if argument.clauses else along
+            elif time is None and len(subjects) == measure.subjects and not argument.clauses:
+                time = self._pinned(argument)
+            else:
+                self._no_subject(argument)
+        if len(subjects) != measure.subjects:
+            self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
+        return Reading(measure, tuple(subjects), time, along, " ".join(node.span.text.split()))
+
+    def _counted(self, node: s.Call | s.Name, arguments: Sequence[s.Argument]) -> tuple[str, list[s.Argument]]:
+        """Return ``count(nodes of oviduct)`` as the measure "nodes" of oviduct."""
+        first = arguments[0] if arguments else None
+        what = first.value.key if first is not None and isinstance(first.value, s.Name) else ""
+        if first is None or what not in COUNTED or [c.word for c in first.clauses] != ["of"]:
+            self.findings.reject("TIS702", "count is written count(nodes of A), count(springs of A) or count(pieces of A)", node.span)
+        return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+
+    def _is_subject(self, name: s.Name) -> bool:
+        return name.key in self.tools or self.groups.is_known(name)
+
+    def _no_subject(self, argument: s.Argument) -> None:
+        known = [tool.name for tool in self.tools.values()]
+        known += [d.name.text for d in self.groups.declared.values()]
+        known += [placed.built.body.name for placed in self.groups.bodies.values()]
+        text = argument.value.span.text
+        self.findings.reject(
+            "TIS301", f'there is no set, body or tool called "{text}"', argument.span, hint=alternatives(text, known, what="known")
+        )
+
+    def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
+        none = np.zeros(0, dtype=np.int64)
+        if name.key in self.tools:
+            if measure.takes == "springs":
+                self.findings.reject("TIS702", f"{measure.form} is taken of springs, not of a tool", name.span)
+            return Subject(self.tools[name.key].name, None, none)
+        if self.groups.is_springs(name):
+            if measure.takes == "nodes":
+                self.findings.reject("TIS702", f"{measure.form} is taken of nodes, not of springs", name.span)
+            springs = self.groups.springs(name)
+            return Subject(springs.name, none, springs.indices, is_springs=True)
+        nodes = self.groups.nodes(name)
+        return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
+
+    def _along(self, argument: s.Argument, key: str) -> Floats:
+        clause = argument.clauses[0]
+        value = self.scope.evaluate(clause.value)
+        if clause.word != "along" or len(argument.clauses) > 1 or not value.is_vector or not np.any(value.amount):
+            self.findings.reject("TIS702", f"behind {argument.value.span.text} only a direction can stand: along (0, 0, 1)", clause.span)
+        if key not in ("force", "position"):
+            self.findings.reject("TIS702", f"{key} is one number and has no direction", clause.span)
+        return value.amount / np.linalg.norm(value.amount)
+
+    def _pinned(self, argument: s.Argument) -> float:
+        if isinstance(argument.value, s.Name) and argument.value.key not in getattr(self.scope, "declared", {}):
+            self._no_subject(argument)
+        return self._time(argument.value)
+
+    # --- times ---------------------------------------------------------------------------------
+
+    def _interval(self, item: s.Expect) -> tuple[float, float]:
+        words = [clause.word for clause in item.clauses]
+        match words:
+            case ["at"]:
+                time = self._time(item.clauses[0].value)
+                return time, time
+            case ["from", "to"]:
+                start, stop = (self._time(clause.value) for clause in item.clauses)
+                if start > stop:
+                    self.findings.reject("TIS403", "the interval is reversed", item.span)
+                return start, stop
+            case ["until"]:
+                return 0.0, self._time(item.clauses[0].value)
+            case ["over"] if item.clauses[0].value.span.text.lower() == "run":
+                return 0.0, self.duration
+            case _:
+                self.findings.reject(
+                    "TIS304", "when this is expected is not written", item.span,
+                    hint="end with: at T, from T to T, until T or over run",
+                )  # fmt: skip
+
+    def _time(self, node: s.Expression) -> float:
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="a time")
+        time = float(value.amount)
+        if not 0.0 <= time <= self.duration * (1 + 1e-12):
+            self.findings.reject("TIS703", f"{show(time, TIME)} is not within the run of {show(self.duration, TIME)}", node.span)
+        return min(time, self.duration)
+
+
+def walk(node: s.Expression) -> list[s.Expression]:
+    """Return an expression and everything inside it that can hold a measure."""
+    found: list[s.Expression] = [node]
+    match node:
+        case s.Compare(left=left, right=right):
+            found += walk(left) + walk(right)
+        case s.Between(subject=subject, low=low, high=high):
+            found += walk(subject) + walk(low) + walk(high)
+        case s.Not(operand=operand) | s.Signed(operand=operand):
+            found += walk(operand)
+        case s.And(operands=operands) | s.Or(operands=operands):
+            found += [inner for operand in operands for inner in walk(operand)]
+        case s.Sum(first=first, rest=rest) | s.Product(first=first, rest=rest):
+            found += walk(first) + [inner for _, part in rest for inner in walk(part)]
+        case s.Power(base=base, exponent=exponent):
+            found += walk(base) + walk(exponent)
+        case s.Call(arguments=arguments) if node.function.key in FUNCTIONS:
+            found += [inner for argument in arguments for inner in walk(argument.value)]
+        case _:
+            pass
+    return found
+

@@ -1,0 +1,165 @@
+"""The sentences of a script, as their verbs read them."""
+
+from collections.abc import Mapping
+from typing import NoReturn
+
+import numpy as np
+
+from tissuec.compiling.courses import read_courses
+from tissuec.compiling.groups import Groups
+from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension
+from tissuec.courses import Course
+from tissuec.lang import syntax as s
+from tissuec.network import Floats
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import Tool
+from tissuec.scene.values import Value
+from tissuec.verbs import Group, Mover
+
+
+class SentenceOrder:
+    """An ``Order`` (see ``tissuec.verbs``) over a syntax node."""
+
+    def __init__(
+        self, sentence: s.Sentence, verb: str, forms: tuple[str, ...], duration: float | None,
+        groups: Groups, tools: Mapping[str, Tool], scope: Scope,
+    ):  # fmt: skip
+        self.sentence = sentence
+        self.verb = verb
+        self.forms = forms
+        self.duration = duration
+        self.groups = groups
+        self.tools = tools
+        self.scope = scope
+        self.span: Span = sentence.span
+        self.object = _behind(sentence.name, verb)
+        self.words = self.object.text
+        self.clauses: dict[str, s.Clause] = {}
+        self.asked: set[str] = set()
+        for clause in sentence.clauses:
+            if clause.word in self.clauses:
+                scope.findings.reject("TIS307", f'"{clause.word}" is written twice', clause.span)
+            self.clauses[clause.word] = clause
+
+    def finish(self) -> None:
+        """Reject clauses that the verb did not ask for."""
+        for word, clause in self.clauses.items():
+            if word not in self.asked:
+                self.reject("TIS303", f'"{word}" does not go with {self.verb}', word=clause.word)
+
+    def reject(self, code: str, message: str, *, hint: str = "", word: str | None = None) -> NoReturn:
+        span = self.clauses[word].span if word in self.clauses else self.span
+        self.scope.findings.reject(code, message, span, hint=hint or f"{self.verb} is written: {' | '.join(self.forms)}")
+
+    def has(self, word: str) -> bool:
+        self.asked.add(word)
+        return word in self.clauses
+
+    def nodes(self, *, after: str = "") -> Group:
+        return self.groups.nodes(self._object(after))
+
+    def nodes_of(self, word: str) -> Group:
+        return self.groups.nodes(self._name(word))
+
+    def springs(self) -> Group:
+        return self.groups.springs(self._object(""))
+
+    def springs_of(self, word: str) -> Group:
+        return self.groups.springs(self._name(word))
+
+    def mover(self, *, after: str = "") -> Mover:
+        name = self._object(after)
+        if name.key in self.tools:
+            return Mover(self.tools[name.key].name, None)
+        if not self.groups.is_known(name) and (near := alternatives(name.text, [t.name for t in self.tools.values()], what="tools")):
+            if near.startswith("did you mean"):
+                self.scope.findings.reject("TIS301", f'there is no set or tool called "{name.text}"', name.span, hint=near)
+        group = self.groups.nodes(name)
+        return Mover(group.name, group.indices)
+
+    def is_tool(self) -> bool:
+        return self.object.key in self.tools
+
+    def tool(self, word: str, *, kind: str | None = None) -> str | None:
+        if not self.has(word):
+            return None
+        name = self._name(word)
+        if name.key not in self.tools:
+            names = [tool.name for tool in self.tools.values()]
+            self.scope.findings.reject(
+                "TIS301", f'there is no tool called "{name.text}"', name.span, hint=alternatives(name.text, names, what="tools")
+            )
+        tool = self.tools[name.key]
+        if kind is not None and tool.kind != kind:
+            self.reject("TIS312", f"{tool.name} is {tool.kind}; {self.verb} needs {kind}", word=word)
+        return tool.name
+
+    def vector(self, word: str, dimension: Dimension) -> Floats:
+        value = self._value(word)
+        if not value.is_vector:
+            self.reject("TIS312", f"a vector (x, y, z) is needed behind {word}", word=word)
+        if np.any(value.amount) or not value.is_literal:
+            self.scope.expect(value, dimension, self.clauses[word].value.span, what=f"what stands behind {word}")
+        return value.amount
+
+    def number(self, word: str, dimension: Dimension) -> float:
+        value = self._value(word)
+        if value.is_vector:
+            self.reject("TIS312", f"one number is needed behind {word}, not a vector", word=word)
+        self.scope.expect(value, dimension, self.clauses[word].value.span, what=f"what stands behind {word}")
+        return float(value.amount)
+
+    def direction(self, word: str) -> Floats:
+        value = self._value(word)
+        if not value.is_vector or value.dimension != NUMBER:
+            self.reject("TIS312", f"a direction without a unit, such as (0, 0, 1), is needed behind {word}", word=word)
+        length = float(np.linalg.norm(value.amount))
+        if length == 0.0:
+            self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
+        return value.amount / length
+
+    def is_vector(self, word: str) -> bool:
+        return self._value(word).is_vector
+
+    def text(self, word: str) -> str:
+        return self._name(word).text
+
+    def courses(self, *, default: str, columns: int = 1) -> tuple[Course, ...]:
+        word = "along" if "along" in self.clauses and "using" not in self.clauses else "using"
+        self.asked.add(word)
+        return read_courses(self.clauses.get(word), default, columns, self)
+
+    def _object(self, after: str) -> s.Name:
+        name = _behind(self.object, after) if after else self.object
+        if not name.text:
+            self.reject("TIS304", f"{self.verb} needs to know what")
+        return name
+
+    def _clause(self, word: str) -> s.Clause:
+        if not self.has(word):
+            self.reject("TIS304", f'{self.verb} needs "{word}"')
+        return self.clauses[word]
+
+    def _name(self, word: str) -> s.Name:
+        value = self._clause(word).value
+        if not isinstance(value, s.Name):
+            self.reject("TIS312", f"a name is needed behind {word}", word=word)
+        return value
+
+    def _value(self, word: str) -> Value:
+        return self.scope.evaluate(self._clause(word).value)
+
+
+def _behind(name: s.Name, prefix: str) -> s.Name:
+    """Return the name without its leading words; the prefix is known to be there."""
+    count = len(prefix.split())
+    rest = " ".join(name.words.split(" ")[count:])
+    if not rest and name.quoted is None:
+        return s.Name("", None, name.span)
+    marker = rest or f'"{name.quoted}"'
+    start = name.span.text.find(marker, len(prefix))
+    span = Span(name.span.source, name.span.start + max(start, 0), name.span.end)
+    return s.Name(rest, name.quoted, span)
+

@@ -1,0 +1,127 @@
+"""The output block: trajectories, logs, the energy table, precision."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.compiling.conditions import LEDGER, Conditions
+from tissuec.compiling.groups import Groups
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import TIME, show
+from tissuec.lang import syntax as s
+from tissuec.measures import MEASURES
+from tissuec.network import Indices
+from tissuec.plan import Log, Output
+from tissuec.scene.expressions import Scope
+
+MOST_SAMPLES = 100_000_000
+
+
+class OutputReader:
+    """Reads the items of an output block."""
+
+    def __init__(self, groups: Groups, conditions: Conditions, scope: Scope, *, nodes: int, duration: float):
+        self.groups = groups
+        self.conditions = conditions
+        self.scope = scope
+        self.findings = scope.findings
+        self.node_count = nodes
+        self.duration = duration
+        self.places: dict[str, Span] = {}
+        self.frames: Indices = np.zeros(0, dtype=np.int64)
+        self.every = math.inf
+        self.energy = math.inf
+        self.single = False
+        self.logs: list[Log] = []
+
+    def read(self, items: Sequence[s.Item]) -> Output:
+        """Return what is to be recorded; each mistake rejects one sentence only."""
+        for item in items:
+            with self.findings.item():
+                self._item(item)
+        return Output(self.frames, self.every, self.single, tuple(self.logs), self.energy)
+
+    def _item(self, item: s.Item) -> None:
+        if not isinstance(item, s.Sentence):
+            self.findings.reject("TIS312", "an output is a sentence: force of forceps A every 1 ms", item.span)
+        key = item.name.key
+        clauses = self._clauses(item)
+        if key == "precision":
+            self._precision(item)
+        elif key == "trajectory":
+            self._trajectory(item, clauses)
+        elif key == "energy" and "of" not in clauses:
+            self._once("energy", item)
+            self.energy = self._rate(item, clauses)
+            self.conditions.needs_ledger = True
+        elif key in MEASURES:
+            self._log(item, clauses)
+        else:
+            known = ("trajectory", "precision", *MEASURES)
+            self.findings.reject(
+                "TIS701", f'"{item.name.text}" is not an output', item.name.span, hint=alternatives(key, known, what="outputs")
+            )
+
+    def _clauses(self, item: s.Sentence) -> dict[str, s.Clause]:
+        clauses: dict[str, s.Clause] = {}
+        for clause in item.clauses:
+            if clause.word not in ("of", "to", "every") or clause.word in clauses:
+                self.findings.reject("TIS303", f'"{clause.word}" cannot stand in an output', clause.span)
+            clauses[clause.word] = clause
+        return clauses
+
+    def _once(self, key: str, item: s.Sentence) -> None:
+        if key in self.places:
+            notes = (Note("first here", self.places[key]),)
+            hint = "list several bodies: trajectory of [A, B] every 10 ms" if key == "trajectory" else ""
+            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, hint=hint, notes=notes)
+        self.places[key] = item.span
+
+    def _precision(self, item: s.Sentence) -> None:
+        self._once("precision", item)
+        word = item.phrase.words[0].key if item.phrase and item.phrase.kind == "word" else ""
+        if word not in ("single", "double"):
+            self.findings.reject("TIS305", "precision is single or double", item.span)
+        self.single = word == "single"
+
+    def _trajectory(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
+        self._once("trajectory", item)
+        self.every = self._rate(item, clauses)
+        if "of" in clauses:
+            groups = [self.groups.nodes(name) for name in self._names(clauses["of"])]
+            self.frames = np.unique(np.concatenate([group.indices for group in groups]))
+        else:
+            self.frames = np.arange(self.node_count)
+
+    def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
+        measure = MEASURES[item.name.key]
+        names = [name for word in ("of", "to") if word in clauses for name in self._names(clauses[word])]
+        if len(names) != measure.subjects:
+            self.findings.reject("TIS702", f"{item.name.text} takes {measure.subjects} of: {measure.form}", item.span)
+        every = self._rate(item, clauses)
+        subjects = self.conditions.log_subjects(measure, names)
+        self.conditions.needs_ledger |= item.name.key == LEDGER
+        name = " to ".join(subject.name for subject in subjects)
+        title = f"{item.name.key} of {name}" if name else item.name.key
+        self._once(title, item)
+        self.logs.append(Log(title, measure, subjects, every, item.span))
+
+    def _names(self, clause: s.Clause) -> list[s.Name]:
+        parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)
+        names = [part for part in parts if isinstance(part, s.Name)]
+        if len(names) != len(parts):
+            self.findings.reject("TIS312", "a name, or a list of names, is needed here", clause.value.span)
+        return names
+
+    def _rate(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> float:
+        if "every" not in clauses:
+            self.findings.reject("TIS304", f'{item.name.text} needs "every"', item.span, hint=f"for example: {item.span.text} every 10 ms")
+        node = clauses["every"].value
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="the time between outputs")
+        every = float(value.amount)
+        if every <= 0.0 or self.duration / every > MOST_SAMPLES:
+            self.findings.reject("TIS308", f"every {show(every, TIME)} makes too many samples of {show(self.duration, TIME)}", node.span)
+        return every

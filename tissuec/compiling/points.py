@@ -1,0 +1,107 @@
+"""Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.errors import alternatives
+from tissuec.core.units import LENGTH, NUMBER
+from tissuec.lang import syntax as s
+from tissuec.network import Floats
+from tissuec.scene.expressions import Scope, Truth
+from tissuec.scene.values import Value
+
+
+class PointScope(Scope):
+    """A scope in which x, y and z are the coordinates of many points.
+
+    Args:
+        constants: Scope of the scene's own numbers.
+        position: The points [m], shape (point, 3).
+        columns: Further numbers per point, such as "length" or "id".
+        regions: Membership of each point in each region, by lower-case name.
+        surface: Gives which points lie on the surface; None where no surface is known.
+    """
+
+    def __init__(
+        self,
+        constants: Scope,
+        position: Floats,
+        *,
+        columns: Mapping[str, Value] | None = None,
+        regions: Mapping[str, NDArray[np.bool_]] | None = None,
+        surface: Callable[[], NDArray[np.bool_]] | None = None,
+    ):
+        super().__init__(constants.findings)
+        self.constants = constants
+        self.position = position
+        self.columns = {name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")}
+        self.columns.update(columns or {})
+        self.regions = regions or {}
+        self.surface = surface
+
+    def name(self, name: s.Name) -> Value:
+        if name.key in self.columns:
+            return self.columns[name.key]
+        return self.constants.name(name)
+
+    def test(self, node: s.Expression) -> Truth:
+        match node:
+            case s.Within(subject=None):
+                return self._within(node)
+            case s.Is(subject=s.Name(words="region")):
+                return self._in_region(node)
+            case s.Name() if node.key == "surface":
+                if self.surface is None:
+                    self.findings.reject("TIS312", "this mesh has no surface", node.span)
+                return self.surface()
+            case _:
+                return super().test(node)
+
+    def select(self, condition: s.Expression) -> NDArray[np.bool_]:
+        """Return which points meet a condition, shape (point,)."""
+        return np.broadcast_to(self.decide(condition), len(self.position)).astype(bool)
+
+    def _within(self, node: s.Within) -> Truth:
+        radius, centre = self.number(node.radius), self.evaluate(node.centre)
+        self.expect(radius, LENGTH, node.radius.span, what="the radius")
+        if not centre.is_vector:
+            self.findings.reject("TIS312", "the centre is a point: (x, y, z) mm", node.centre.span)
+        if np.any(centre.amount):
+            self.expect(centre, LENGTH, node.centre.span, what="the centre")
+        distance = np.linalg.norm(self.position - centre.amount, axis=1)
+        # A point drawn exactly on the sphere belongs to it, whatever the rounding.
+        return distance <= radius.amount * (1 + 1e-12)
+
+    def _in_region(self, node: s.Is) -> Truth:
+        result = np.zeros(len(self.position), dtype=bool)
+        if node.phrase.kind == "between":
+            self.findings.reject("TIS312", "a region has one name", node.phrase.span)
+        for name in node.phrase.words:
+            if name.key not in self.regions:
+                self.findings.reject(
+                    "TIS301",
+                    f'there is no region called "{name.text}"',
+                    name.span,
+                    hint=alternatives(name.key, self.regions, what="regions"),
+                )
+            result |= self.regions[name.key]
+        return ~result if node.phrase.kind == "not" else result
+
+
+def extents(position: Floats) -> str:
+    """Return where points lie, for messages: ``x runs from 2 mm to 66 mm, …``."""
+    if not len(position):
+        return "the body has no nodes"
+    low, high = position.min(axis=0), position.max(axis=0)
+    return ", ".join(
+        f"{axis} runs from {units.show(a, LENGTH)} to {units.show(b, LENGTH)}"
+        for axis, a, b in zip("xyz", low, high, strict=True)
+    )
+
+
+def plain(numbers: NDArray[np.int64]) -> Value:
+    """Return whole numbers as a value without a dimension."""
+    return Value(numbers.astype(float), NUMBER)

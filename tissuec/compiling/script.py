@@ -1,0 +1,149 @@
+"""The script: timed sentences to a plan of actions, ``when`` conditions to triggers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tissuec.compiling.conditions import Conditions
+from tissuec.compiling.groups import Groups
+from tissuec.compiling.orders import SentenceOrder
+from tissuec.core.errors import alternatives
+from tissuec.core.units import TIME, show
+from tissuec.lang import syntax as s
+from tissuec.plan import Event, Trigger
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import Tool
+from tissuec.verbs import VERBS, Action
+
+MOST_REPETITIONS = 100_000
+
+
+@dataclass(slots=True)
+class Script:
+    """The events in order of time (at one time: as written) and the triggers."""
+
+    events: list[Event] = field(default_factory=list)
+    triggers: list[Trigger] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """When the sentences of a block happen."""
+
+    start: float  # [s], absolute or after the trigger
+    duration: float | None
+    is_outermost: bool = False
+
+
+class ScriptReader:
+    """Reads the items of a script block."""
+
+    def __init__(
+        self, groups: Groups, tools: Mapping[str, Tool], conditions: Conditions, scope: Scope, *, duration: float
+    ):
+        self.groups = groups
+        self.tools = tools
+        self.conditions = conditions
+        self.scope = scope
+        self.findings = scope.findings
+        self.duration = duration
+
+    def read(self, items: Sequence[s.Item]) -> Script:
+        """Return what the items order; each mistake rejects one sentence only."""
+        script = Script()
+        outermost = _Slot(0.0, None, is_outermost=True)
+        for item in items:
+            with self.findings.item():
+                if isinstance(item, s.Timed) and item.trigger is not None:
+                    script.triggers.append(self._trigger(item, item.trigger))
+                else:
+                    self._item(item, outermost, script.events)
+        script.events.sort(key=lambda event: event.time)
+        return script
+
+    def _trigger(self, item: s.Timed, condition: s.Expression) -> Trigger:
+        events: list[Event] = []
+        self._body(item.body, _Slot(0.0, None), events)
+        events.sort(key=lambda event: event.time)
+        return Trigger(self.conditions.condition(condition), tuple(events), item.head)
+
+    def _item(self, item: s.Item, slot: _Slot, events: list[Event]) -> None:
+        match item:
+            case s.Timed(trigger=None):
+                for inner in self._slots(item, slot):
+                    self._body(item.body, inner, events)
+            case s.Timed():
+                self.findings.reject("TIS312", "when stands outside of timed blocks", item.head)
+            case s.Sentence() if not slot.is_outermost:
+                events.append(Event(slot.start, self._action(item, slot.duration)))
+            case s.Sentence():
+                self.findings.reject(
+                    "TIS304", "the time is missing", item.span, hint=f"for example: at 0 s: {item.span.text}"
+                )
+            case _:
+                self.findings.reject("TIS303", "this cannot stand in a script", item.span)
+
+    def _body(self, items: Sequence[s.Item], slot: _Slot, events: list[Event]) -> None:
+        for item in items:
+            with self.findings.item():
+                self._item(item, slot, events)
+
+    # --- times ---------------------------------------------------------------------------------
+
+    def _slots(self, item: s.Timed, outer: _Slot) -> list[_Slot]:
+        words = [clause.word for clause in item.times]
+        times = [self._time(clause.value) for clause in item.times]
+        if outer.is_outermost and words == ["at"]:
+            return [self._checked(item, _Slot(times[0], None))]
+        if not outer.is_outermost and words == ["after"]:
+            return [self._checked(item, _Slot(outer.start + times[0], None))]
+        if words[:2] == ["from", "to"] and (len(words) == 2 or words[2:] == ["every"]):
+            start, stop = outer.start + times[0], outer.start + times[1]
+            if stop <= start:
+                text = f"{show(times[0], TIME)} to {show(times[1], TIME)}"
+                self.findings.reject("TIS403", f"the interval from {text} has no length", item.head)
+            if len(words) == 2:
+                return [self._checked(item, _Slot(start, stop - start))]
+            return [self._checked(item, slot) for slot in self._repetitions(item, start, stop, times[2])]
+        allowed = '"at T:", "from T to T:"' if outer.is_outermost else '"after T:", "from T to T:"'
+        self.findings.reject("TIS403", "these times do not fit here", item.head, hint=f'write {allowed} or "from T to T every T:"')
+
+    def _repetitions(self, item: s.Timed, start: float, stop: float, every: float) -> list[_Slot]:
+        """Return a slot for each beginning in [start, stop)."""
+        if every <= 0.0 or (stop - start) / every > MOST_REPETITIONS:
+            self.findings.reject("TIS403", f"this repeats more than {MOST_REPETITIONS} times", item.head)
+        count = int(np.ceil((stop - start) / every * (1 - 1e-12)))
+        return [_Slot(start + k * every, None) for k in range(count)]
+
+    def _time(self, node: s.Expression) -> float:
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="a time of the script")
+        if value.amount < 0.0:
+            self.findings.reject("TIS403", "a time before 0 s", node.span)
+        return float(value.amount)
+
+    def _checked(self, item: s.Timed, slot: _Slot) -> _Slot:
+        end = slot.start + (slot.duration or 0.0)
+        if end > self.duration * (1 + 1e-12):
+            self.findings.add(
+                "W402", f"this lasts until {show(end, TIME)}, but the run ends at {show(self.duration, TIME)}", item.head
+            )
+        return slot
+
+    # --- verbs ---------------------------------------------------------------------------------
+
+    def _action(self, sentence: s.Sentence, duration: float | None) -> Action:
+        verb = sentence.name.key.split(" ")[0]
+        if verb not in VERBS:
+            self.findings.reject(
+                "TIS404", f'"{verb}" is not a verb of the script', sentence.name.span,
+                hint=alternatives(verb, VERBS, what="verbs"),
+            )  # fmt: skip
+        if sentence.phrase is not None:
+            self.findings.reject("TIS312", '"is" does not belong into an order', sentence.phrase.span)
+        member = VERBS[verb]
+        order = SentenceOrder(sentence, verb, member.forms, duration, self.groups, self.tools, self.scope)
+        action = member.read(order)
+        order.finish()
+        return action

@@ -1,0 +1,201 @@
+"""Explicit meshes: tables of nodes and springs to arrays, columns with units of their own.
+
+``with columns "id x y z mass in g"``: a column is a known name, then ``in`` and a unit where it
+has one; lengths without a unit take that of the table (``table nodes of net in mm``).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.errors import CompileError, alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, Dimension, UnitError, describe, parse_unit
+from tissuec.lang import syntax as s
+from tissuec.lang.tables import Column, cell_span, read_rows
+from tissuec.meshes import Mesh
+from tissuec.meshes.explicit import Explicit, TableError
+from tissuec.network import Floats, Indices
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import Body
+from tissuec.scene.quantities import QUANTITIES
+
+ID = "id"
+NODE_COLUMNS: dict[str, Dimension | None] = {
+    ID: None, "x": LENGTH, "y": LENGTH, "z": LENGTH, "mass": units.MASS,
+    "vx": units.VELOCITY, "vy": units.VELOCITY, "vz": units.VELOCITY,
+}  # fmt: skip
+SPRING_COLUMNS: dict[str, Dimension | None] = {
+    ID: None, "a": None, "b": None, "rest length": LENGTH,
+    **{name: QUANTITIES[name].dimension for name in ("spring constant", "viscosity", "fraction force")},
+}  # fmt: skip
+#: Columns that may leave a cell open with "-": the tissue gives what is missing.
+_OPEN = ("mass", "rest length", "spring constant", "viscosity", "fraction force")
+#: Columns whose numbers must be above zero, or may be zero.
+_ABOVE_ZERO = ("mass", "fraction force")
+_NOT_BELOW_ZERO = ("spring constant", "viscosity", "rest length")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExplicitBody:
+    """What the tables of a body say; NaN where a cell was left open."""
+
+    mesh: Mesh
+    node_ids: Indices
+    spring_ids: Indices
+    nodes: Mapping[str, Floats]
+    springs: Mapping[str, Floats]
+
+    @classmethod
+    def without_columns(cls, mesh: Mesh) -> "ExplicitBody":
+        """Return the same of a generated mesh, numbered from 1."""
+        nodes, springs = (np.arange(1, len(part) + 1) for part in (mesh.position, mesh.ends))
+        return cls(mesh, nodes, springs, {}, {})
+
+
+def read_tables(body: Body, scope: Scope) -> ExplicitBody:
+    """Return the mesh and the columns of an explicit body; mistakes point at their cell."""
+    assert body.tables is not None
+    nodes = _Reader(body.tables.nodes, NODE_COLUMNS, ("x",), scope).read()
+    node_ids = nodes.ids()
+    position = np.stack([nodes.get(axis, default=0.0) for axis in "xyz"], axis=1)
+    if body.tables.springs is None:
+        springs, ends, spring_ids = None, np.zeros((0, 2), np.int32), np.zeros(0, np.int64)
+    else:
+        springs = _Reader(body.tables.springs, SPRING_COLUMNS, ("a", "b"), scope).read()
+        spring_ids = springs.ids()
+        ends = np.stack([springs.node_numbers(end, node_ids, body.name) for end in ("a", "b")], axis=1)
+    try:
+        mesh = Explicit(position, ends).build()
+    except TableError as error:
+        table = springs if error.table == "springs" and springs is not None else nodes
+        scope.findings.reject("TIS313", str(error), cell_span(table.table, error.row, 0))
+    return ExplicitBody(mesh, node_ids, spring_ids, nodes.columns, springs.columns if springs else {})
+
+
+class _Reader:
+    """One table: its header, and its cells in SI units."""
+
+    def __init__(self, table: s.Table, known: Mapping[str, Dimension | None], needed: Sequence[str], scope: Scope):
+        self.table = table
+        self.known = known
+        self.needed = needed
+        self.scope = scope
+        self.findings = scope.findings
+        self.names: list[str] = []
+        self.columns: dict[str, Floats] = {}
+
+    def read(self) -> "_Reader":
+        """Read header and rows."""
+        clauses = {clause.word: clause for clause in self.table.clauses}
+        header = clauses.get("with")
+        value = header.value if header else None
+        if not isinstance(value, s.Name) or value.words.lower() != "columns" or value.quoted is None:
+            self.findings.reject("TIS304", "a table needs its columns", self.table.name.span, hint='for example: with columns "id x y z"')
+        if stray := set(clauses) - {"of", "in", "with"}:
+            clause = clauses[stray.pop()]
+            self.findings.reject("TIS303", f'"{clause.word}" cannot stand in a table', clause.span)
+        length = self._unit(clauses["in"].value.span.text, LENGTH, clauses["in"]) if "in" in clauses else None
+        assert header is not None
+        factors = self._header(value.quoted, length, header)
+        wanted = [Column(name, "whole" if self.known[name] is None else "number", optional=name in _OPEN) for name in self.names]
+        try:
+            cells = read_rows(self.table, wanted)
+        except CompileError as error:
+            self.findings.diagnostics.extend(error.diagnostics)
+            self.findings.stop()
+        for name, column in zip(self.names, cells, strict=True):
+            self.columns[name] = column * factors[name] if factors[name] is not None else column
+            self._check_sign(name, self.columns[name])
+        return self
+
+    def get(self, name: str, *, default: float) -> Floats:
+        """Return a column, or the default in every row if it was left out."""
+        rows = len(next(iter(self.columns.values())))
+        return self.columns.get(name, np.full(rows, default))
+
+    def ids(self) -> Indices:
+        """Return the ids of the rows; without such a column their numbers from 1."""
+        if ID not in self.columns:
+            return np.arange(1, len(next(iter(self.columns.values()))) + 1)
+        ids = self.columns[ID].astype(np.int64)
+        order = np.argsort(ids, kind="stable")
+        again = np.flatnonzero(np.diff(ids[order]) == 0)
+        if len(again):
+            row = int(order[again + 1].min())
+            self.findings.reject("TIS313", f"id {ids[row]} stands twice in the table", self._cell(row, ID))
+        return ids
+
+    def node_numbers(self, name: str, node_ids: Indices, body: str) -> Indices:
+        """Return the numbers of the nodes whose ids a column holds."""
+        wanted = self.columns[name].astype(np.int64)
+        order = np.argsort(node_ids)
+        if not len(order):
+            self.findings.reject("TIS313", f"{body} has springs but no nodes", self.table.name.span)
+        place = np.clip(np.searchsorted(node_ids, wanted, sorter=order), 0, len(order) - 1)
+        found = order[place]
+        unknown = np.flatnonzero(node_ids[found] != wanted)
+        if len(unknown):
+            row = int(unknown[0])
+            self.findings.reject("TIS313", f"{body} has no node with id {wanted[row]}", self._cell(row, name))
+        return found
+
+    def _header(self, text: str, length: float | None, clause: s.Clause) -> dict[str, float | None]:
+        """Read the header into ``names``; return the factor to SI of each column."""
+        factors: dict[str, float | None] = {}
+        words = text.replace(",", " ").split()
+        while words:
+            name = next(
+                (" ".join(words[:count]) for count in (2, 1) if " ".join(words[:count]).lower() in self.known), words[0]
+            )
+            words = words[len(name.split()) :]
+            name = name.lower()
+            if name not in self.known:
+                self.findings.reject(
+                    "TIS303", f'"{name}" is not a column of {self.table.name.text}', clause.span,
+                    hint=alternatives(name, self.known, what="columns"),
+                )  # fmt: skip
+            if name in factors:
+                self.findings.reject("TIS307", f'column "{name}" stands twice', clause.span)
+            dimension = self.known[name]
+            factors[name] = None
+            if len(words) > 1 and words[0] == "in":
+                if dimension is None:
+                    self.findings.reject("TIS502", f"{name} has no unit", clause.span)
+                factors[name] = self._unit(words[1], dimension, clause)
+                words = words[2:]
+            elif dimension is not None:
+                factors[name] = self._default_factor(name, dimension, length, clause)
+            self.names.append(name)
+        for name in self.needed:
+            if name not in factors:
+                self.findings.reject("TIS304", f'the table needs a column "{name}"', clause.span)
+        return factors
+
+    def _default_factor(self, name: str, dimension: Dimension, length: float | None, clause: s.Clause) -> float:
+        if dimension == LENGTH and length is not None:
+            return length
+        example = f'"… {name} in {units.suggested_unit(dimension)}"'
+        self.findings.reject("TIS501", f"the column {name} is {describe(dimension)}; it has no unit", clause.span, hint=f"write {example}")
+
+    def _unit(self, text: str, dimension: Dimension, clause: s.Clause) -> float:
+        try:
+            unit = parse_unit(text)
+        except UnitError as error:
+            self.findings.reject("TIS104", str(error), clause.span)
+        if unit.dimension != dimension:
+            self.findings.reject("TIS502", f"{text} is {describe(unit.dimension)}; {describe(dimension)} is needed", clause.span)
+        return unit.factor
+
+    def _check_sign(self, name: str, column: Floats) -> None:
+        bad = (column <= 0.0) if name in _ABOVE_ZERO else (column < 0.0) if name in _NOT_BELOW_ZERO else None
+        if bad is not None and bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            wanted = "above zero" if name in _ABOVE_ZERO else "zero or more"
+            self.findings.reject("TIS308", f"the {name} in row {row + 1} must be {wanted}", self._cell(row, name))
+
+    def _cell(self, row: int, name: str) -> Span:
+        return cell_span(self.table, row, self.names.index(name))
+

@@ -1,0 +1,1 @@
+"""Ground floor: sources and spans, diagnostics, units, families, resources."""

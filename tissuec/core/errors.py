@@ -1,0 +1,62 @@
+"""What can be wrong: diagnostics about the text, and the errors that carry them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Literal
+
+from tissuec.core.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A remark beside a diagnostic; with a span it points at a second place."""
+
+    message: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding about the text: what, where, and what to do about it."""
+
+    code: str  # stable and documented, such as "TIS502"; warnings begin with "W"
+    message: str
+    span: Span | None  # None only where there is no text, such as a file that is missing
+    hint: str = ""
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def severity(self) -> Literal["error", "warning"]:
+        """Return "warning" for codes that begin with W, otherwise "error"."""
+        return "warning" if self.code.startswith("W") else "error"
+
+
+class TissueError(Exception):
+    """Base of every error that tissuec raises on purpose."""
+
+
+class CompileError(TissueError):
+    """The text does not describe a scene; holds every finding, not just the first."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]):
+        self.diagnostics = tuple(diagnostics)
+        super().__init__(*(f"{d.code}: {d.message}" for d in self.diagnostics[:1]))
+
+
+class SimulationError(TissueError):
+    """The run diverged or could not go on; the message names the spring, time and line."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty string."""
+    near = get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return f'did you mean "{near[0]}"?' if near else ""
+
+
+def alternatives(word: str, known: Iterable[str], *, what: str) -> str:
+    """Return a hint with the nearest word and then all words, such as for an unknown entry."""
+    names = list(known)
+    near = did_you_mean(word, names)
+    every = f"{what}: {', '.join(names)}" if names else ""
+    return "  ".join(part for part in (near, every) if part)

@@ -1,0 +1,62 @@
+"""Types that say how an entry is written; a dataclass of them is a schema of the language.
+
+The compiler reads a member's fields (name, type, default, "Attributes:" line of the docstring)
+and from them checks entries, converts units, suggests near misses and writes the reference. An
+underscore in a field name is a blank in the language.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.units import Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A number with a dimension. ``above``/``at_least``/``at_most`` are limits in SI units."""
+
+    dimension: Dimension
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """A whole number with limits."""
+
+    at_least: int = 1
+    at_most: int = 100_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """One of a few words, written with ``is``."""
+
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A vector of three components with a dimension."""
+
+    dimension: Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class FromTo:
+    """``axis from (…) to (…)``: two points."""
+
+    dimension: Dimension
+
+
+Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+Length = Annotated[float, Measure(units.LENGTH, above=0.0)]
+Count = Annotated[int, Whole(at_least=1)]
+Position = Annotated[NDArray[np.float64], Point(units.LENGTH)]
+Points = Annotated[Segment, FromTo(units.LENGTH)]

@@ -1,0 +1,46 @@
+"""Where grammars, the shipped library and the user's cache are."""
+
+from functools import cache
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent.parent
+
+
+@cache
+def root() -> Path:
+    """Return the folder that holds ``grammars/`` and ``library/``.
+
+    A checkout (also behind an editable install) wins over the copy inside an installed
+    package, so that edits are seen at once.
+    """
+    checkout = PACKAGE.parent
+    if (checkout / "grammars").is_dir() and (checkout / "pyproject.toml").is_file():
+        return checkout
+    return PACKAGE / "_data"
+
+
+def grammar(name: str) -> Path:
+    """Return the path of the grammar file ``name``."""
+    return root() / "grammars" / name
+
+
+def library() -> Path:
+    """Return the folder of the shipped vocabularies, tissues and scenes."""
+    return root() / "library"
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Return a writable folder for compiled grammars and kernels, or None if there is none."""
+    import tempfile
+
+    from platformdirs import user_cache_path
+
+    for folder in (user_cache_path("tissuec", appauthor=False), Path(tempfile.gettempdir()) / "tissuec-cache"):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    return None

@@ -1,0 +1,71 @@
+"""Text with a name, and places in it, so that any finding can quote what it is about."""
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A whole text and what to call it.
+
+    Attributes:
+        name: What messages print, such as ``sterilisation.tis``.
+        text: The text after normalisation (no byte order mark, NFC, line ends as ``\\n``).
+        path: The file it came from; None for text given directly.
+    """
+
+    name: str
+    text: str
+    path: Path | None = None
+
+    @cached_property
+    def line_starts(self) -> list[int]:
+        """Return the offset at which each line begins."""
+        starts = [0]
+        find = self.text.find
+        end = find("\n")
+        while end >= 0:
+            starts.append(end + 1)
+            end = find("\n", end + 1)
+        return starts
+
+    def line_text(self, line: int) -> str:
+        """Return line number ``line`` (from 1) without its line end."""
+        start = self.line_starts[line - 1]
+        end = self.text.find("\n", start)
+        return self.text[start:] if end < 0 else self.text[start:end]
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A stretch of a source, as character offsets; ``end`` is exclusive."""
+
+    source: Source = field(repr=False)
+    start: int
+    end: int
+
+    @property
+    def line(self) -> int:
+        """Return the line of the first character, counted from 1."""
+        return bisect_right(self.source.line_starts, self.start)
+
+    @property
+    def column(self) -> int:
+        """Return the column of the first character, counted from 1."""
+        return self.start - self.source.line_starts[self.line - 1] + 1
+
+    @property
+    def text(self) -> str:
+        """Return the text that the span covers."""
+        return self.source.text[self.start : self.end]
+
+    @property
+    def place(self) -> str:
+        """Return ``name:line``, the short form for tables and run-time messages."""
+        return f"{self.source.name}:{self.line}"
+
+    def to(self, other: "Span") -> "Span":
+        """Return the span from the start of this one to the end of ``other``."""
+        return Span(self.source, self.start, max(self.end, other.end))

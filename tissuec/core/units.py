@@ -1,0 +1,197 @@
+"""Units and dimensions: a small table of our own, converting to SI base units at the door.
+
+Only mechanical units are needed, so a dimension is three exponents. Angles and percentages are
+plain numbers (rad = 1, % = 0.01).
+"""
+
+import math
+import re
+from functools import cache
+from typing import NamedTuple
+
+
+class Dimension(NamedTuple):
+    """Exponents of kilogram, metre and second."""
+
+    mass: float = 0
+    length: float = 0
+    time: float = 0
+
+    def __mul__(self, other: "Dimension") -> "Dimension":  # type: ignore[override]
+        return Dimension(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def __truediv__(self, other: "Dimension") -> "Dimension":
+        return Dimension(*(a - b for a, b in zip(self, other, strict=True)))
+
+    def __pow__(self, exponent: float) -> "Dimension":
+        return Dimension(*(a * exponent for a in self))
+
+
+NUMBER = Dimension()
+MASS = Dimension(mass=1)
+LENGTH = Dimension(length=1)
+TIME = Dimension(time=1)
+FREQUENCY = NUMBER / TIME
+AREA = LENGTH**2
+VOLUME = LENGTH**3
+VELOCITY = LENGTH / TIME
+ACCELERATION = VELOCITY / TIME
+MOMENTUM = MASS * VELOCITY
+FORCE = MASS * ACCELERATION
+ENERGY = FORCE * LENGTH
+POWER = ENERGY / TIME
+PRESSURE = FORCE / AREA
+STIFFNESS = FORCE / LENGTH
+VISCOSITY = FORCE / VELOCITY
+
+#: What to call a dimension in messages, and the SI unit to show it in.
+DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
+    NUMBER: ("a plain number", ""),
+    MASS: ("a mass", "kg"),
+    LENGTH: ("a length", "m"),
+    TIME: ("a time", "s"),
+    FREQUENCY: ("a frequency or a rate", "1/s"),
+    AREA: ("an area", "m^2"),
+    VOLUME: ("a volume", "m^3"),
+    VOLUME / TIME: ("a flow", "m^3/s"),
+    VELOCITY: ("a speed", "m/s"),
+    ACCELERATION: ("an acceleration", "m/s^2"),
+    MOMENTUM: ("a momentum", "kg*m/s"),
+    FORCE: ("a force", "N"),
+    ENERGY: ("an energy", "J"),
+    POWER: ("a power", "W"),
+    PRESSURE: ("a pressure", "Pa"),
+    STIFFNESS: ("force per length", "N/m"),
+    VISCOSITY: ("force per speed", "N*s/m"),
+    MASS / LENGTH**3: ("a density", "kg/m^3"),
+}
+
+_PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3, "M": 1e6, "G": 1e9}
+_PREFIXED = {
+    "m": (1.0, LENGTH),
+    "g": (1e-3, MASS),
+    "s": (1.0, TIME),
+    "N": (1.0, FORCE),
+    "Pa": (1.0, PRESSURE),
+    "J": (1.0, ENERGY),
+    "W": (1.0, POWER),
+    "Hz": (1.0, FREQUENCY),
+    "l": (1e-3, VOLUME),
+}
+_PLAIN = {
+    "min": (60.0, TIME),
+    "deg": (math.pi / 180.0, NUMBER),
+    "rad": (1.0, NUMBER),
+    "%": (0.01, NUMBER),
+}
+#: Symbol -> (factor to SI, dimension). Micro is written u, µ (U+00B5) or μ (U+03BC).
+SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
+    spelling + unit: (_PREFIXES[prefix] * factor, dimension)
+    for unit, (factor, dimension) in _PREFIXED.items()
+    for prefix in _PREFIXES
+    for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
+}
+
+
+class Unit(NamedTuple):
+    """What one of the unit is in SI base units, and its dimension."""
+
+    factor: float
+    dimension: Dimension
+
+
+class UnitError(ValueError):
+    """The text is not a unit; ``symbol`` is the part that is not known."""
+
+    def __init__(self, symbol: str):
+        self.symbol = symbol
+        super().__init__(f'"{symbol}" is not a unit')
+
+
+_STEP = re.compile(r"([*/·]?)([^\W\d_]+|%)(?:\^(-?\d+))?")
+
+
+@cache
+def parse_unit(text: str) -> Unit:
+    """Return the unit that ``text`` spells, such as ``mm``, ``N*s/m`` or ``kg/m^3``.
+
+    Raises:
+        UnitError: A symbol is not in the table, or the text has another form.
+    """
+    factor, dimension, position = 1.0, NUMBER, 0
+    compact = text.replace(" ", "")
+    while position < len(compact):
+        step = _STEP.match(compact, position)
+        if step is None or (position > 0) != bool(step[1]):
+            raise UnitError(compact[position:] or text)
+        position = step.end()
+        if step[2] not in SYMBOLS:
+            raise UnitError(step[2])
+        size, kind = SYMBOLS[step[2]]
+        exponent = int(step[3] or 1) * (-1 if step[1] == "/" else 1)
+        factor *= size**exponent
+        dimension = dimension * kind**exponent
+    if not compact:
+        raise UnitError(text)
+    return Unit(factor, dimension)
+
+
+def canonical_unit(text: str) -> str:
+    """Return the spelling that ``fmt`` writes: no blanks, ``*`` for ``·``, ``u`` for micro."""
+    return text.replace(" ", "").replace("·", "*").replace("µ", "u").replace("μ", "u")
+
+
+def unit_pattern() -> str:
+    """Return a regular expression that matches any unit directly after a number."""
+    symbols = "|".join(sorted(map(re.escape, SYMBOLS), key=len, reverse=True))
+    one = rf"(?:{symbols})(?![^\W\d_]|_)(?:\^-?[0-9]+)?(?!\w)"
+    return rf"{one}(?:[*/·]{one})*"
+
+
+def describe(dimension: Dimension) -> str:
+    """Return a dimension in words with its SI unit, such as ``a force (N)``."""
+    name, unit = DIMENSION_NAMES.get(dimension, ("a quantity", si_unit(dimension)))
+    return f"{name} ({unit})" if unit else name
+
+
+def si_unit(dimension: Dimension) -> str:
+    """Return the SI unit of a dimension, named where it has a name: ``N/m``, ``kg*m^3``."""
+    if dimension in DIMENSION_NAMES:
+        return DIMENSION_NAMES[dimension][1]
+    parts = [
+        symbol if exponent == 1 else f"{symbol}^{exponent:g}"
+        for symbol, exponent in zip(("kg", "m", "s"), dimension, strict=True)
+        if exponent
+    ]
+    return "*".join(parts)
+
+
+#: Display scales for people: thousandths and millionths get their own symbol.
+_SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
+    LENGTH: ((1e-6, "um"), (1e-3, "mm"), (1.0, "m"), (1e3, "km")),
+    MASS: ((1e-9, "ug"), (1e-6, "mg"), (1e-3, "g"), (1.0, "kg")),
+    TIME: ((1e-6, "us"), (1e-3, "ms"), (1.0, "s")),
+    FORCE: ((1e-6, "uN"), (1e-3, "mN"), (1.0, "N"), (1e3, "kN")),
+    STIFFNESS: ((1e-3, "mN/m"), (1.0, "N/m"), (1e3, "kN/m")),
+    VISCOSITY: ((1e-6, "uN*s/m"), (1e-3, "mN*s/m"), (1.0, "N*s/m")),
+    ENERGY: ((1e-9, "nJ"), (1e-6, "uJ"), (1e-3, "mJ"), (1.0, "J")),
+    VELOCITY: ((1e-3, "mm/s"), (1.0, "m/s")),
+}
+
+
+def suggested_unit(dimension: Dimension) -> str:
+    """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
+    return "mm" if dimension == LENGTH else si_unit(dimension)
+
+
+def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
+    """Return a value for people: ``3.16 mN*s/m``, ``4.27 mm``, ``0.25``."""
+    scales = _SHOWN.get(dimension)
+    if not scales or value == 0.0 or not math.isfinite(value):
+        return f"{value:.{digits}g} {si_unit(dimension)}".strip()
+    factor, unit = scales[0]
+    for size, name in scales:
+        # Half a unit in the last digit, so that 0.9999 mm is shown as 1 mm and not 1e+03 um.
+        if abs(value) >= size * (1 - 0.5 * 10.0**-digits):
+            factor, unit = size, name
+    return f"{value / factor:.{digits}g} {unit}"

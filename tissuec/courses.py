@@ -1,0 +1,128 @@
+"""Courses in time: the factor by which a load or a prescribed motion is switched on.
+
+A course is a plain record of numbers, so that kernels, the reference and the file can all hold
+it; the value before ``start`` is that at ``start``, after ``stop`` that at ``stop``.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+CourseKind = Literal["constant", "ramp", "smooth", "sine", "table"]
+COURSE_KINDS: tuple[CourseKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
+
+
+def _empty() -> Floats:
+    return np.zeros(0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """A scalar function of time.
+
+    With p = (t - start) / (stop - start), clipped to 0…1:
+    ``constant`` is 1; ``ramp`` is p; ``smooth`` is 10 p³ - 15 p⁴ + 6 p⁵, whose velocity and
+    acceleration vanish at both ends (minimum jerk: Flash & Hogan 1985); ``sine`` is
+    sin(2π f (t - start)); ``table`` is a cubic Hermite interpolant through ``values`` at
+    ``start + times`` with the given ``slopes``.
+
+    Attributes:
+        start: Time at which the course begins [s].
+        stop: Time at which it ends [s]; may be infinite for constant and sine.
+        frequency: Of the sine [Hz].
+        times: Knots of the table after the start [s], shape (knot,), ascending from 0.
+        values: Factors at the knots, shape (knot,).
+        slopes: Their rates [1/s], shape (knot,).
+    """
+
+    kind: CourseKind
+    start: float
+    stop: float
+    frequency: float = 0.0
+    times: Floats = field(default_factory=_empty)
+    values: Floats = field(default_factory=_empty)
+    slopes: Floats = field(default_factory=_empty)
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Return the factor and its rate [1/s] at a time [s]."""
+        since = min(max(time, self.start), self.stop) - self.start
+        moving = self.start <= time <= self.stop
+        match self.kind:
+            case "constant":
+                return 1.0, 0.0
+            case "sine":
+                angle = 2.0 * np.pi * self.frequency
+                rate = angle * np.cos(angle * since) if moving else 0.0
+                return float(np.sin(angle * since)), float(rate)
+            case "table":
+                value, rate = _hermite(self.times, self.values, self.slopes, since)
+                return value, rate if moving else 0.0
+            case "ramp":
+                length = self.stop - self.start
+                return since / length, 1.0 / length if moving else 0.0
+            case "smooth":
+                length = self.stop - self.start
+                p = since / length
+                value = p * p * p * (10.0 + p * (6.0 * p - 15.0))
+                return value, 30.0 * p * p * (1.0 - p) ** 2 / length
+
+    def begin(self, at: float, *, until: float = np.inf) -> "Course":
+        """Return this course, written to begin at 0 s, as it is when it begins ``at`` a time.
+
+        Args:
+            at: Where it begins [s].
+            until: Where it is broken off, should it go on so long [s].
+        """
+        return replace(self, start=self.start + at, stop=min(self.stop + at, until))
+
+    @property
+    def knots(self) -> Floats:
+        """Return the times at which a derivative jumps, for steps to land on [s]."""
+        ends = [t for t in (self.start, self.stop) if np.isfinite(t)]
+        inner = self.start + self.times
+        return np.unique(np.concatenate([ends, inner[inner <= self.stop]]))
+
+
+def _hermite(times: Floats, values: Floats, slopes: Floats, t: float) -> tuple[float, float]:
+    """Return a piecewise cubic and its derivative at ``t``, constant outside the knots."""
+    i = int(np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2))
+    h = times[i + 1] - times[i]
+    p = min(max((t - times[i]) / h, 0.0), 1.0)
+    a, b, ma, mb = values[i], values[i + 1], slopes[i] * h, slopes[i + 1] * h
+    c2, c3 = 3.0 * (b - a) - 2.0 * ma - mb, 2.0 * (a - b) + ma + mb
+    return float(a + p * (ma + p * (c2 + p * c3))), float(
+        (ma + p * (2.0 * c2 + 3.0 * p * c3)) / h
+    )
+
+
+def monotone_slopes(times: Floats, values: Floats) -> Floats:
+    """Return slopes that keep a cubic interpolant monotone between its knots.
+
+    Args:
+        times: Knots, shape (knot,), strictly ascending, at least 2.
+        values: Values at the knots, shape (knot,).
+
+    Returns:
+        Derivatives, shape (knot,), by the harmonic mean of Fritsch & Butland (1984).
+    """
+    h, d = np.diff(times), np.diff(values) / np.diff(times)
+    if len(d) == 1:
+        return np.array([d[0], d[0]])
+    w1, w2 = 2.0 * h[1:] + h[:-1], h[1:] + 2.0 * h[:-1]
+    same = d[1:] * d[:-1] > 0.0
+    safe = np.where(same, d[:-1], 1.0), np.where(same, d[1:], 1.0)
+    inner = np.where(same, (w1 + w2) / (w1 / safe[0] + w2 / safe[1]), 0.0)
+    return np.concatenate(
+        [[_end_slope(h[0], h[1], d[0], d[1])], inner, [_end_slope(h[-1], h[-2], d[-1], d[-2])]]
+    )
+
+
+def _end_slope(h0: float, h1: float, d0: float, d1: float) -> float:
+    """Return the one-sided three-point slope at an end, limited so as to stay monotone."""
+    slope = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
+    if slope * d0 <= 0.0:
+        return 0.0
+    return 3.0 * d0 if d0 * d1 <= 0.0 and abs(slope) > 3.0 * abs(d0) else float(slope)

@@ -1,0 +1,104 @@
+"""Binding: the same stepping code over other operations, interpreted or compiled.
+
+A function of ours is copied with some of its global names replaced; so are the functions it
+calls. Numba is imported only here, and only when something is compiled. Compiled code is cached
+in a folder named after a digest of all sources that it can come from, because Numba itself does
+not notice that a function called from another file has changed.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Mapping
+from dis import get_instructions
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+from tissuec.core.resources import PACKAGE, cache_folder
+
+Function = Callable[..., Any]
+SOURCES = ("engine", "integrators", "kernels")
+
+
+class Binder:
+    """Copies functions together with what they call.
+
+    Args:
+        replaced: Global names and what they shall mean: functions (bound in turn) or constants.
+        compiled: Whether the copies go through Numba.
+    """
+
+    def __init__(self, replaced: Mapping[str, Any], *, compiled: bool):
+        self._replaced = replaced
+        self._compiled = compiled
+        self._bound: dict[Function, tuple[Function, frozenset[str]]] = {}
+
+    def bind(self, function: Function) -> Function:
+        """Return a copy of a function under the replaced names."""
+        return self._bind(function)[0]
+
+    def _bind(self, function: Function) -> tuple[Function, frozenset[str]]:
+        """Return the copy and which replacements it depends on, directly or not."""
+        if function in self._bound:
+            return self._bound[function]
+        assert isinstance(function, FunctionType)
+        names = dict(function.__globals__)
+        depends: set[str] = set()
+        for name in _globals_of(function):
+            if name in self._replaced:
+                names[name] = self._replaced[name]
+                depends.add(name)
+            value = names.get(name)
+            if isinstance(value, FunctionType) and value.__module__.startswith("tissuec."):
+                names[name], further = self._bind(value)
+                depends |= further
+        copy = FunctionType(function.__code__, names, function.__name__)
+        copy.__module__ = function.__module__
+        copy.__qualname__ = f"{function.__name__}_{self._variant(depends)}"
+        result = _jit(copy) if self._compiled else copy
+        self._bound[function] = (result, frozenset(depends))
+        return self._bound[function]
+
+    def _variant(self, depends: set[str]) -> str:
+        """Return a name for the replacements in use; Numba's cache tells variants by name."""
+        parts = []
+        for name in sorted(depends):
+            value = self._replaced[name]
+            shown = f"{value.__module__}.{value.__name__}" if callable(value) else repr(value)
+            parts.append(f"{name}={shown}")
+        return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:12]
+
+
+def _globals_of(function: FunctionType) -> list[str]:
+    """Return the names that a function loads from its module, in order of appearance."""
+    found = (i.argval for i in get_instructions(function) if i.opname == "LOAD_GLOBAL")
+    return list(dict.fromkeys(found))
+
+
+@cache
+def kernel_folder() -> Path | None:
+    """Return the folder for compiled code of exactly these sources, None without a place."""
+    base = os.environ.get("NUMBA_CACHE_DIR") or cache_folder()
+    if base is None:
+        return None
+    digest = hashlib.sha256()
+    for part in SOURCES:
+        for path in sorted((PACKAGE / part).glob("*.py")):
+            digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return Path(base) / f"kernels-{digest.hexdigest()[:16]}"
+
+
+def _jit(function: FunctionType) -> Function:
+    """Return a function compiled on its first call, or loaded from the cache."""
+    import numba
+
+    folder = kernel_folder()
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder or "")
+    try:
+        # Only contraction of a b + c: anything more would break the tests for NaN.
+        options = {"error_model": "numpy", "fastmath": {"contract"}}
+        return numba.njit(cache=folder is not None, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before

@@ -1,0 +1,82 @@
+"""The automatic choice of an integrator, by measured facts of the scene and a reason in words.
+
+Work against precision, in force evaluations, follows from the orders: velocity Verlet needs
+T ω √(κ / tolerance) of them, DOP853 about 12 T ω (κ' / tolerance)^(1/7) / 2. On the tube, the
+lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tissuec.engine.method import Method
+from tissuec.engine.stability import damping_radius, spectral_radius
+from tissuec.integrators import INTEGRATORS
+from tissuec.situation import Situation
+
+CROSSING = 1e-3
+DEFAULT_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """An integrator and why.
+
+    Attributes:
+        name: A member of ``INTEGRATORS``.
+        reason: One sentence.
+        facts: "omega" and "damping" [1/s], "zeta", "limit" [s] of the chosen one, where they
+            were needed.
+    """
+
+    name: str
+    reason: str
+    facts: Mapping[str, float]
+
+
+def measured_facts(situation: Situation) -> dict[str, float]:
+    """Return ω̂ and λ̂ [1/s] and the damping ratio ζ̂ = λ̂ / 2ω̂ of the fastest motion."""
+    omega, damping = spectral_radius(situation), damping_radius(situation)
+    return {
+        "omega": omega,
+        "damping": damping,
+        "zeta": damping / (2.0 * omega) if omega else 0.0,
+    }
+
+
+def choose(situation: Situation, method: Method) -> Choice:
+    """Return the integrator for a scene; the one asked for by name, if any."""
+    if method.name != "automatic":
+        return Choice(method.name, f'"{method.name}" was asked for', {})
+    if method.step is not None:
+        return _by_step(situation, method.step)
+    tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
+    if tolerance < CROSSING:
+        reason = (
+            f"a tolerance of {tolerance:g} is finer than {CROSSING:g}, "
+            "where order 8 needs fewer force evaluations than order 2"
+        )
+        return Choice("dop853", reason, {})
+    facts = measured_facts(situation)
+    if facts["zeta"] > 1.0:
+        reason = (
+            f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
+            "which would force very small steps on velocity Verlet"
+        )
+        return Choice("dop853", reason, facts)
+    reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
+    return Choice("velocity verlet", reason, facts)
+
+
+def _by_step(situation: Situation, step: float) -> Choice:
+    """Return an integrator that is stable at a given step, the cheapest if there are several."""
+    facts = measured_facts(situation)
+    limit = INTEGRATORS["velocity verlet"].stability_limit(facts["omega"], facts["zeta"])
+    if step <= 0.9 * limit:
+        reason = f"a step of {step:g} s is well below its stability limit of {limit:.3g} s"
+        return Choice("velocity verlet", reason, facts | {"limit": limit})
+    wider = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
+    reason = (
+        f"a step of {step:g} s is near or above the stability limit of velocity Verlet "
+        f"({limit:.3g} s); that of DOP853 is {wider:.3g} s"
+    )
+    return Choice("dop853", reason, facts | {"limit": wider})

@@ -1,0 +1,234 @@
+"""The loop over steps: control of their size, landing, samples, and a look for ruptures.
+
+Written once for every integrator and both tiers. As it stands here it runs velocity Verlet on
+NumPy; ``tissuec.engine.tiers`` binds the names of integrator and operations to others. It comes
+back to Python whenever something needs a decision, and can then go on where it was.
+"""
+
+from math import isfinite
+
+from tissuec.integrators.verlet import VelocityVerlet, estimate, finish, prepare, propose, step
+from tissuec.kernels.records import (
+    FULL,
+    HELD,
+    OUTSIZE,
+    PAUSED,
+    REACHED,
+    SURPASSED,
+    UNDERFLOW,
+    Buffer,
+    Floats,
+    Progress,
+    Task,
+    Work,
+)
+from tissuec.kernels.scalar import LEDGER, WATCHED
+from tissuec.kernels.vector import (
+    VectorNet,
+    combine,
+    copy_sample,
+    distance,
+    force,
+    peaks,
+    place,
+    polynomials,
+    quadrature,
+    tension,
+)
+
+TRIALS = VelocityVerlet.trials
+CLOSING = VelocityVerlet.closing
+INSIDERS = VelocityVerlet.insiders
+END_ROW = VelocityVerlet.end_row
+LOOKS = VelocityVerlet.looks
+CONTROL_ORDER = VelocityVerlet.control_order
+# Rupture is examined closely from this part of the strength on; covers the difference between
+# the parabola through three looks and the tension's true course.
+MARGIN = 0.999
+
+
+def drive(
+    progress: Progress, task: Task, work: Work, net: VectorNet, buffer: Buffer
+) -> tuple[int, Progress]:
+    """Step until something has to be decided; return why, and where the run stands."""
+    time, size, end, memory, calm = progress[:5]
+    displacement, speed, current, pending, prepared, fresh = progress[5:11]
+    accepted, rejected, evaluations, sample, filled, smallest, largest = progress[11:18]
+    if fresh:
+        place(time, work.x[current], work.v[current], net)
+        x, v, a = work.x[current], work.v[current], work.a[current]
+        force(time, x, v, a, work.power[1], net)
+        evaluations += 1
+        fresh = 0
+    growing = True
+    reason = REACHED
+    while True:
+        if pending == 0:
+            if time >= task.until:
+                reason = REACHED
+                break
+            if 2 * filled >= buffer.time.size:
+                # Emptied between steps, where a run can be resumed, rather than within one.
+                reason = FULL
+                break
+            if evaluations >= task.evaluations:
+                reason = PAUSED
+                break
+            end = landing(time, size, task)
+            h = end - time
+            if end < task.until and h <= 16.0 * 2.2e-16 * abs(time) + 1e-300:
+                reason = UNDERFLOW
+                break
+            near = step(time, end, current, work, net)
+            evaluations += TRIALS
+            reach = max(displacement, distance(work.x[1 - current], work.origin))
+            pace = max(speed, distance(work.v[1 - current], work.zero))
+            ratio = 0.0
+            if task.fixed == 0:
+                ratio = judge(h, reach, pace, current, task, work)
+                if not ratio <= 1.0:
+                    factor = 0.1
+                    if isfinite(ratio):
+                        factor = max(0.1, 0.9 * ratio ** (-1.0 / CONTROL_ORDER))
+                    size = h * factor
+                    rejected += 1
+                    memory, calm, growing = 0.0, 0, False
+                    continue
+            if not (reach <= task.bound and isfinite(pace)):
+                reason = OUTSIZE
+                break
+            near |= finish(time, end, current, work, net)
+            evaluations += CLOSING
+            accepted += 1
+            displacement, speed = reach, pace
+            smallest, largest = min(smallest, h), max(largest, h)
+            if task.fixed == 0:
+                proposal, memory, calm = propose(h, ratio, memory, calm)
+                if not growing:
+                    proposal = min(proposal, h)
+                # A step cut short to land says nothing against the size before it.
+                size = max(size, proposal) if h < 0.999999 * size else proposal
+                growing = True
+            pending, prepared = 1, 0
+            if WATCHED and near:
+                prepare(time, end, current, work, net)
+                evaluations += INSIDERS
+                prepared = 1
+                if surpasses(time, end, current, work, net):
+                    reason = SURPASSED
+                    break
+            if task.hold == 1:
+                reason = HELD
+                break
+        # Samples of the step under way: from its start up to, but not at, its end.
+        while sample < buffer.times.size and buffer.times[sample] < end:
+            if filled == buffer.time.size:
+                reason = FULL
+                break
+            when = buffer.times[sample]
+            buffer.time[filled] = when
+            if when <= time:
+                x, v = work.x[current], work.v[current]
+                copy_sample(x, v, work.ledger[current], filled, buffer)
+            else:
+                if prepared == 0:
+                    prepare(time, end, current, work, net)
+                    evaluations += INSIDERS
+                    prepared = 1
+                x, v = buffer.position[filled], buffer.velocity[filled]
+                look(when, time, end, current, x, v, buffer.ledger[filled], work, net)
+            sample += 1
+            filled += 1
+        if reason == FULL:
+            break
+        if LEDGER:
+            work.power[1, 0] = work.power[END_ROW, 0]
+            work.power[1, 1] = work.power[END_ROW, 1]
+        time, current, pending = end, 1 - current, 0
+    return reason, Progress(
+        time,
+        size,
+        end,
+        memory,
+        calm,
+        displacement,
+        speed,
+        current,
+        pending,
+        prepared,
+        fresh,
+        accepted,
+        rejected,
+        evaluations,
+        sample,
+        filled,
+        smallest,
+        largest,
+    )
+
+
+def landing(time: float, size: float, task: Task) -> float:
+    """Return where the next step ends, so that no sliver is left before the landing."""
+    rest = task.until - time
+    if size >= rest * (1.0 - 1e-10):
+        return task.until
+    if task.fixed == 1:
+        # Uniform steps differ from their multiple by rounding only.
+        return task.until if rest < 1.5 * size else time + size
+    return time + (0.5 * rest if size > 0.5 * rest else size)
+
+
+def judge(
+    h: float, reach: float, pace: float, current: int, task: Task, work: Work
+) -> float:
+    """Return the error of a step over what it may be: error per unit step, worst node.
+
+    The local errors allowed add up to ``budget`` times the duration, relative to the largest
+    displacement and speed so far.
+    """
+    position, velocity = estimate(h, current, work)
+    allowed = task.budget * h
+    position /= allowed * max(reach, task.floor) + task.noise
+    velocity /= allowed * max(pace, task.floor / h) + task.noise / h
+    return max(position, velocity) + 0.0 * (position + velocity)
+
+
+def look(
+    when: float,
+    time: float,
+    end: float,
+    current: int,
+    x: Floats,
+    v: Floats,
+    ledger: Floats,
+    work: Work,
+    net: VectorNet,
+) -> None:
+    """Set state and ledger to those at a time within the prepared step."""
+    h = end - time
+    part = (when - time) / h
+    polynomials(work.dense_x, part, work.weights[0])
+    polynomials(work.dense_v, part, work.weights[1])
+    combine(work.x[current], h * h, work.weights[0], work.rows, x)
+    combine(work.v[current], h, work.weights[1], work.rows, v)
+    place(when, x, v, net)
+    if LEDGER:
+        quadrature(work.ledger[current], h, work.weights[1], work.power, ledger)
+
+
+def surpasses(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Tell whether a spring may have surpassed its strength within the prepared step."""
+    x, v = work.trial_x, work.trial_v
+    for piece in range(LOOKS + 1):
+        when = time + (end - time) * piece / LOOKS
+        look(when, time, end, current, x, v, work.trial_ledger, work, net)
+        tension(x, v, work.tension[piece % 3], net)
+        if piece >= 2 and peaks(
+            work.tension[(piece - 2) % 3],
+            work.tension[(piece - 1) % 3],
+            work.tension[piece % 3],
+            MARGIN,
+            net,
+        ):
+            return True
+    return False

@@ -1,0 +1,393 @@
+"""The engine: steps a situation from event to event, gives out samples, and says why it stops.
+
+It owns no physics: integrators and kernels do the arithmetic, ``drive`` the loop over steps;
+here is what must be decided between calls of that loop.
+"""
+
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from tissuec.engine import failures
+from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose
+from tissuec.engine.layout import Layout
+from tissuec.engine.method import Interruption, Method, Samples, Statistics, Tier
+from tissuec.engine.state import (
+    first_step,
+    new_buffer,
+    new_progress,
+    new_task,
+    new_work,
+)
+from tissuec.engine.tiers import Features, Stepper, forced_tier, stepper, switching_point
+from tissuec.engine.within import RESOLUTION, Watch, Within, bisect
+from tissuec.integrators import INTEGRATORS
+from tissuec.kernels.records import (
+    FULL,
+    HELD,
+    OUTSIZE,
+    PAUSED,
+    REACHED,
+    SURPASSED,
+    Progress,
+)
+from tissuec.network import Floats, Indices, Network
+from tissuec.situation import Situation
+
+FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
+# Compiled calls come back this often, so that an interrupt from the keyboard is heard.
+CALL_SPRINGS = 40_000_000
+
+
+class Engine:
+    """Steps one run.
+
+    ``restart`` takes over a situation, ``advance`` steps it to a time and comes back early when
+    springs rupture, a watched condition becomes true, or the motion cannot go on. On a rupture
+    the situation stands at its exact time with the springs still alive: the caller marks them
+    dead in ``situation.alive`` and calls ``restart``, as after every other change.
+
+    Args:
+        network: The network of the run.
+        method: How it is to be stepped.
+        sample_times: When to record [s], ascending without repetitions, shape (sample,).
+        record: Called with each batch of samples. Unless a single step holds more samples than
+            half the buffer, the situation stands at a step's start then and ``checkpoint``
+            gives what a later run can go on from.
+        tier: Forces one tier; None (or the environment variable TISSUEC_TIER, for tests)
+            lets the amount of work decide.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        method: Method,
+        sample_times: Floats,
+        record: Callable[[Samples], None],
+        *,
+        tier: Tier | None = None,
+    ):
+        self.network, self.method, self._record = network, method, record
+        self.tier: Tier | None = tier or forced_tier()
+        self._layout = Layout(network, watched=method.watch_strength, ledger=method.ledger)
+        self._buffer = new_buffer(sample_times, network.node_count)
+        self._choice: Choice | None = None
+        self._stepper: Stepper | None = None
+        self._steppers: dict[tuple[Features, Tier], Stepper] = {}
+        self._stale = True
+        self._segment: float | None = None
+
+    @property
+    def choice(self) -> Choice:
+        """Return the integrator and why it was chosen; known after the first ``restart``."""
+        if self._choice is None:
+            raise ValueError("the integrator is chosen by the first restart")
+        return self._choice
+
+    @property
+    def statistics(self) -> Statistics:
+        """Return what the run cost so far."""
+        now = self._progress
+        return Statistics(
+            method=self.choice.name,
+            reason=self.choice.reason,
+            tier=self._tier,
+            accepted=now.accepted,
+            rejected=now.rejected,
+            evaluations=now.evaluations,
+            smallest=now.smallest if now.accepted else 0.0,
+            largest=now.largest,
+        )
+
+    def restart(self, situation: Situation) -> None:
+        """Take over a situation that was changed from outside, with its state and time."""
+        if self._choice is None:
+            self._begin(situation)
+        self._layout.update(situation)
+        self._load(situation)
+        springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
+        if self._work.tension.shape[1] != springs:
+            self._work = self._work._replace(tension=np.zeros((3, springs)))
+        self._nets: dict[Tier, Any] = {}
+        self._stale, self._segment = False, None
+        if not self._progress.step:
+            step = first_step(self._layout, self._integrator, self.method.duration)
+            self._update(step=step)
+
+    def advance(
+        self, situation: Situation, until: float, watch: Watch | None = None
+    ) -> Interruption:
+        """Step to ``until``, landed on exactly, or to the first interruption.
+
+        Samples with times from the start up to, but not at, the end are recorded; one at the
+        start shows the state after all events there.
+
+        Args:
+            situation: The one that ``restart`` took over; its state and time are advanced.
+            until: Time [s], not before that of the situation.
+            watch: Condition of time [s], positions and velocities (shape (node, 3)); the first
+                time at which it holds interrupts. It is asked at the start, at the end of each
+                step, and within the step that made it true.
+        """
+        if self._stale or self._layout.situation is not situation:
+            self.restart(situation)
+        if (failure := self._refusal()) is not None:
+            return failure
+        if until != self._segment:
+            self._begin_segment(until)
+            if (early := self._at_once(situation, watch)) is not None:
+                return early
+        with np.errstate(all="ignore"):
+            result = self._advance(situation, watch)
+        self._synchronise(situation)
+        self._flush()
+        self._stale = result.kind != "reached"
+        return result
+
+    def finish(self, situation: Situation) -> None:
+        """Record the sample at the final time, after every event there."""
+        times, now = self._buffer.times, self._progress
+        if now.sample < times.size and times[now.sample] <= situation.time:
+            ledger = self._work.ledger[now.current]
+            self._enter(
+                times[now.sample],
+                self._layout.inwards(situation.position),
+                self._layout.inwards(situation.velocity),
+                ledger,
+            )
+        self._flush()
+
+    def checkpoint(self) -> dict[str, Any] | None:
+        """Return numbers and arrays to go on from, with the situation; None within a step."""
+        now, work = self._progress, self._work
+        if now.pending:
+            return None
+        return {
+            **now._asdict(),
+            "segment": np.nan if self._segment is None else self._segment,
+            "window": self._layout.window.copy(),
+            "acceleration": self._layout.outwards(work.a[now.current]),
+            "origin": self._layout.outwards(work.origin),
+            "ledger": work.ledger[now.current].copy(),
+            "power": work.power[1].copy(),
+            "bound": self._task.bound,
+            "method": self.choice.name,
+            "reason": self.choice.reason,
+        }
+
+    def restore(self, situation: Situation, state: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint and the situation that belongs to it.
+
+        The next call of ``advance`` must have the same end as the one that was interrupted; the
+        run then gives the same bytes as without interruption.
+        """
+        self._choice = Choice(str(state["method"]), str(state["reason"]), {})
+        self._begin(situation)
+        self.restart(situation)
+        numbers = {
+            name: type(value)(state[name]) for name, value in self._progress._asdict().items()
+        }
+        self._progress = Progress(**numbers)._replace(filled=0, current=0)
+        work, layout = self._work, self._layout
+        work.a[0] = layout.inwards(np.asarray(state["acceleration"]))
+        work.v[0] = layout.inwards(situation.velocity)
+        work.origin[:] = layout.inwards(np.asarray(state["origin"]))
+        work.ledger[0], work.power[1] = state["ledger"], state["power"]
+        layout.window[:] = state["window"]
+        segment = float(state["segment"])
+        self._segment = None if np.isnan(segment) else segment
+        self._task = self._task._replace(bound=float(state["bound"]))
+
+    def _begin(self, situation: Situation) -> None:
+        """Choose the integrator and make the arrays of the run."""
+        self._choice = self._choice or choose(situation, self.method)
+        self._integrator = INTEGRATORS[self._choice.name]
+        self._work = new_work(self._integrator, self.network.node_count)
+        self._work.origin[:] = self._layout.inwards(situation.position)
+        method = self.method
+        tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
+        task = new_task(self.network, self._integrator, tolerance, method.duration)
+        self._task = task._replace(fixed=0 if method.step is None else 1)
+        start = new_progress(situation.time)
+        sample = int(np.searchsorted(self._buffer.times, situation.time))
+        self._progress = start._replace(sample=sample)
+        self._switch = switching_point(self.network.spring_count)
+
+    def _load(self, situation: Situation) -> None:
+        """Copy the state into the arrays; both halves and the scratch hold what stands still."""
+        work, layout = self._work, self._layout
+        still = (layout.held & ~layout.moved)[:, None]
+        position = layout.inwards(situation.position)
+        velocity = layout.inwards(np.where(still, 0.0, situation.velocity))
+        work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
+        work.trial_x[:], work.trial_v[:] = position, velocity
+        self._update(time=situation.time, fresh=1, memory=0.0, calm=0, pending=0)
+
+    def _update(self, **changes: Any) -> None:
+        self._progress = self._progress._replace(**changes)
+
+    def _refusal(self) -> Interruption | None:
+        """Return why the tolerance cannot be kept at all, if so."""
+        tolerance = self.method.tolerance
+        if self.method.step is None and tolerance is not None and tolerance < FINEST_TOLERANCE:
+            return Interruption(
+                "stuck",
+                self._progress.time,
+                message=f"a tolerance of {tolerance:g} is finer than rounding errors "
+                f"({FINEST_TOLERANCE:g})",
+            )
+        return None
+
+    def _begin_segment(self, until: float) -> None:
+        """Prepare a stretch between two events: uniform steps, one-sided courses."""
+        now = self._progress
+        if until < now.time:
+            raise ValueError(f"cannot step back from {now.time:g} s to {until:g} s")
+        self._segment = until
+        self._layout.window[:] = np.nextafter(now.time, np.inf), np.nextafter(until, -np.inf)
+        features = self._layout.features
+        if features.moved or features.loaded:
+            self._update(fresh=1)
+        if self.method.step is not None and until > now.time:
+            count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
+            self._update(step=(until - now.time) / max(count, 1.0))
+
+    def _at_once(self, situation: Situation, watch: Watch | None) -> Interruption | None:
+        """Return what interrupts at the start already, before any step."""
+        time = situation.time
+        if self.method.watch_strength:
+            broken = failures.overstretched(situation)
+            if len(broken):
+                self._stale = True
+                return Interruption("ruptured", time, springs=broken)
+        if watch is not None and watch(time, situation.position, situation.velocity):
+            self._segment = None
+            return Interruption("triggered", time)
+        return None
+
+    def _advance(self, situation: Situation, watch: Watch | None) -> Interruption:
+        """Call the loop over steps again and again until something interrupts."""
+        assert self._segment is not None
+        while True:
+            reason = self._call(self._segment, watch is not None)
+            if reason == REACHED:
+                return Interruption("reached", self._progress.time)
+            if reason == FULL:
+                self._synchronise(situation)
+                self._flush()
+            elif reason in (HELD, SURPASSED):
+                found = self._inside(reason == SURPASSED, watch)
+                if found is not None:
+                    return found
+            elif reason == OUTSIZE and failures.is_flight(self._work, self._progress, self._layout):
+                self._task = self._task._replace(bound=1e3 * self._task.bound)
+            elif reason != PAUSED:
+                return failures.explain(reason, self._work, self._progress, self._layout)
+
+    def _call(self, until: float, hold: bool) -> int:
+        """Run the loop over steps once on the tier that is due."""
+        tier = self._tier
+        limit = sys.maxsize
+        if tier == "interpreted" and self.tier is None:
+            limit = self._switch
+        elif tier == "compiled":
+            calls = CALL_SPRINGS // max(1, len(self._layout.springs.ids)) + 12
+            limit = self._progress.evaluations + calls
+        task = self._task._replace(until=until, evaluations=limit, hold=int(hold))
+        drive = self._bound(tier).drive
+        reason, progress = drive(self._progress, task, self._work, self._net(tier), self._buffer)
+        self._progress = Progress(*progress)
+        return reason
+
+    @property
+    def _tier(self) -> Tier:
+        """Return the tier that is due."""
+        if self.tier is not None:
+            return self.tier
+        return "compiled" if self._progress.evaluations >= self._switch else "interpreted"
+
+    def _bound(self, tier: Tier) -> Stepper:
+        """Return the stepping code for what acts now."""
+        key = self._layout.features, tier
+        if key not in self._steppers:
+            self._steppers[key] = stepper(self._integrator, key[0], tier)
+        return self._steppers[key]
+
+    def _net(self, tier: Tier) -> Any:
+        """Return what acts, in the form of a tier."""
+        if tier not in self._nets:
+            make = self._layout.compiled_net if tier == "compiled" else self._layout.vector_net
+            self._nets[tier] = make(self._integrator)
+        return self._nets[tier]
+
+    def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
+        """Return the first rupture or trigger within the accepted step, and move there."""
+        net = self._net("interpreted")
+        within = Within(self._bound("interpreted"), self._progress, self._work, net, self._layout)
+        self._update(prepared=1)
+        rupture = within.first_rupture(self._integrator.looks) if surpassed else None
+        stop = within.end if rupture is None else rupture[0]
+        triggered = None if watch is None else self._trigger(within, watch, stop)
+        if triggered is not None and (rupture is None or triggered < stop):
+            self._cut(within, triggered)
+            return Interruption("triggered", triggered)
+        if rupture is None:
+            return None
+        self._cut(within, stop)
+        return Interruption("ruptured", stop, springs=rupture[1])
+
+    def _trigger(self, within: Within, watch: Watch, stop: float) -> float | None:
+        """Return the first time up to ``stop`` at which the watched condition holds."""
+
+        def holds(when: float) -> bool:
+            x, v, _ = within.state(when)
+            return watch(when, self._layout.outwards(x), self._layout.outwards(v))
+
+        if not holds(stop):
+            return None
+        resolution = max(RESOLUTION * (stop - within.start), 1e-15 * self.method.duration)
+        return bisect(holds, within.start, stop, resolution)
+
+    def _cut(self, within: Within, stop: float) -> None:
+        """Take over the accepted step up to a time within it, with its samples before that."""
+        times = self._buffer.times
+        while (index := self._progress.sample) < times.size and times[index] < stop:
+            self._enter(times[index], *within.state(times[index]))
+        x, v, ledger = within.state(stop)
+        work, now = self._work, self._progress.current
+        work.x[now], work.v[now], work.ledger[now] = x, v, ledger
+        self._update(time=stop, pending=0, fresh=1)
+
+    def _enter(self, time: float, x: Floats, v: Floats, ledger: Floats) -> None:
+        """Enter one sample into the buffer, emptying it first where it is full."""
+        if self._progress.filled == self._buffer.time.size:
+            self._flush()
+        buffer, index = self._buffer, self._progress.filled
+        buffer.time[index], buffer.position[index], buffer.velocity[index] = time, x, v
+        buffer.ledger[index] = ledger
+        self._update(sample=self._progress.sample + 1, filled=index + 1)
+
+    def _flush(self) -> None:
+        """Give the samples in the buffer to the recorder."""
+        count, buffer = self._progress.filled, self._buffer
+        if not count:
+            return
+        self._update(filled=0)
+        self._record(
+            Samples(
+                time=buffer.time[:count].copy(),
+                position=self._layout.outwards(buffer.position[:count]),
+                velocity=self._layout.outwards(buffer.velocity[:count]),
+                work=buffer.ledger[:count, 0].copy(),
+                dissipated=buffer.ledger[:count, 1].copy(),
+            )
+        )
+
+    def _synchronise(self, situation: Situation) -> None:
+        """Copy time and state into the situation."""
+        now, work = self._progress, self._work
+        situation.time = now.time
+        situation.position[:] = self._layout.outwards(work.x[now.current])
+        situation.velocity[:] = self._layout.outwards(work.v[now.current])

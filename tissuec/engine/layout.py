@@ -1,0 +1,184 @@
+"""The network as the engine keeps it: renumbered, sorted, without what does not act.
+
+Nodes keep their places for a whole run. A spring that dies is first set to zero in place, which
+leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.engine.acts import pack_acts
+from tissuec.engine.numbering import node_order
+from tissuec.engine.tiers import Features
+from tissuec.integrators import Integrator
+from tissuec.kernels.records import Net
+from tissuec.kernels.vector import VectorNet
+from tissuec.network import Floats, Indices, Network
+from tissuec.situation import Load, Situation
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(slots=True)
+class Springs:
+    """The springs that act, sorted by lower and then by upper node.
+
+    Attributes:
+        ids: Their numbers in the network, shape (spring,).
+        low, high: Their ends as places of nodes, shape (spring,).
+        stiffness, damping, rest, strength: Present values; zero and infinite for dead ones.
+    """
+
+    ids: Indices
+    low: Indices
+    high: Indices
+    stiffness: Floats
+    damping: Floats
+    rest: Floats
+    strength: Floats
+
+
+class Layout:
+    """Translates situations into the arrays of the stepping code.
+
+    Args:
+        network: The network of the run.
+        watched: Whether springs may rupture.
+        ledger: Whether work and dissipation are integrated.
+    """
+
+    def __init__(self, network: Network, *, watched: bool, ledger: bool):
+        self.order = node_order(network.position)
+        self.place = np.empty_like(self.order)
+        self.place[self.order] = np.arange(len(self.order))
+        self.watched, self.ledger = watched, ledger
+        self.window = np.array([-np.inf, np.inf])
+        ends = self.place[network.ends]
+        self._low, self._high = ends.min(axis=1), ends.max(axis=1)
+        self._sorted = np.lexsort((self._high, self._low))
+        self._acting = np.zeros(network.spring_count, dtype=bool)
+        self._dead = 0
+
+    def update(self, situation: Situation) -> None:
+        """Take over everything that acts in a situation, but not its state."""
+        self.situation = situation
+        driven = [motion.nodes for motion in situation.motions.values()]
+        self.moved = np.zeros(situation.network.node_count, dtype=bool)
+        for nodes in driven:
+            self.moved[nodes] = True
+        self.held = situation.held | self.moved
+        self._update_springs(situation)
+        inverse = np.where(self.held, 0.0, 1.0 / situation.mass)
+        self.inverse_mass = inverse[self.order]
+        push = np.zeros((situation.network.node_count, 3))
+        self.timed: list[Load] = []
+        for load in situation.loads.values():
+            if all(term.course.kind == "constant" for term in load.terms):
+                np.add.at(push, load.nodes, load.at(situation.time))
+            else:
+                self.timed.append(load)
+        push[self.held] = 0.0
+        steady = push * inverse[:, None] + np.where(self.held[:, None], 0.0, situation.gravity)
+        self.push, self.steady = self.inwards(push), self.inwards(steady)
+        self.driven = self.place[np.flatnonzero(self.moved)]
+
+    def _update_springs(self, situation: Situation) -> None:
+        """Choose the springs that act and copy their present values."""
+        acting = self._select(situation)
+        grown = bool(np.any(acting & ~self._acting))
+        self._dead += int(np.count_nonzero(self._acting & ~acting))
+        if grown or 20 * self._dead > len(acting) or not hasattr(self, "springs"):
+            self._ids = self._sorted[acting[self._sorted]]
+            self._dead = 0
+        self._acting = acting
+        ids, alive = self._ids, acting[self._ids]
+        self.springs = Springs(
+            ids=ids,
+            low=self._low[ids],
+            high=self._high[ids],
+            stiffness=np.where(alive, situation.stiffness[ids], 0.0),
+            damping=np.where(alive, situation.damping[ids], 0.0),
+            rest=situation.rest[ids],
+            strength=np.where(alive, situation.strength[ids], np.inf),
+        )
+
+    def _select(self, situation: Situation) -> Bools:
+        """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
+        ends = situation.network.ends
+        acting = situation.alive & ~self.held[ends].all(axis=1)
+        if self.watched or self.ledger:
+            acting |= situation.alive & self.moved[ends].any(axis=1)
+        return acting
+
+    @property
+    def features(self) -> Features:
+        """Return what the stepping code must be able to do."""
+        return Features(
+            viscous=bool(np.any(self.springs.damping)),
+            watched=self.watched,
+            ledger=self.ledger,
+            moved=bool(self.situation.motions),
+            loaded=bool(self.timed),
+        )
+
+    def inwards(self, vector: Floats) -> Floats:
+        """Return a vector of nodes as the stepping code keeps it, shape (3 node,)."""
+        return np.ascontiguousarray(vector[self.order]).ravel()
+
+    def outwards(self, flat: Floats) -> Floats:
+        """Return flat vectors in the order of the network, shape (…, node, 3)."""
+        return flat.reshape(*flat.shape[:-1], -1, 3)[..., self.place, :]
+
+    def near(self, integrator: type[Integrator]) -> Floats:
+        """Return the tension from which each spring deserves a closer look [N]."""
+        return integrator.nearness * self.springs.strength
+
+    def compiled_net(self, integrator: type[Integrator]) -> Net:
+        """Return what acts, for the compiled tier."""
+        springs, nodes = self.springs, len(self.order)
+        return Net(
+            first=np.searchsorted(springs.low, np.arange(nodes + 1)),
+            other=springs.high.astype(np.int32),
+            stiffness=springs.stiffness,
+            damping=springs.damping,
+            rest=springs.rest,
+            strength=springs.strength,
+            near=self.near(integrator),
+            inverse_mass=self.inverse_mass,
+            steady=self.steady,
+            push=self.push,
+            driven=self.driven,
+            drag=float(self.situation.drag),
+            acts=pack_acts(
+                list(self.situation.motions.values()), self.timed, self.place, self.window
+            ),
+        )
+
+    def vector_net(self, integrator: type[Integrator]) -> VectorNet:
+        """Return what acts, for the interpreted tier."""
+        springs = self.springs
+        motions = self.situation.motions.values()
+        return VectorNet(
+            low=springs.low,
+            high=springs.high,
+            stiffness=springs.stiffness,
+            damping=springs.damping,
+            rest=springs.rest,
+            strength=springs.strength,
+            near=self.near(integrator),
+            inverse_mass=self.inverse_mass,
+            steady=self.steady,
+            push=self.push,
+            driven=self.driven,
+            drag=float(self.situation.drag),
+            window=self.window,
+            motions=[(self.place[motion.nodes], motion) for motion in motions],
+            loads=[(self.place[self._free(load.nodes)], load) for load in self.timed],
+            watched=self.watched,
+            ledger=self.ledger,
+        )
+
+    def _free(self, nodes: Indices) -> Indices:
+        return nodes[~self.held[nodes]]

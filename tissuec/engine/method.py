@@ -1,0 +1,91 @@
+"""What is asked of the engine, and what it gives back."""
+
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from tissuec.network import Floats, Indices
+
+Tier = Literal["interpreted", "compiled"]
+Kind = Literal["reached", "ruptured", "triggered", "diverged", "stuck"]
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """How a run is to be stepped.
+
+    Attributes:
+        name: "automatic" or a member of ``INTEGRATORS``.
+        tolerance: Error of positions relative to the largest displacement of the run so far;
+            None means 1e-4 unless a step is given.
+        step: Largest size of uniform steps [s]; None lets the tolerance rule.
+        duration: Of the whole run [s].
+        ledger: Whether work and dissipation are integrated.
+        watch_strength: Whether springs may rupture.
+    """
+
+    name: str
+    tolerance: float | None
+    step: float | None
+    duration: float
+    ledger: bool = False
+    watch_strength: bool = False
+
+
+class Samples(NamedTuple):
+    """A batch for the recorder, nodes in the order of the network."""
+
+    time: Floats  # [s], shape (sample,)
+    position: Floats  # [m], shape (sample, node, 3)
+    velocity: Floats  # [m/s], shape (sample, node, 3)
+    work: Floats  # done on the free nodes and springs since the start [J], shape (sample,)
+    dissipated: Floats  # by dashpots and drag since the start [J], shape (sample,)
+
+
+def _no_springs() -> Indices:
+    return np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Interruption:
+    """Why the engine came back, at ``time`` [s]; the situation stands there.
+
+    Attributes:
+        kind: "reached" the end asked for; springs "ruptured" at this very time; a watched
+            condition became true ("triggered"); the motion "diverged", and the situation keeps
+            the last good state; the engine is "stuck", since steps became too small.
+        springs: Those that ruptured, ascending.
+        spring: The culprit of a failure, if one can be named.
+        node: The same for nodes.
+        message: What failed, as a sentence without the culprit.
+    """
+
+    kind: Kind
+    time: float
+    springs: Indices = field(default_factory=_no_springs)
+    spring: int | None = None
+    node: int | None = None
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """What a run cost so far.
+
+    Attributes:
+        method, reason: The integrator and why it was chosen.
+        tier: Where the last step ran.
+        accepted, rejected: Steps.
+        evaluations: Of the forces.
+        smallest, largest: Step [s]; 0 before the first.
+    """
+
+    method: str
+    reason: str
+    tier: Tier
+    accepted: int
+    rejected: int
+    evaluations: int
+    smallest: float
+    largest: float

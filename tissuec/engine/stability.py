@@ -1,0 +1,106 @@
+"""How fast the network can swing and how strongly it is damped, from its matrices.
+
+Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 and of
+M^-1/2 D M^-1/2, found by power iteration from a fixed start, without forming a matrix.
+"""
+
+from dataclasses import dataclass
+from math import inf, sqrt
+
+import numpy as np
+
+from tissuec.integrators.verlet import VelocityVerlet
+from tissuec.network import Floats
+from tissuec.situation import Situation
+
+MARGIN = 1.05  # a power iteration that stops early lies a little low
+ROUNDS = 50
+
+
+@dataclass(frozen=True, slots=True)
+class _Operator:
+    """Σ over springs of the force per displacement, scaled by the root of the masses."""
+
+    low: np.ndarray
+    high: np.ndarray
+    direction: Floats
+    along: Floats
+    across: Floats
+    root: Floats  # 1/√mass, zero for held nodes, shape (node, 1)
+    uniform: Floats  # added to the diagonal, shape (node, 1)
+
+    def __call__(self, z: Floats) -> Floats:
+        """Return the operator applied to a vector of shape (node, 3)."""
+        y = z * self.root
+        relative = y[self.high] - y[self.low]
+        part = np.einsum("sk,sk->s", self.direction, relative)[:, None] * self.direction
+        force = self.along[:, None] * part + self.across[:, None] * (relative - part)
+        out = np.empty_like(z)
+        for k in range(3):
+            out[:, k] = np.bincount(self.high, force[:, k], len(z))
+            out[:, k] -= np.bincount(self.low, force[:, k], len(z))
+        return out * self.root + self.uniform * z
+
+
+def spectral_radius(situation: Situation) -> float:
+    """Return ω̂ [1/s], a bound of the angular frequencies of small motions about the state.
+
+    Springs under tension also resist sideways (T / L); what pressed springs lose is ignored.
+    """
+    low, high, direction, length, alive = _geometry(situation)
+    stiffness = situation.stiffness[alive]
+    tension = stiffness * (length - situation.rest[alive])
+    across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
+    root = _root(situation)
+    uniform = np.zeros_like(root)
+    return sqrt(_largest(_Operator(low, high, direction, stiffness, across, root, uniform)))
+
+
+def damping_radius(situation: Situation) -> float:
+    """Return λ̂ [1/s], a bound of the rates at which dashpots and drag brake."""
+    low, high, direction, _, alive = _geometry(situation)
+    damping, root = situation.damping[alive], _root(situation)
+    if not damping.any() and not situation.drag:
+        return 0.0
+    uniform = situation.drag * root * root
+    across = np.zeros_like(damping)
+    return _largest(_Operator(low, high, direction, damping, across, root, uniform))
+
+
+def verlet_limit(situation: Situation) -> float:
+    """Return the largest stable step of velocity Verlet [s]."""
+    omega = spectral_radius(situation)
+    zeta = damping_radius(situation) / (2.0 * omega) if omega else 0.0
+    return VelocityVerlet.stability_limit(omega, zeta)
+
+
+def _geometry(situation: Situation) -> tuple[np.ndarray, np.ndarray, Floats, Floats, np.ndarray]:
+    """Return ends, direction and length of the springs that act on a free node, and which."""
+    ends = situation.network.ends
+    alive = np.flatnonzero(situation.alive & ~situation.held[ends].all(axis=1))
+    low, high = ends[alive, 0], ends[alive, 1]
+    r = situation.position[high] - situation.position[low]
+    length = np.sqrt(np.einsum("sk,sk->s", r, r))
+    return low, high, r / np.where(length > 0.0, length, 1.0)[:, None], length, alive
+
+
+def _root(situation: Situation) -> Floats:
+    return np.where(situation.held, 0.0, 1.0 / np.sqrt(situation.mass))[:, None]
+
+
+def _largest(operator: _Operator) -> float:
+    """Return a little more than the largest eigenvalue, by power iteration."""
+    count = len(operator.root)
+    # Irregular but fixed, so that no mode is orthogonal to it and runs repeat exactly.
+    z = np.sin(1.0 + np.arange(3 * count, dtype=float) ** 2).reshape(count, 3)
+    z *= operator.root > 0.0
+    value = 0.0
+    for round_number in range(ROUNDS):
+        size = float(np.linalg.norm(z))
+        if size == 0.0:
+            return 0.0
+        z = operator(z / size)
+        before, value = value, float(np.linalg.norm(z))
+        if round_number >= 10 and value - before < 1e-3 * value:
+            break
+    return MARGIN * value

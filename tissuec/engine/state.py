@@ -1,0 +1,106 @@
+"""The arrays and numbers that the stepping code starts from."""
+
+from math import inf, sqrt
+
+import numpy as np
+
+from tissuec.engine.layout import Layout
+from tissuec.integrators import Integrator
+from tissuec.kernels.records import Buffer, Progress, Task, Work
+from tissuec.network import Floats, Network
+
+BUFFER_BYTES = 32_000_000
+FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
+ROUNDING = 8 * float(np.finfo(float).eps)
+
+
+def new_work(integrator: type[Integrator], node_count: int) -> Work:
+    """Return arrays of zeros with the coefficients of an integrator in them."""
+    size, rows = 3 * node_count, integrator.rows
+    return Work(
+        x=np.zeros((2, size)),
+        v=np.zeros((2, size)),
+        a=np.zeros((2, size)),
+        ledger=np.zeros((2, 2)),
+        origin=np.zeros(size),
+        rows=np.zeros((rows, size)),
+        power=np.zeros((rows, 2)),
+        trial_x=np.zeros(size),
+        trial_v=np.zeros(size),
+        trial_ledger=np.zeros(2),
+        zero=np.zeros(size),
+        tableau=integrator.tableau.copy(),
+        dense_x=integrator.dense_x.copy(),
+        dense_v=integrator.dense_v.copy(),
+        weights=np.zeros((2, rows)),
+        tension=np.zeros((3, 0)),
+    )
+
+
+def new_progress(time: float) -> Progress:
+    """Return the progress of a run that begins at a time [s]; its step is still 0."""
+    return Progress(
+        time=time,
+        step=0.0,
+        end=time,
+        memory=0.0,
+        calm=0,
+        displacement=0.0,
+        speed=0.0,
+        current=0,
+        pending=0,
+        prepared=0,
+        fresh=1,
+        accepted=0,
+        rejected=0,
+        evaluations=0,
+        sample=0,
+        filled=0,
+        smallest=inf,
+        largest=0.0,
+    )
+
+
+def new_buffer(times: Floats, node_count: int) -> Buffer:
+    """Return an empty buffer for the samples of a run, of bounded size."""
+    room = BUFFER_BYTES // (8 * (6 * node_count + 3))
+    count = max(2, min(room, 2 * len(times)))
+    size = 3 * node_count
+    return Buffer(
+        times=np.array(times, dtype=float),
+        time=np.zeros(count),
+        position=np.zeros((count, size)),
+        velocity=np.zeros((count, size)),
+        ledger=np.zeros((count, 2)),
+    )
+
+
+def new_task(network: Network, integrator: type[Integrator], tolerance: float, duration: float) -> Task:
+    """Return what stays the same in all calls of a run; the rest is filled in per call."""
+    extent = network.extent
+    size = float(np.abs(network.position).max(initial=0.0))
+    return Task(
+        until=0.0,
+        evaluations=0,
+        hold=0,
+        fixed=0,
+        budget=integrator.safety * tolerance / duration if duration else inf,
+        # Nodes that all coincide in the drawing have no size; any motion is then a measure.
+        floor=FLOOR * extent or 1e-300,
+        noise=ROUNDING * max(size, extent),
+        bound=1e6 * extent if extent and network.spring_count else inf,
+    )
+
+
+def first_step(layout: Layout, integrator: type[Integrator], duration: float) -> float:
+    """Return a careful first step [s]: a part of the shortest time that a node can show.
+
+    Gershgorin's bound on a node: ω² ≤ 2 Σ c / m and λ ≤ 2 Σ d / m over its springs.
+    """
+    springs, nodes = layout.springs, len(layout.order)
+    rates = []
+    for constant in (springs.stiffness, springs.damping):
+        total = np.bincount(springs.low, constant, nodes) + np.bincount(springs.high, constant, nodes)
+        rates.append(2.0 * float((total * layout.inverse_mass).max(initial=0.0)))
+    fastest = max(sqrt(rates[0]), rates[1])
+    return min(duration, 0.1 / fastest) if fastest else 1e-3 * duration

@@ -1,0 +1,92 @@
+"""The two tiers: interpreted on NumPy, ready at once, or compiled by Numba, much faster.
+
+Which one steps is decided by the number of force evaluations so far, never by a clock, so that
+a run gives the same bytes again. The constants of the cost model were measured.
+"""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, cast
+
+from tissuec.engine import drive as loop
+from tissuec.engine.binding import Binder
+from tissuec.engine.method import Tier
+from tissuec.integrators import Integrator
+from tissuec.kernels import scalar
+from tissuec.kernels.records import Buffer, Progress, Task, Work
+
+IMPORT_COST = 0.7  # of the compiler and of loading the kernels [s]
+CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s]
+SPRING_COST = 30e-9  # further, per spring [s]
+# Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
+OPERATIONS = (
+    "blended_error",
+    "combine",
+    "copy_sample",
+    "distance",
+    "drift",
+    "force",
+    "kick",
+    "peaks",
+    "place",
+    "polynomials",
+    "quadrature",
+    "scale",
+    "tension",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What a scene needs; a kernel is compiled without the rest."""
+
+    viscous: bool
+    watched: bool
+    ledger: bool
+    moved: bool
+    loaded: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Stepper:
+    """Stepping code bound to an integrator, features and a tier."""
+
+    drive: Callable[[Progress, Task, Work, Any, Buffer], tuple[int, Progress]]
+    look: Callable[..., None]
+    prepare: Callable[..., None]
+
+
+def stepper(integrator: type[Integrator], features: Features, tier: Tier) -> Stepper:
+    """Return the stepping code of an integrator for a tier."""
+    replaced: dict[str, Any] = {
+        name: getattr(integrator, name)
+        for name in ("step", "estimate", "finish", "prepare", "propose")
+    }
+    for name in ("trials", "closing", "insiders", "end_row", "looks", "control_order"):
+        replaced[name.upper()] = getattr(integrator, name)
+    for name in Features.__slots__:
+        replaced[name.upper()] = getattr(features, name)
+    if tier == "compiled":
+        replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
+    binder = Binder(replaced, compiled=tier == "compiled")
+    return Stepper(
+        drive=cast(Any, binder.bind(loop.drive)),
+        look=binder.bind(loop.look),
+        prepare=binder.bind(integrator.prepare),
+    )
+
+
+def switching_point(spring_count: int) -> int:
+    """Return the number of evaluations after which the compiled tier pays."""
+    return int(IMPORT_COST / (CALL_COST + SPRING_COST * spring_count))
+
+
+def forced_tier() -> Tier | None:
+    """Return the tier that the environment variable TISSUEC_TIER asks for, for tests."""
+    asked = os.environ.get("TISSUEC_TIER", "")
+    if asked not in ("", "interpreted", "compiled"):
+        raise ValueError(f'TISSUEC_TIER is "{asked}", not "interpreted" or "compiled"')
+    return cast(Tier, asked) if asked else None
+
+

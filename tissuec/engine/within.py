@@ -1,0 +1,150 @@
+"""What happens within an accepted step: ruptures and triggers are located on its dense output."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tissuec.engine.layout import Layout, Springs
+from tissuec.engine.tiers import Stepper
+from tissuec.kernels.records import Progress, Work
+from tissuec.kernels.scalar import TINY
+from tissuec.kernels.vector import VectorNet, parabola_tops
+from tissuec.network import Floats, Indices
+
+FINE = 32  # pieces in which a suspect spring is followed
+TOGETHER = 1e-11  # springs this near to their strength, relative to it, rupture together
+SUSPECT = 0.99  # of the strength: springs whose course over the step is followed
+RESOLUTION = 1e-12  # of the step, to which times are located
+
+Watch = Callable[[float, Floats, Floats], bool]
+
+
+class Within:
+    """The accepted step that has not been taken over yet.
+
+    Args:
+        stepper: Interpreted stepping code.
+        progress: With a pending step.
+        work: The arrays of the run.
+        net: What acts, for the interpreted tier.
+        layout: Where nodes and springs stand.
+    """
+
+    def __init__(
+        self, stepper: Stepper, progress: Progress, work: Work, net: VectorNet, layout: Layout
+    ):
+        self._look, self._work, self._net, self._layout = stepper.look, work, net, layout
+        self.start, self.end, self._current = progress.time, progress.end, progress.current
+        if not progress.prepared:
+            stepper.prepare(self.start, self.end, self._current, work, net)
+
+    def state(self, when: float) -> tuple[Floats, Floats, Floats]:
+        """Return flat position, velocity and the ledger at a time in the step."""
+        work, now = self._work, self._current
+        if when == self.end:
+            other = 1 - now
+            return work.x[other].copy(), work.v[other].copy(), work.ledger[other].copy()
+        x, v, ledger = np.empty_like(work.zero), np.empty_like(work.zero), np.zeros(2)
+        self._look(when, self.start, self.end, now, x, v, ledger, work, self._net)
+        return x, v, ledger
+
+    def tension(self, when: float, springs: Springs, chosen: Indices) -> Floats:
+        """Return the tension of chosen springs at a time in the step [N]."""
+        x, v, _ = self.state(when)
+        low, high = springs.low[chosen], springs.high[chosen]
+        x, v = x.reshape(-1, 3), v.reshape(-1, 3)
+        r = x[high] - x[low]
+        length = np.sqrt(np.einsum("sk,sk->s", r, r))
+        closing = np.einsum("sk,sk->s", r, v[high] - v[low]) / (length + TINY)
+        stiff = springs.stiffness[chosen] * (length - springs.rest[chosen])
+        return stiff + springs.damping[chosen] * closing
+
+    def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
+        """Return when the first spring surpasses its strength, and which do at that time."""
+        springs = self._layout.springs
+        suspects = self._suspects(springs, looks)
+        if not len(suspects):
+            return None
+        times = np.linspace(self.start, self.end, FINE + 1)
+        tension = np.array([self.tension(t, springs, suspects) for t in times])
+        strength = springs.strength[suspects]
+        found: list[float] = []
+        for column, spring in enumerate(suspects):
+            bracket = self._bracket(times, tension[:, column], strength[column], spring)
+            if bracket is not None and (not found or bracket[0] < found[0]):
+                found = [min([*found, self._crossing(*bracket, strength[column], spring)])]
+        if not found:
+            return None
+        at_rupture = self.tension(found[0], springs, suspects)
+        broken = suspects[at_rupture >= strength * (1.0 - TOGETHER)]
+        return found[0], np.sort(springs.ids[broken])
+
+    def _suspects(self, springs: Springs, looks: int) -> Indices:
+        """Return the springs that come close to their strength at any look."""
+        able = np.flatnonzero(np.isfinite(springs.strength))
+        times = np.linspace(self.start, self.end, looks + 1)
+        tension = np.array([self.tension(t, springs, able) for t in times])
+        tops = parabola_tops(tension[:-2], tension[1:-1], tension[2:]).max(axis=0)
+        return able[tops > SUSPECT * springs.strength[able]]
+
+    def _bracket(
+        self, times: Floats, tension: Floats, strength: float, spring: int
+    ) -> tuple[float, float] | None:
+        """Return times below and above the first crossing, None if there is none."""
+        above = np.flatnonzero(tension > strength)
+        first = int(above[0]) if len(above) else len(times)
+        if first == 0:
+            return times[0], times[0]
+        tops = parabola_tops(tension[:-2], tension[1:-1], tension[2:])
+        for peak in np.flatnonzero(tops > strength * (1.0 - 1e-4)) + 1:
+            if peak >= first:
+                break
+            if tension[peak] < max(tension[peak - 1], tension[peak + 1]):
+                continue
+            summit = self._summit(times[peak - 1], times[peak + 1], spring)
+            if self._one(summit, spring) > strength:
+                return times[peak - 1], summit
+        return (times[first - 1], times[first]) if first < len(times) else None
+
+    def _summit(self, low: float, high: float, spring: int) -> float:
+        """Return when a spring's tension is largest, by golden section."""
+        ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+        left, right = high - ratio * (high - low), low + ratio * (high - low)
+        value_left, value_right = self._one(left, spring), self._one(right, spring)
+        while high - low > 1e-8 * (self.end - self.start):
+            if value_left > value_right:
+                high, right, value_right = right, left, value_left
+                left = high - ratio * (high - low)
+                value_left = self._one(left, spring)
+            else:
+                low, left, value_left = left, right, value_right
+                right = low + ratio * (high - low)
+                value_right = self._one(right, spring)
+        return left if value_left > value_right else right
+
+    def _one(self, when: float, spring: int) -> float:
+        return float(self.tension(when, self._layout.springs, np.array([spring]))[0])
+
+    def _crossing(self, below: float, above: float, strength: float, spring: int) -> float:
+        """Return the first time with the tension above the strength, by bisection."""
+        return bisect(
+            lambda when: self._one(when, spring) > strength,
+            below,
+            above,
+            RESOLUTION * (self.end - self.start),
+        )
+
+
+def bisect(
+    holds: Callable[[float], bool], false_at: float, true_at: float, resolution: float
+) -> float:
+    """Return a time at which a claim holds, at most ``resolution`` after one where it fails."""
+    while true_at - false_at > resolution:
+        middle = 0.5 * (false_at + true_at)
+        if not false_at < middle < true_at:
+            break
+        if holds(middle):
+            true_at = middle
+        else:
+            false_at = middle
+    return true_at

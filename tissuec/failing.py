@@ -1,0 +1,63 @@
+"""Why a run could not go on, as a sentence that names spring, nodes, time and line."""
+
+from typing import TYPE_CHECKING
+
+from tissuec.core.units import MASS, STIFFNESS, TIME, show
+from tissuec.network import Network
+from tissuec.situation import Situation
+
+if TYPE_CHECKING:
+    from tissuec.engine import Interruption
+
+
+def explain(failure: "Interruption", situation: Situation) -> str:
+    """Return what went wrong, where and when.
+
+    Args:
+        failure: With the culprit's number in the network, if there is one.
+        situation: The last good state.
+    """
+    verb = "diverged" if failure.kind == "diverged" else "got stuck"
+    parts = [f"the run {verb} at {show(failure.time, TIME, digits=6)}"]
+    if failure.message:
+        parts.append(failure.message)
+    if failure.spring is not None:
+        parts.append(describe_spring(situation, failure.spring))
+    elif failure.node is not None:
+        parts.append(describe_node(situation, failure.node))
+    return "; ".join(parts)
+
+
+def describe_spring(situation: Situation, spring: int) -> str:
+    """Return a spring by the author's numbers, with its constant and where that is from."""
+    network = situation.network
+    first, second = network.node_ids[network.ends[spring]]
+    constant = show(float(situation.stiffness[spring]), STIFFNESS)
+    return (
+        f"spring {network.spring_ids[spring]}{_of_body(network, spring, 'springs')} between the "
+        f"nodes {first} and {second}, with a spring constant of {constant}"
+        f"{_origin(network, 'stiffness', spring)}"
+    )
+
+
+def describe_node(situation: Situation, node: int) -> str:
+    """Return a node by the author's number, with its mass and where that is from."""
+    network = situation.network
+    mass = show(float(situation.mass[node]), MASS)
+    return (
+        f"node {network.node_ids[node]}{_of_body(network, node, 'nodes')}, with a mass of {mass}"
+        f"{_origin(network, 'mass', node)}"
+    )
+
+
+def _of_body(network: Network, number: int, part: str) -> str:
+    for body in network.bodies:
+        place: slice = getattr(body, part)
+        if place.start <= number < place.stop:
+            return f" of {body.name}"
+    return ""
+
+
+def _origin(network: Network, array: str, entry: int) -> str:
+    found = network.provenance.get(array)
+    return f" ({found[entry].span.place})" if found is not None else ""

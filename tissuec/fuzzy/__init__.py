@@ -1,0 +1,1 @@
+"""Words to numbers: membership functions, rules, and an exact centre of gravity."""

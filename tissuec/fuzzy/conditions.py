@@ -1,0 +1,112 @@
+"""Conditions of rules: trees of ``is``, ``not``, ``and`` and ``or``.
+
+A tree is evaluated in two steps: the degree of each ``is`` in written order, then the tree over
+those degrees. Explanations show the first step, and coverage analysis replaces it.
+"""
+
+from collections import Counter
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
+from functools import reduce
+from typing import TypeAlias
+
+from tissuec.fuzzy.operators import Operators
+from tissuec.fuzzy.sets import Word
+
+
+@dataclass(frozen=True, slots=True)
+class Is:
+    """``hardness is very soft``"""
+
+    property: str
+    word: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """``not (…)``, and ``… is not …``"""
+
+    operand: "Condition"
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """``… and … and …``"""
+
+    operands: "tuple[Condition, ...]"
+
+    def __post_init__(self) -> None:
+        _need_operands(self.operands)
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """``… or … or …``"""
+
+    operands: "tuple[Condition, ...]"
+
+    def __post_init__(self) -> None:
+        _need_operands(self.operands)
+
+
+Condition: TypeAlias = Is | Not | And | Or
+
+
+def atoms(condition: Condition) -> Iterator[Is]:
+    """Yield every ``is`` of a condition in written order."""
+    match condition:
+        case Is():
+            yield condition
+        case Not(operand):
+            yield from atoms(operand)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                yield from atoms(operand)
+
+
+def degree(condition: Condition, degrees: Iterator[float], operators: Operators) -> float:
+    """Return how true a condition is.
+
+    Args:
+        condition: The tree.
+        degrees: The degree of each of its :func:`atoms`, in the same order.
+        operators: What ``and`` and ``or`` do.
+    """
+    if isinstance(condition, Is):
+        return next(degrees)
+    if isinstance(condition, Not):
+        return 1.0 - degree(condition.operand, degrees, operators)
+    join = operators.all_of if isinstance(condition, And) else operators.any_of
+    return reduce(join, [degree(part, degrees, operators) for part in condition.operands])
+
+
+def canonical(condition: Condition) -> Hashable:
+    """Return a key that is equal for conditions that differ in order, brackets or spelling."""
+    match condition:
+        case Is(property, word):
+            return property, word.shape
+        case Not(Not(inner)):
+            return canonical(inner)
+        case Not(operand):
+            return "not", canonical(operand)
+        case And() | Or():
+            parts = [canonical(part) for part in _flat(condition, type(condition))]
+            # How often an operand appears counts: a product of a with itself is not a.
+            joined = frozenset(Counter(parts).items())
+            return parts[0] if len(parts) == 1 else (type(condition).__name__, joined)
+
+
+def _flat(condition: Condition, kind: type[And] | type[Or]) -> Iterator[Condition]:
+    match condition:
+        case Not(Not(inner)):
+            yield from _flat(inner, kind)
+        case And(operands) | Or(operands) if isinstance(condition, kind) or len(operands) == 1:
+            for operand in operands:
+                yield from _flat(operand, kind)
+        case _:
+            yield condition
+
+
+def _need_operands(operands: tuple[Condition, ...]) -> None:
+    if not operands:
+        raise ValueError('"and" and "or" need something to join')

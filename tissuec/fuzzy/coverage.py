@@ -1,0 +1,132 @@
+"""Whether some facts leave a quantity without any firing rule, known before there are facts.
+
+Whether a rule fires depends only on which of its words are fully false, fully true, or between;
+all conjunctions and disjunctions on offer agree about that. Between two corners of the sets
+none of these changes, so that finitely many cells stand for every combination of facts.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from tissuec.fuzzy.cells import Cell, cells
+from tissuec.fuzzy.conditions import atoms, degree
+from tissuec.fuzzy.operators import Operators
+from tissuec.fuzzy.rulebase import RuleBase
+from tissuec.fuzzy.rules import Rule
+from tissuec.fuzzy.sets import AnyShape
+
+_LOGIC = Operators()  # minimum and maximum keep 0, 0.5 and 1 apart
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """Whether some facts leave a quantity without a rule.
+
+    Attributes:
+        quantity: The quantity.
+        checked: False if the search was given up because there are too many combinations.
+        hole: Values of properties, from and to (equal for a single value), between which no
+            rule fires wherever the facts lie; None if there is no such place, or none was
+            found. Properties that are not named may have any value.
+    """
+
+    quantity: str
+    checked: bool
+    hole: Mapping[str, tuple[float, float]] | None
+
+
+def coverage(base: RuleBase, quantity: str, *, limit: int = 100_000) -> Coverage:
+    """Return whether some combination of facts leaves a quantity without a firing rule.
+
+    Every property is taken to have a fact. Places with a width are sought first, then single
+    values, such as the point where two triangles touch.
+
+    Args:
+        base: The rules.
+        quantity: Name of the quantity.
+        limit: How many partial combinations to try before giving up.
+    """
+    if quantity not in base.quantities:
+        raise ValueError(f'"{quantity}" is not a quantity of these rules')
+    about = [r for r in base.rules if any(c.quantity == quantity for c in r.conclusions)]
+    search = _Search(base, about, limit)
+    try:
+        hole = search.hole(points=False)
+        if hole is None:
+            hole = search.hole(points=True)
+    except _TooMany:
+        return Coverage(quantity, checked=False, hole=None)
+    return Coverage(quantity, checked=True, hole=hole)
+
+
+class _TooMany(Exception):
+    """The search tried as many combinations as it may."""
+
+
+class _Search:
+    """Depth-first search, property by property, for facts under which no rule fires."""
+
+    def __init__(self, base: RuleBase, rules: Sequence[Rule], limit: int):
+        self.axes = base.properties
+        self.left = limit
+        self.order = _by_use(rules)
+        self.shapes = {name: _shapes(name, rules) for name in self.order}
+        self.decided = {name: _decided_by(name, rules, self.order) for name in self.order}
+
+    def hole(self, *, points: bool) -> dict[str, tuple[float, float]] | None:
+        """Return a place where no rule fires, or None; ``points`` admits single values."""
+        choices = [
+            cells(self.axes[name], self.shapes[name], points=points) for name in self.order
+        ]
+        found = self._extend({}, choices)
+        return None if found is None else {n: self._values(n, c) for n, c in found.items()}
+
+    def _extend(
+        self, chosen: dict[str, Cell], choices: Sequence[Sequence[Cell]]
+    ) -> dict[str, Cell] | None:
+        if len(chosen) == len(self.order):
+            return chosen
+        name = self.order[len(chosen)]
+        for cell in choices[len(chosen)]:
+            if self.left == 0:
+                raise _TooMany
+            self.left -= 1
+            extended = {**chosen, name: cell}
+            if any(self._fires(rule, extended) for rule in self.decided[name]):
+                continue
+            found = self._extend(extended, choices)
+            if found is not None:
+                return found
+        return None
+
+    def _fires(self, rule: Rule, chosen: Mapping[str, Cell]) -> bool:
+        states = (
+            chosen[part.property].states[self.shapes[part.property].index(part.word.shape)]
+            for part in atoms(rule.condition)
+        )
+        return degree(rule.condition, states, _LOGIC) > 0.0
+
+    def _values(self, name: str, cell: Cell) -> tuple[float, float]:
+        from_scale = self.axes[name].from_scale
+        return from_scale(cell.place[0]), from_scale(cell.place[1])
+
+
+def _names(rule: Rule) -> set[str]:
+    return {part.property for part in atoms(rule.condition)}
+
+
+def _by_use(rules: Sequence[Rule]) -> list[str]:
+    """Return properties, those of many rules first: a rule that fires ends a branch early."""
+    names = [name for rule in rules for name in _names(rule)]
+    return sorted(set(names), key=lambda name: (-names.count(name), name))
+
+
+def _decided_by(name: str, rules: Sequence[Rule], order: Sequence[str]) -> list[Rule]:
+    """Return the rules whose last property, in the order of choice, is ``name``."""
+    return [rule for rule in rules if max(_names(rule), key=order.index) == name]
+
+
+def _shapes(name: str, rules: Sequence[Rule]) -> list[AnyShape]:
+    """Return the different sets that conditions use of one property."""
+    parts = (part for rule in rules for part in atoms(rule.condition))
+    return list(dict.fromkeys(part.word.shape for part in parts if part.property == name))

@@ -1,0 +1,65 @@
+"""What inference answers: a number with its reasons, or the reasons why there is none."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class AtomDegree:
+    """How true one ``is`` of a condition was; None where its property has no fact."""
+
+    property: str
+    word: str
+    degree: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Firing:
+    """One rule as it bears on one quantity.
+
+    Attributes:
+        rule: Index of the rule in its rule base.
+        degree: Degree of the condition times the weight of the rule; 0 if facts are missing.
+        word: The word the rule concludes.
+        atoms: Every ``is`` of the condition in written order.
+        missing: Properties of the condition without a fact, in written order.
+    """
+
+    rule: int
+    degree: float
+    word: str
+    atoms: tuple[AtomDegree, ...]
+    missing: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Inference:
+    """The number found for a quantity.
+
+    Attributes:
+        value: The number, in the unit of the quantity (on a log scale: not its logarithm).
+        source: "rules", or "otherwise" where no rule fired.
+        fired: The rules that fired, in written order.
+        silent: The rules on this quantity that did not fire.
+    """
+
+    value: float
+    source: Literal["rules", "otherwise"]
+    fired: tuple[Firing, ...]
+    silent: tuple[Firing, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NoRule:
+    """No rule fired for a quantity that declares no ``otherwise``.
+
+    Attributes:
+        silent: Every rule on this quantity, with the degrees that kept it from firing.
+    """
+
+    silent: tuple[Firing, ...]
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Return the properties without a fact that kept rules from firing."""
+        return tuple(dict.fromkeys(name for firing in self.silent for name in firing.missing))

@@ -1,0 +1,177 @@
+"""Rule bases: facts about properties in, numbers for quantities out, with every reason.
+
+Mamdani inference. A rule fires with the degree of its condition times its weight. A rule speaks
+only if every property it names has a fact, whatever the other facts say; the properties it
+misses are reported. Rules that conclude the same set count once, with the largest degree.
+"""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from tissuec.fuzzy.axis import Axis
+from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
+from tissuec.fuzzy.conditions import Is, atoms, degree
+from tissuec.fuzzy.inference import AtomDegree, Firing, Inference, NoRule
+from tissuec.fuzzy.operators import Operators
+from tissuec.fuzzy.rules import Quantity, Rule
+from tissuec.fuzzy.sets import FAINTEST, Powered, Shape
+
+
+@dataclass(frozen=True, slots=True)
+class _Bearing:
+    """A rule as it bears on one quantity."""
+
+    rule: int
+    word: str
+    shape: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class _Verdict:
+    """What one rule says about the facts, for all its conclusions."""
+
+    degree: float
+    atoms: tuple[AtomDegree, ...]
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RuleBase:
+    """Properties, quantities and the rules between them.
+
+    Attributes:
+        properties: Range of each property.
+        quantities: Range and fallback of each quantity.
+        rules: The rules; results refer to them by index.
+        operators: What the rules' joining words mean, and how sets become a number.
+
+    Raises:
+        ValueError: A rule names an unknown property or quantity, or concludes a powered set.
+    """
+
+    properties: Mapping[str, Axis]
+    quantities: Mapping[str, Quantity]
+    rules: tuple[Rule, ...]
+    operators: Operators = field(default_factory=Operators)
+    _atoms: tuple[tuple[Is, ...], ...] = field(init=False, repr=False, compare=False)
+    _corners: Mapping[str, list[float]] = field(init=False, repr=False, compare=False)
+    _bearings: Mapping[str, list[_Bearing]] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        fill = object.__setattr__
+        fill(self, "properties", MappingProxyType(dict(self.properties)))
+        fill(self, "quantities", MappingProxyType(dict(self.quantities)))
+        fill(self, "_atoms", tuple(tuple(atoms(rule.condition)) for rule in self.rules))
+        fill(self, "_corners", _corners(self.properties, self._atoms))
+        fill(self, "_bearings", _bearings(self.quantities, self.rules))
+
+    def infer(self, facts: Mapping[str, float]) -> dict[str, Inference | NoRule]:
+        """Return what the rules say about every quantity.
+
+        Args:
+            facts: Values of properties, in their own units; properties may be left out.
+
+        Raises:
+            OutOfRange: A fact lies outside the range of its property; nothing is clipped.
+            ValueError: A fact is about something that is no property.
+        """
+        places = {name: self._place(name, value) for name, value in facts.items()}
+        verdicts = [self._verdict(number, places) for number in range(len(self.rules))]
+        return {name: self._conclude(name, verdicts) for name in self.quantities}
+
+    def _place(self, name: str, value: float) -> float:
+        """Return the coordinate of a fact; one that is a corner up to rounding is the corner.
+
+        Otherwise "medium" given as a fact could wake the words beside it, at a degree of 1e-16.
+        """
+        if name not in self.properties:
+            raise ValueError(f'"{name}" is not a property of these rules')
+        axis = self.properties[name]
+        place = axis.to_scale(value)
+        corners = self._corners[name]
+        i = bisect_left(corners, place)
+        for corner in corners[max(i - 1, 0) : i + 1]:
+            if abs(corner - place) <= axis.rounding:
+                return corner
+        return place
+
+    def _verdict(self, number: int, places: Mapping[str, float]) -> _Verdict:
+        rule, parts = self.rules[number], self._atoms[number]
+        degrees = [
+            part.word.shape.degree(places[part.property]) if part.property in places else None
+            for part in parts
+        ]
+        told = tuple(
+            AtomDegree(part.property, part.word.text, d)
+            for part, d in zip(parts, degrees, strict=True)
+        )
+        known = [d for d in degrees if d is not None]
+        if len(known) < len(degrees):
+            return _Verdict(0.0, told, _unique(a.property for a in told if a.degree is None))
+        strength = rule.weight * degree(rule.condition, iter(known), self.operators)
+        return _Verdict(strength if strength >= FAINTEST else 0.0, told, ())
+
+    def _conclude(self, name: str, verdicts: list[_Verdict]) -> Inference | NoRule:
+        fired: list[Firing] = []
+        silent: list[Firing] = []
+        strongest: dict[Shape, float] = {}
+        for bearing in self._bearings[name]:
+            said = verdicts[bearing.rule]
+            firing = Firing(bearing.rule, said.degree, bearing.word, said.atoms, said.missing)
+            if said.degree > 0.0:
+                fired.append(firing)
+                strongest[bearing.shape] = max(said.degree, strongest.get(bearing.shape, 0.0))
+            else:
+                silent.append(firing)
+        quantity = self.quantities[name]
+        if strongest:
+            value = self._value(strongest, quantity.axis)
+            return Inference(value, "rules", tuple(fired), tuple(silent))
+        if quantity.otherwise is not None:
+            value = quantity.axis.value_of(quantity.otherwise.shape)
+            return Inference(value, "otherwise", (), tuple(silent))
+        return NoRule(tuple(silent))
+
+    def _value(self, strongest: Mapping[Shape, float], axis: Axis) -> float:
+        terms = list(strongest.items())
+        low, high = axis.bounds
+        if self.operators.result == "weighted mean":
+            return axis.from_scale(weighted_mean(terms, low, high))
+        implication = self.operators.implication
+        return axis.from_scale(centre_of_gravity(terms, low, high, implication=implication))
+
+
+def _corners(
+    properties: Mapping[str, Axis], conditions: Iterable[Iterable[Is]]
+) -> dict[str, list[float]]:
+    """Return the corners of all sets that conditions use, ascending, for each property."""
+    corners: dict[str, set[float]] = {name: set() for name in properties}
+    for condition in conditions:
+        for part in condition:
+            if part.property not in corners:
+                raise ValueError(f'"{part.property}" is not a property of these rules')
+            corners[part.property].update(part.word.shape.corners)
+    return {name: sorted(places) for name, places in corners.items()}
+
+
+def _bearings(
+    quantities: Mapping[str, Quantity], rules: Iterable[Rule]
+) -> dict[str, list[_Bearing]]:
+    """Return the conclusions on each quantity, with sets that span its range exactly."""
+    bearings: dict[str, list[_Bearing]] = {name: [] for name in quantities}
+    for number, rule in enumerate(rules):
+        for conclusion in rule.conclusions:
+            name, word = conclusion.quantity, conclusion.word
+            if name not in quantities:
+                raise ValueError(f'"{name}" is not a quantity of these rules')
+            if isinstance(word.shape, Powered):
+                raise ValueError(f'"{name} is {word.text}": a power hedge cannot be concluded')
+            shape = word.shape.within(*quantities[name].axis.bounds)
+            bearings[name].append(_Bearing(number, word.text, shape))
+    return bearings
+
+
+def _unique(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))

@@ -1,0 +1,38 @@
+"""Rules as written: conditions on properties, conclusions on quantities."""
+
+from dataclasses import dataclass
+
+from tissuec.fuzzy.axis import Axis
+from tissuec.fuzzy.conditions import Condition
+from tissuec.fuzzy.sets import Word
+
+
+@dataclass(frozen=True, slots=True)
+class Conclusion:
+    """``spring constant is low``"""
+
+    quantity: str
+    word: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """``if condition then conclusions weighing weight``"""
+
+    condition: Condition
+    conclusions: tuple[Conclusion, ...]
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.weight <= 1.0:
+            raise ValueError("the weight of a rule must be above 0 and at most 1")
+        if not self.conclusions:
+            raise ValueError("a rule needs a conclusion")
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What rules conclude: its range, and the word that holds where no rule speaks."""
+
+    axis: Axis
+    otherwise: Word | None = None

@@ -1,0 +1,100 @@
+"""Fuzzy sets: how true a word is at each place of its scale.
+
+Every coordinate here is the coordinate of the scale: the quantity itself, or its logarithm.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from tissuec.fuzzy.piecewise import Piecewise
+
+FAINTEST = 1e-100
+"""Degrees below this count as zero: the far tail of a bell says nothing and would underflow."""
+
+REACH = math.sqrt(-2 * math.log(FAINTEST))
+"""Where a bell falls below the faintest degree, in multiples of its sigma."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gaussian:
+    """A bell: ``exp(-(x - mean)² / (2 sigma²))``, zero below the faintest degree."""
+
+    mean: float
+    sigma: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.mean) and math.isfinite(self.sigma) and self.sigma > 0.0):
+            raise ValueError("a bell needs a finite mean and a width above zero")
+
+    def degree(self, x: float) -> float:
+        """Return how true the word is at ``x``."""
+        z = (x - self.mean) / self.sigma
+        return math.exp(-0.5 * z * z) if abs(z) < REACH else 0.0
+
+    @property
+    def core(self) -> tuple[float, float]:
+        """Return the mean, twice."""
+        return self.mean, self.mean
+
+    @property
+    def middle(self) -> float:
+        """Return the mean."""
+        return self.mean
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """Return the interval outside which the degree counts as zero."""
+        return self.mean - REACH * self.sigma, self.mean + REACH * self.sigma
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Return the coordinates between which the degree is zero, or is between 0 and 1."""
+        return self.support[0], self.mean, self.support[1]
+
+    def within(self, low: float, high: float) -> "Gaussian":
+        """Return the bell itself, if its peak and width fit the range.
+
+        Raises:
+            ValueError: The mean lies outside, or sigma exceeds the range. (A wider bell is
+                no word, being true everywhere, and its integrals would lose digits.)
+        """
+        if not low <= self.mean <= high:
+            raise ValueError("the peak lies outside the range")
+        if self.sigma > high - low:
+            raise ValueError("the bell is wider than the range")
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Powered:
+    """A set whose degrees are raised to a power; only conditions can use it."""
+
+    base: Piecewise | Gaussian
+    exponent: float
+
+    def degree(self, x: float) -> float:
+        """Return how true the word is at ``x``."""
+        return self.base.degree(x) ** self.exponent
+
+    @property
+    def middle(self) -> float:
+        """Return the middle of the core, which a power does not move."""
+        return self.base.middle
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Return the coordinates between which the degree is 0, is 1, or lies between."""
+        return self.base.corners
+
+
+Shape: TypeAlias = Piecewise | Gaussian
+AnyShape: TypeAlias = Piecewise | Gaussian | Powered
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word as written, hedges included, and its set in the coordinate of its scale."""
+
+    text: str
+    shape: AnyShape

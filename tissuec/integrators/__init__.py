@@ -1,0 +1,93 @@
+"""Integrators: one file each, which states its order and what it is good for.
+
+The stepping code of a member is plain functions over the operations of ``tissuec.kernels``.
+They run interpreted as they stand; the engine binds the same functions to compiled operations.
+"""
+
+from typing import ClassVar, Protocol
+
+from tissuec.core.registry import Family
+from tissuec.kernels.records import Floats, Work
+
+
+class Integrator(Protocol):
+    """What a member of ``INTEGRATORS`` is; its docstring holds equation and source.
+
+    Attributes:
+        order: Of the error of positions and velocities against the step.
+        symplectic: Whether the flow without viscosity keeps the symplectic form.
+        implicit: Whether a step solves equations.
+        trials: Force evaluations before a step can be judged.
+        closing: Further ones once it is accepted.
+        insiders: Further ones before it can be evaluated inside.
+        rows: Number of rows of ``Work.rows``.
+        end_row: The one that belongs to the end of the step; row 1 belongs to its start.
+        control_order: Power of the step in the error per unit step.
+        safety: Part of the tolerance that the sum of error estimates may use up.
+        looks: Pieces in which a step is searched for ruptures.
+        nearness: Part of its strength from which a spring is looked at closely.
+        tableau, dense_x, dense_v: Coefficients, as ``Work`` holds them.
+    """
+
+    order: ClassVar[int]
+    symplectic: ClassVar[bool]
+    implicit: ClassVar[bool]
+    trials: ClassVar[int]
+    closing: ClassVar[int]
+    insiders: ClassVar[int]
+    rows: ClassVar[int]
+    end_row: ClassVar[int]
+    control_order: ClassVar[float]
+    safety: ClassVar[float]
+    looks: ClassVar[int]
+    nearness: ClassVar[float]
+    tableau: ClassVar[Floats]
+    dense_x: ClassVar[Floats]
+    dense_v: ClassVar[Floats]
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return the largest stable step [s].
+
+        Args:
+            omega: Largest angular frequency of the network [1/s].
+            zeta: Largest damping radius over twice ``omega``.
+        """
+        ...
+
+    @staticmethod
+    def step(time: float, end: float, current: int, work: Work, net: object) -> bool:
+        """Set the other half of the state to that at ``end``; tell if a spring came near."""
+        ...
+
+    @staticmethod
+    def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+        """Return the largest local error of a node's position [m] and velocity [m/s]."""
+        ...
+
+    @staticmethod
+    def finish(time: float, end: float, current: int, work: Work, net: object) -> bool:
+        """Complete an accepted step: accelerations at its end, ledger; tell as ``step`` does."""
+        ...
+
+    @staticmethod
+    def prepare(time: float, end: float, current: int, work: Work, net: object) -> None:
+        """Fill the rows that ``dense_x`` and ``dense_v`` combine."""
+        ...
+
+    @staticmethod
+    def propose(
+        h: float, ratio: float, memory: float, calm: int
+    ) -> tuple[float, float, int]:
+        """Return size of the next step, memory and calm after an accepted step.
+
+        Args:
+            h: Size of the step [s].
+            ratio: Its error over what is allowed.
+            memory: Such ratio of an earlier step, as this function returned it.
+            calm: Steps since the size last changed.
+        """
+        ...
+
+
+INTEGRATORS: Family[type[Integrator]] = Family("tissuec.integrators", "integrator")

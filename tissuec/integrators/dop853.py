@@ -1,0 +1,174 @@
+"""DOP853 in Runge-Kutta-Nyström form: eighth order, accelerations only are stored.
+
+With x' = v the stage velocities v_i = v + h Σ A_ij K_j need not be kept, because
+x_i = x + h C_i v + h² Σ (A²)_ij K_j; likewise for result, error estimate and dense output.
+Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I (1993), II.5, II.6, II.14.
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from tissuec.integrators import INTEGRATORS
+from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.scalar import LEDGER
+from tissuec.kernels.tableau853 import E3, E5, STAGES, A, C, D
+from tissuec.kernels.vector import (
+    VectorNet,
+    blended_error,
+    combine,
+    force,
+    place,
+    quadrature,
+    scale,
+)
+
+ROWS = STAGES + 1
+RESULT = 12  # the stage that is the step's result
+ERROR = 2 * STAGES  # rows of the tableau: x by E5, x by E3, v by E5, v by E3
+# Nodes of the stages; copied into the tableau's last row for the kernels.
+NODES = ERROR + 4
+
+
+def _tableau() -> Floats:
+    """Return weights of the rows: positions, velocities, error estimates, nodes."""
+    table = np.zeros((NODES + 1, ROWS))
+    table[:STAGES, 0], table[:STAGES, 1:] = C, A @ A
+    table[STAGES:ERROR, 1:] = A
+    for row, weights in ((ERROR, E5), (ERROR + 1, E3)):
+        table[row, 1:] = weights @ A
+        table[row + 2, 1:] = weights
+    table[NODES, 1:] = C
+    return table
+
+
+def _dense(of_velocity: bool) -> Floats:
+    """Return the dense output as powers of the step's part θ, shape (7, row).
+
+    y(θ) = y + θ F0 + θ(1-θ) F1 + θ²(1-θ) F2 + … with F0 = y' - y, F1 = h f - F0,
+    F2 = 2 F0 - h (f + f'), and F3 to F6 by the matrix D.
+    """
+    table = _tableau()
+    start, result = np.zeros(ROWS), np.zeros(ROWS)
+    if of_velocity:
+        change = table[STAGES + RESULT]
+        start[1], result[1 + RESULT] = 1.0, 1.0
+        further = np.hstack([np.zeros((4, 1)), D])
+    else:
+        change = table[RESULT]
+        start[0] = 1.0
+        result = start + table[STAGES + RESULT]
+        further = np.hstack([D.sum(axis=1, keepdims=True), D @ A])
+    terms = [change, start - change, 2.0 * change - start - result, *further]
+    powers, factor = np.zeros((7, ROWS)), np.polynomial.Polynomial([0.0, 1.0])
+    for k, term in enumerate(terms):
+        powers[: k + 1] += np.outer(factor.coef[1:], term)
+        factor *= np.polynomial.Polynomial([1.0, -1.0] if k % 2 == 0 else [0.0, 1.0])
+    return powers
+
+
+def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    h = end - time
+    scale(1.0 / h, work.v[current], work.rows[0])
+    scale(1.0, work.a[current], work.rows[1])
+    near = False
+    for stage in range(1, RESULT):
+        near |= evaluate_stage(time, h, stage, current, work, net)
+    x, v, table = work.x[1 - current], work.v[1 - current], work.tableau
+    rows, last = work.rows[: RESULT + 1], RESULT + 1
+    combine(work.x[current], h * h, table[RESULT, :last], rows, x)
+    combine(work.v[current], h, table[STAGES + RESULT, :last], rows, v)
+    place(end, x, v, net)
+    return near
+
+
+def evaluate_stage(
+    time: float, h: float, stage: int, current: int, work: Work, net: VectorNet
+) -> bool:
+    """Fill the row of one stage from those before it."""
+    table, rows = work.tableau, work.rows[: stage + 1]
+    x, v, then = work.trial_x, work.trial_v, time + h * table[NODES, stage + 1]
+    combine(work.x[current], h * h, table[stage, : stage + 1], rows, x)
+    combine(work.v[current], h, table[STAGES + stage, : stage + 1], rows, v)
+    place(then, x, v, net)
+    return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
+
+
+def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+    table, rows, last = work.tableau, work.rows[: RESULT + 1], RESULT + 1
+    five, three = work.trial_x, work.trial_v
+    combine(work.zero, h * h, table[ERROR, :last], rows, five)
+    combine(work.zero, h * h, table[ERROR + 1, :last], rows, three)
+    position = blended_error(five, three)
+    combine(work.zero, h, table[ERROR + 2, :last], rows, five)
+    combine(work.zero, h, table[ERROR + 3, :last], rows, three)
+    return position, blended_error(five, three)
+
+
+def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Evaluate the end of an accepted step and add its work and dissipation."""
+    x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
+    near = force(end, x, v, a, work.power[1 + RESULT], net)
+    scale(1.0, a, work.rows[1 + RESULT])
+    if LEDGER:
+        weights, ledger = work.tableau[STAGES + RESULT], work.ledger[1 - current]
+        quadrature(work.ledger[current], end - time, weights, work.power, ledger)
+    return near
+
+
+def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
+    """Evaluate the three further stages of the dense output."""
+    for stage in range(RESULT + 1, STAGES):
+        evaluate_stage(time, end - time, stage, current, work, net)
+
+
+def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+    """Return the next step by proportional-integral control (Gustafsson)."""
+    ratio = max(ratio, 1e-6)
+    factor = 0.9 * ratio ** (-0.7 / 7.0) * memory ** (0.4 / 7.0) if memory else (
+        0.9 * ratio ** (-1.0 / 7.0)
+    )
+    return h * min(6.0, max(0.3, factor)), ratio, 0
+
+
+@INTEGRATORS.member("dop853")
+class Dop853:
+    """DOP853 in Runge-Kutta-Nyström form: explicit, order 8, 12 evaluations per step.
+
+    The method of Prince and Dormand as tuned by Hairer, Nørsett & Wanner (1993), with error
+    estimates of orders 5 and 3 and dense output of order 7. Storing accelerations only halves
+    the arithmetic. The method of choice for tolerances of 1e-5 and finer.
+    """
+
+    order = 8
+    symplectic = False
+    implicit = False
+    trials = 11
+    closing = 1
+    insiders = 3
+    rows = ROWS
+    end_row = 1 + RESULT
+    control_order = 7.0
+    safety = 1.0
+    looks = 8
+    nearness = 0.85
+    tableau = _tableau()
+    dense_x = _dense(of_velocity=False)
+    dense_v = _dense(of_velocity=True)
+
+    step = staticmethod(step)
+    estimate = staticmethod(estimate)
+    finish = staticmethod(finish)
+    prepare = staticmethod(prepare)
+    propose = staticmethod(propose)
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return 5.96 over the largest eigenvalue, where the stability polynomial leaves 1.
+
+        That is its limit without damping; with damping it is larger, up to 6.39.
+        """
+        fastest = omega * (zeta + sqrt(zeta * zeta - 1.0) if zeta > 1.0 else 1.0)
+        return 5.96 / fastest if fastest else np.inf

@@ -1,0 +1,133 @@
+"""The records that travel into the stepping code; Numba takes them as they are.
+
+Vectors of all nodes are flat, shape (3 node,): x0 y0 z0 x1 …, so that kernels index scalars.
+Held nodes are part of them and keep still because their inverse mass is zero.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Acts(NamedTuple):
+    """Prescribed motions and time-dependent loads as tables of numbers.
+
+    Motions and loads share the layout: act ``i`` concerns ``nodes[first[i]:first[i + 1]]`` and
+    adds the terms ``term_first[i]:term_first[i + 1]``. Motions come first.
+    """
+
+    motions: int  # acts below this number are motions, the others loads
+    window: Floats  # open interval of time in which courses are evaluated [s], shape (2,)
+    first: Integers  # shape (act + 1,)
+    nodes: Integers  # shape (entry,)
+    base: Floats  # positions that the motions start from [m], shape (entry, 3)
+    term_first: Integers  # shape (act + 1,)
+    term_vector: Floats  # [m] or [N], shape (term, 3)
+    term_course: Integers  # shape (term,)
+    turn_course: Integers  # course of the rotation or -1, shape (act,)
+    turn_centre: Floats  # [m], shape (act, 3)
+    turn_axis: Floats  # unit vectors, shape (act, 3)
+    turn_angle: Floats  # [rad], shape (act,)
+    course_kind: Integers  # number of the kind, shape (course,)
+    course_start: Floats  # [s], shape (course,)
+    course_stop: Floats  # [s], shape (course,)
+    course_frequency: Floats  # [Hz], shape (course,)
+    knot_first: Integers  # shape (course + 1,)
+    knot_time: Floats  # after the start [s], shape (knot,)
+    knot_value: Floats  # shape (knot,)
+    knot_slope: Floats  # [1/s], shape (knot,)
+
+
+class Net(NamedTuple):
+    """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
+
+    first: Integers  # springs of node i are first[i]:first[i + 1], shape (node + 1,)
+    other: NDArray[np.int32]  # their upper node, shape (spring,)
+    stiffness: Floats  # c [N/m], shape (spring,)
+    damping: Floats  # d [N s/m], shape (spring,)
+    rest: Floats  # L0 [m], shape (spring,)
+    strength: Floats  # [N], shape (spring,)
+    near: Floats  # tension from which a closer look is needed [N], shape (spring,)
+    inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
+    steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
+    push: Floats  # constant loads on free nodes [N], shape (3 node,)
+    driven: Integers  # nodes on prescribed paths
+    drag: float  # ambient damping [N s/m]
+    acts: Acts
+
+
+class Work(NamedTuple):
+    """State and scratch of one run; the halves 0 and 1 hold the step's start and end in turn."""
+
+    x: Floats  # positions [m], shape (2, 3 node)
+    v: Floats  # velocities [m/s], shape (2, 3 node)
+    a: Floats  # accelerations [m/s²], shape (2, 3 node)
+    ledger: Floats  # work and dissipated energy so far [J], shape (2, 2)
+    origin: Floats  # positions at the start of the run [m], shape (3 node,)
+    rows: Floats  # velocity / step, then the stage accelerations, shape (row, 3 node)
+    power: Floats  # of work and of dissipation at the stages [W], shape (row, 2)
+    trial_x: Floats  # shape (3 node,)
+    trial_v: Floats  # shape (3 node,)
+    trial_ledger: Floats  # shape (2,)
+    zero: Floats  # shape (3 node,)
+    tableau: Floats  # coefficients of the method, shape (combination, row)
+    dense_x: Floats  # positions within the step: powers of its part, shape (power, row)
+    dense_v: Floats  # the same for velocities
+    weights: Floats  # shape (2, row)
+    tension: Floats  # three looks at the springs [N], shape (3, spring) or (3, 0)
+
+
+class Task(NamedTuple):
+    """What one call of the stepping code shall do."""
+
+    until: float  # land here [s]
+    evaluations: int  # come back at the first step's start with so many in all
+    hold: int  # 1: come back after each accepted step before its samples are taken
+    fixed: int  # 1: keep the size of the steps
+    budget: float  # local error allowed per second, relative to the motion [1/s]
+    floor: float  # smallest displacement that errors are measured by [m]
+    noise: float  # error that is put down to rounding [m]
+    bound: float  # displacement beyond which the run is looked at [m]
+
+
+class Progress(NamedTuple):
+    """Where a run stands; with the arrays of ``Work`` all that a resumed run needs."""
+
+    time: float  # of the state [s]
+    step: float  # size of the next step [s]
+    end: float  # of the step under way [s]
+    memory: float  # error ratio of the last accepted step
+    calm: int  # steps since the size last changed
+    displacement: float  # largest so far [m]
+    speed: float  # largest so far [m/s]
+    current: int  # half of Work that holds the state
+    pending: int  # 1: a step is accepted, its samples are not all taken
+    prepared: int  # 1: the step under way can be evaluated inside
+    fresh: int  # 1: accelerations are not known yet
+    accepted: int
+    rejected: int
+    evaluations: int
+    sample: int  # next sample
+    filled: int  # samples in the buffer
+    smallest: float  # step so far [s]
+    largest: float  # step so far [s]
+
+
+class Buffer(NamedTuple):
+    """A batch of samples under way."""
+
+    times: Floats  # of all samples of the run [s], shape (sample of the run,)
+    time: Floats  # shape (sample,)
+    position: Floats  # shape (sample, 3 node)
+    velocity: Floats  # shape (sample, 3 node)
+    ledger: Floats  # shape (sample, 2)
+
+
+# Why the stepping code came back.
+REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE = range(7)
+
+AnyNet = Any  # ``Net`` in the compiled tier, ``vector.VectorNet`` in the interpreted one

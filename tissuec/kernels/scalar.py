@@ -1,0 +1,217 @@
+"""The operations as scalar loops for Numba; they also run, slowly, as plain Python.
+
+Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
+T = c (L - L0) + d w with w = r·(v_j - v_i) / L, force T r / L. Flags in capitals are constants
+of a variant: what is switched off is never compiled.
+"""
+
+from math import sqrt
+
+from tissuec.kernels.acts import pull_free, put_driven
+from tissuec.kernels.records import Buffer, Floats, Net
+
+VISCOUS = True  # springs have dashpots
+WATCHED = True  # springs may rupture
+LEDGER = True  # work and dissipation are integrated
+MOVED = True  # there are prescribed motions
+LOADED = True  # there are loads that change in time
+
+# Added to a length before dividing: a spring of no length then has no direction and no force,
+# while any length that is not squared to zero stays what it is.
+TINY = 1e-200
+
+
+def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
+    """Set ``a`` to the accelerations; return whether a spring is near its strength."""
+    first, other = net.first, net.other
+    stiffness, damping, rest, limit = net.stiffness, net.damping, net.rest, net.near
+    near = False
+    work = dissipated = 0.0
+    for i in range(a.size):
+        a[i] = 0.0
+    for node in range(first.size - 1):
+        i = 3 * node
+        x0, x1, x2 = x[i], x[i + 1], x[i + 2]
+        v0, v1, v2 = v[i], v[i + 1], v[i + 2]
+        f0 = f1 = f2 = 0.0
+        for s in range(first[node], first[node + 1]):
+            j = 3 * other[s]
+            r0, r1, r2 = x[j] - x0, x[j + 1] - x1, x[j + 2] - x2
+            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+            inverse = 1.0 / (length + TINY)
+            tension = stiffness[s] * (length - rest[s])
+            if VISCOUS:
+                closing = (
+                    r0 * (v[j] - v0) + r1 * (v[j + 1] - v1) + r2 * (v[j + 2] - v2)
+                ) * inverse
+                tension += damping[s] * closing
+                if LEDGER:
+                    dissipated += damping[s] * closing * closing
+            if WATCHED:
+                near |= tension > limit[s]
+            tension *= inverse
+            f0 += tension * r0
+            f1 += tension * r1
+            f2 += tension * r2
+            a[j] -= tension * r0
+            a[j + 1] -= tension * r1
+            a[j + 2] -= tension * r2
+        a[i] += f0
+        a[i + 1] += f1
+        a[i + 2] += f2
+    if LEDGER:
+        for node in net.driven:
+            for i in range(3 * node, 3 * node + 3):
+                work -= a[i] * v[i]
+    if LOADED:
+        work += pull_free(time, v, a, net.inverse_mass, net.acts)
+    drag = net.drag
+    for node in range(net.inverse_mass.size):
+        inverse = net.inverse_mass[node]
+        for i in range(3 * node, 3 * node + 3):
+            if LEDGER:
+                work += net.push[i] * v[i]
+                if inverse > 0.0:
+                    dissipated += drag * v[i] * v[i]
+            a[i] = net.steady[i] + inverse * (a[i] - drag * v[i])
+    if LEDGER:
+        power[0] = work
+        power[1] = dissipated
+    return near
+
+
+def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
+    """Set ``out`` to the tension of each spring [N]."""
+    first, other = net.first, net.other
+    for node in range(first.size - 1):
+        i = 3 * node
+        for s in range(first[node], first[node + 1]):
+            j = 3 * other[s]
+            r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
+            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+            out[s] = net.stiffness[s] * (length - net.rest[s])
+            if VISCOUS:
+                closing = (
+                    r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
+                )
+                out[s] += net.damping[s] * closing / (length + TINY)
+
+
+def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) -> bool:
+    """Tell whether a parabola through three looks rises above ``margin`` times a strength."""
+    for s in range(here.size):
+        low, mid, high = before[s], here[s], after[s]
+        top = max(low, mid, high)
+        if mid >= low and mid >= high and mid + mid > low + high:
+            top += (high - low) * (high - low) / (8.0 * (mid + mid - low - high))
+        if top > margin * net.strength[s]:
+            return True
+    return False
+
+
+def place(time: float, x: Floats, v: Floats, net: Net) -> None:
+    """Put driven nodes where their motions have them at a time."""
+    if MOVED:
+        put_driven(time, x, v, net.acts)
+
+
+def combine(base: Floats, factor: float, weights: Floats, rows: Floats, out: Floats) -> None:
+    """Set out = base + factor Σ weights_j rows_j; rows of weight zero are not touched."""
+    count = rows.shape[0]
+    size = out.size
+    # Blocks that stay in the first-level cache while all rows are added to them.
+    for start in range(0, size, 512):
+        stop = min(start + 512, size)
+        for i in range(start, stop):
+            out[i] = base[i]
+        j = 0
+        while j < count:
+            # Two rows at a time halve the traffic of the sum.
+            one = factor * weights[j]
+            k = j + 1
+            if one == 0.0:
+                j = k
+                continue
+            while k < count and weights[k] == 0.0:
+                k += 1
+            if k < count:
+                two = factor * weights[k]
+                for i in range(start, stop):
+                    out[i] += one * rows[j, i] + two * rows[k, i]
+            else:
+                for i in range(start, stop):
+                    out[i] += one * rows[j, i]
+            j = k + 1
+
+
+def scale(factor: float, vector: Floats, out: Floats) -> None:
+    """Set out = factor vector."""
+    for i in range(out.size):
+        out[i] = factor * vector[i]
+
+
+def polynomials(table: Floats, part: float, out: Floats) -> None:
+    """Set out_j = Σ_k table[k, j] part^(k + 1)."""
+    for j in range(out.size):
+        value = 0.0
+        for k in range(table.shape[0] - 1, -1, -1):
+            value = (value + table[k, j]) * part
+        out[j] = value
+
+
+def quadrature(
+    base: Floats, factor: float, weights: Floats, power: Floats, out: Floats
+) -> None:
+    """Set out = base + factor Σ weights_j power_j for the two columns of the ledger."""
+    for k in range(2):
+        total = 0.0
+        for j in range(power.shape[0]):
+            total += weights[j] * power[j, k]
+        out[k] = base[k] + factor * total
+
+
+def drift(x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats) -> None:
+    """Set x_end = x + h v + h²/2 a and v_end = v + h a."""
+    half = 0.5 * h * h
+    for i in range(x.size):
+        x_end[i] = x[i] + h * v[i] + half * a[i]
+        v_end[i] = v[i] + h * a[i]
+
+
+def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats) -> None:
+    """Set v_end = v + h/2 (a + a_end)."""
+    half = 0.5 * h
+    for i in range(v.size):
+        v_end[i] = v[i] + half * (a[i] + a_end[i])
+
+
+def distance(one: Floats, two: Floats) -> float:
+    """Return the largest distance between the nodes of two vectors; NaN where it is none."""
+    worst = check = 0.0
+    for i in range(0, one.size, 3):
+        d0, d1, d2 = one[i] - two[i], one[i + 1] - two[i + 1], one[i + 2] - two[i + 2]
+        square = d0 * d0 + d1 * d1 + d2 * d2
+        worst = max(worst, square)
+        check += 0.0 * square  # infinite and undefined values must not get lost in a maximum
+    return sqrt(worst) + check
+
+
+def blended_error(fifth: Floats, third: Floats) -> float:
+    """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
+    worst = check = 0.0
+    for i in range(0, fifth.size, 3):
+        five = fifth[i] ** 2 + fifth[i + 1] ** 2 + fifth[i + 2] ** 2
+        three = third[i] ** 2 + third[i + 1] ** 2 + third[i + 2] ** 2
+        check += 0.0 * (five + three)
+        if five > 0.0:
+            worst = max(worst, five / sqrt(five + 0.01 * three))
+    return worst + check
+
+
+def copy_sample(x: Floats, v: Floats, ledger: Floats, index: int, buffer: Buffer) -> None:
+    """Enter a state into the buffer as sample ``index``."""
+    for i in range(x.size):
+        buffer.position[index, i] = x[i]
+        buffer.velocity[index, i] = v[i]
+    buffer.ledger[index, 0] = ledger[0]
+    buffer.ledger[index, 1] = ledger[1]

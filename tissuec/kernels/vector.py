@@ -1,0 +1,225 @@
+"""The operations on NumPy: no compiler, ready at once, fast enough for small nets.
+
+Springs work on component-major scratch, shape (3, spring), which NumPy reduces fastest;
+``bincount`` over flat indices adds forces to nodes in the order of the springs, so that sums
+are reproducible.
+"""
+
+from math import sqrt
+from typing import Protocol
+
+import numpy as np
+
+from tissuec.kernels.acts import inside
+from tissuec.kernels.records import Buffer, Floats, Integers
+from tissuec.kernels.scalar import TINY
+
+
+class Path(Protocol):
+    """A prescribed motion."""
+
+    def at(self, time: float) -> tuple[Floats, Floats]: ...
+
+
+class Pull(Protocol):
+    """A force that changes in time."""
+
+    def at(self, time: float) -> Floats: ...
+
+
+class VectorNet:
+    """What acts on the nodes, for the interpreted tier, with scratch for its springs.
+
+    Args:
+        low, high: Lower and upper node of each spring, shape (spring,).
+        stiffness, damping, rest, strength: Per spring, shape (spring,).
+        near: Tension from which a closer look is needed [N], shape (spring,).
+        inverse_mass: Zero for held nodes [1/kg], shape (node,).
+        steady: Gravity and constant loads by mass [m/s²], shape (3 node,).
+        push: Constant loads on free nodes [N], shape (3 node,).
+        driven: Nodes on prescribed paths.
+        drag: Ambient damping [N s/m].
+        window: Open interval of time in which courses are evaluated [s], shape (2,).
+        motions: Driven nodes and their paths.
+        loads: Free loaded nodes and their forces.
+        watched: Whether springs may rupture.
+        ledger: Whether work and dissipation are integrated.
+    """
+
+    def __init__(
+        self,
+        *,
+        low: Integers,
+        high: Integers,
+        stiffness: Floats,
+        damping: Floats,
+        rest: Floats,
+        strength: Floats,
+        near: Floats,
+        inverse_mass: Floats,
+        steady: Floats,
+        push: Floats,
+        driven: Integers,
+        drag: float,
+        window: Floats,
+        motions: list[tuple[Integers, Path]],
+        loads: list[tuple[Integers, Pull]],
+        watched: bool,
+        ledger: bool,
+    ):
+        component = np.arange(3)[:, None]
+        springs, nodes = len(low), len(inverse_mass)
+        self.low, self.high = 3 * low + component, 3 * high + component
+        self.both = np.concatenate([self.low.ravel(), self.high.ravel()])
+        self.stiffness, self.damping, self.rest = stiffness, damping, rest
+        self.strength, self.near = strength, near
+        self.inverse_mass = np.repeat(inverse_mass, 3)
+        self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
+        self.window, self.motions, self.loads = window, motions, loads
+        self.watched, self.ledger = watched, ledger
+        self.viscous = bool(np.any(damping))
+        self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
+        self.end = np.empty((3, springs))
+        self.length, self.inverse = np.empty(springs), np.empty(springs)
+        self.closing, self.tension = np.empty(springs), np.empty(springs)
+        self.f = np.empty((2, 3, springs))
+        self.node_scratch = np.empty(3 * nodes)
+
+
+def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
+    """Fill the scratch of ``net`` and return the tension of each spring."""
+    r, length, inverse, tension = net.r, net.length, net.inverse, net.tension
+    np.take(x, net.high, out=r, mode="clip")
+    np.subtract(r, np.take(x, net.low, out=net.end, mode="clip"), out=r)
+    np.sqrt(np.einsum("ij,ij->j", r, r, out=length), out=length)
+    np.divide(1.0, np.add(length, TINY, out=inverse), out=inverse)
+    np.multiply(np.subtract(length, net.rest, out=tension), net.stiffness, out=tension)
+    if net.viscous:
+        np.take(v, net.high, out=net.w, mode="clip")
+        np.subtract(net.w, np.take(v, net.low, out=net.end, mode="clip"), out=net.w)
+        np.einsum("ij,ij->j", r, net.w, out=net.closing)
+        np.multiply(net.closing, inverse, out=net.closing)
+        np.add(tension, np.multiply(net.closing, net.damping, out=length), out=tension)
+    return tension
+
+
+def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
+    """Set ``a`` to the accelerations; return whether a spring is near its strength."""
+    tension = _stretch(x, v, net)
+    near = net.watched and bool((tension > net.near).any())
+    if net.ledger:
+        power[1] = np.dot(net.length, net.closing) if net.viscous else 0.0
+        power[0] = np.dot(net.push, v)
+    np.multiply(tension, net.inverse, out=tension)
+    np.multiply(net.r, tension, out=net.f[0])
+    np.negative(net.f[0], out=net.f[1])
+    f = np.bincount(net.both, net.f.ravel(), a.size)
+    if net.ledger:
+        power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
+    if net.loads:
+        power[0] += _pull(time, v, f, net)
+    if net.drag:
+        np.subtract(f, np.multiply(v, net.drag, out=net.node_scratch), out=f)
+        if net.ledger:
+            power[1] += np.dot(net.node_scratch, v * (net.inverse_mass > 0.0))
+    np.multiply(f, net.inverse_mass, out=f)
+    np.add(f, net.steady, out=a)
+    return near
+
+
+def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:
+    power = 0.0
+    time = inside(time, net.window)
+    for nodes, load in net.loads:
+        vector = load.at(time)
+        f.reshape(-1, 3)[nodes] += vector
+        power += float(np.sum(v.reshape(-1, 3)[nodes] @ vector))
+    return power
+
+
+def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
+    """Set ``out`` to the tension of each spring [N]."""
+    out[:] = _stretch(x, v, net)
+
+
+def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: VectorNet) -> bool:
+    """Tell whether a parabola through three looks rises above ``margin`` times a strength."""
+    return bool((parabola_tops(before, here, after) > margin * net.strength).any())
+
+
+def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
+    """Return the highest values of parabolas through three equidistant looks."""
+    bend = 2.0 * here - before - after
+    inside_it = (here >= before) & (here >= after) & (bend > 0.0)
+    rise = (after - before) ** 2 / (8.0 * np.where(inside_it, bend, 1.0))
+    return np.maximum(np.maximum(before, after), here) + np.where(inside_it, rise, 0.0)
+
+
+def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
+    """Put driven nodes where their motions have them at a time."""
+    for nodes, motion in net.motions:
+        position, velocity = motion.at(inside(time, net.window))
+        x.reshape(-1, 3)[nodes] = position
+        v.reshape(-1, 3)[nodes] = velocity
+
+
+def combine(base: Floats, factor: float, weights: Floats, rows: Floats, out: Floats) -> None:
+    """Set out = base + factor Σ weights_j rows_j."""
+    np.dot(factor * weights, rows, out=out)
+    np.add(out, base, out=out)
+
+
+def scale(factor: float, vector: Floats, out: Floats) -> None:
+    """Set out = factor vector."""
+    np.multiply(vector, factor, out=out)
+
+
+def polynomials(table: Floats, part: float, out: Floats) -> None:
+    """Set out_j = Σ_k table[k, j] part^(k + 1)."""
+    np.dot(part ** np.arange(1, len(table) + 1), table, out=out)
+
+
+def quadrature(
+    base: Floats, factor: float, weights: Floats, power: Floats, out: Floats
+) -> None:
+    """Set out = base + factor Σ weights_j power_j for the two columns of the ledger."""
+    out[:] = base + factor * (weights @ power)
+
+
+def drift(x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats) -> None:
+    """Set x_end = x + h v + h²/2 a and v_end = v + h a."""
+    np.multiply(a, h, out=v_end)
+    np.multiply(v_end, 0.5, out=x_end)
+    np.add(x_end, v, out=x_end)
+    np.multiply(x_end, h, out=x_end)
+    np.add(x_end, x, out=x_end)
+    np.add(v_end, v, out=v_end)
+
+
+def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats) -> None:
+    """Set v_end = v + h/2 (a + a_end)."""
+    np.add(a, a_end, out=v_end)
+    np.multiply(v_end, 0.5 * h, out=v_end)
+    np.add(v_end, v, out=v_end)
+
+
+def distance(one: Floats, two: Floats) -> float:
+    """Return the largest distance between the nodes of two vectors; NaN where it is none."""
+    between = (one - two).reshape(-1, 3)
+    return sqrt(np.einsum("ij,ij->i", between, between).max(initial=0.0))
+
+
+def blended_error(fifth: Floats, third: Floats) -> float:
+    """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
+    fifth, third = fifth.reshape(-1, 3), third.reshape(-1, 3)
+    five = np.einsum("ij,ij->i", fifth, fifth)
+    three = np.einsum("ij,ij->i", third, third)
+    below = np.sqrt(five + 0.01 * three)
+    return float((five / np.where(below == 0.0, 1.0, below)).max(initial=0.0))
+
+
+def copy_sample(x: Floats, v: Floats, ledger: Floats, index: int, buffer: Buffer) -> None:
+    """Enter a state into the buffer as sample ``index``."""
+    buffer.position[index] = x
+    buffer.velocity[index] = v
+    buffer.ledger[index] = ledger

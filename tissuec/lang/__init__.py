@@ -1,0 +1,1 @@
+"""Text to frozen syntax nodes and back: sentence shapes, no vocabulary."""

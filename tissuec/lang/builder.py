@@ -1,0 +1,269 @@
+"""Grammar rules to syntax nodes: one method for each rule, called when the rule is complete.
+
+Lark calls a method with the list of what the rule is made of: nodes, and those tokens that the
+grammar refers to by name. No tree stands in between.
+"""
+
+import math
+import re
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+from lark import Token
+
+from tissuec.core.errors import Diagnostic
+from tissuec.core.source import Source, Span
+from tissuec.core.units import canonical_unit, parse_unit
+from tissuec.lang import syntax as s
+from tissuec.lang.layout import Layout
+from tissuec.lang.plain import shown
+from tissuec.lang.rows import Rows, canonical_rows
+from tissuec.lang.words import RESERVED
+
+_NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
+
+
+def split_quantity(text: str) -> tuple[str, str]:
+    """Return the number of a quantity as written, and its unit in canonical spelling."""
+    number = _NUMBER.match(text)
+    end = number.end() if number else 0
+    return text[:end], canonical_unit(text[end:].strip())
+
+
+@lru_cache(maxsize=4096)
+def _is_reckonable(unit: str) -> bool:
+    """Return whether the size of a unit is a number: ``m^-99999`` has none."""
+    try:
+        return 0.0 < parse_unit(unit).factor < math.inf
+    except (ValueError, OverflowError, ZeroDivisionError):
+        return False
+
+
+class Builder:
+    """Builds the nodes of one text at a time."""
+
+    source: Source
+    layout: Layout
+    problems: list[Diagnostic]
+
+    def begin(self, layout: Layout) -> None:
+        """Make ready for a text, and forget the last one."""
+        self.source = layout.source
+        self.layout = layout
+        self.problems = []
+
+    # --- places and problems ------------------------------------------------------------------
+
+    def _span(self, first: Any, last: Any) -> Span:
+        """Return the span from one node or token to another."""
+        start = first.start_pos if isinstance(first, Token) else first.span.start
+        end = last.end_pos if isinstance(last, Token) else last.span.end
+        return Span(self.source, start, end)
+
+    def _report(self, code: str, message: str, token: Token, hint: str) -> None:
+        span = Span(self.source, token.start_pos or 0, token.end_pos or 0)
+        self.problems.append(Diagnostic(code, message, span, hint))
+
+    def _check_unit(self, unit: str, token: Token) -> None:
+        if not _is_reckonable(unit):
+            message = f"{shown(unit)} is not a unit: its size is out of all bounds"
+            self._report("TIS104", message, token, "exponents of units are small whole numbers")
+
+    # --- tokens -------------------------------------------------------------------------------
+
+    def _value(self, text: str, token: Token) -> float:
+        value = float(text)
+        if math.isinf(value):
+            shown = text if len(text) <= 20 else f"{text[:17]}..."
+            hint = "the largest number is about 1.8e308"
+            self._report("TIS119", f'"{shown}" is too large a number', token, hint)
+        return value
+
+    def NUMBER(self, token: Token) -> s.Number:  # noqa: N802 (the name of the terminal)
+        return s.Number(self._value(token.value, token), self._span(token, token))
+
+    def QUANTITY(self, token: Token) -> s.Quantity:  # noqa: N802
+        number, unit = split_quantity(token.value)
+        self._check_unit(unit, token)
+        return s.Quantity(self._value(number, token), unit, self._span(token, token))
+
+    # --- expressions --------------------------------------------------------------------------
+
+    def name(self, children: list[Any]) -> s.Name:
+        quoted = None
+        if children[-1] is None:
+            children.pop()
+        elif children[-1].type == "STRING":
+            quoted = children[-1].value[1:-1]
+        words = children if quoted is None else children[:-1]
+        for word in words:
+            if not word.islower() and word.lower() in RESERVED:
+                message = f'"{word}" is a reserved word, and those are written in small letters'
+                self._report("TIS103", message, word, f'write "{word.lower()}"')
+        return s.Name(" ".join(words), quoted, self._span(children[0], children[-1]))
+
+    def listing(self, children: list[Any]) -> s.Listing:
+        return s.Listing(tuple(children[1:-1]), self._span(children[0], children[-1]))
+
+    def vector(self, children: list[Any]) -> s.Vector:
+        first, *items, last = children
+        unit = None
+        if last.type == "RPAR_UNIT":
+            unit = canonical_unit(last.value[1:].strip())
+            self._check_unit(unit, last)
+        return s.Vector(tuple(items), unit, self._span(first, last))
+
+    def call(self, children: list[Any]) -> s.Call:
+        function, *arguments, last = children
+        return s.Call(function, tuple(arguments), self._span(function, last))
+
+    def argument(self, children: list[Any]) -> s.Argument:
+        value, *clauses = children
+        return s.Argument(value, tuple(clauses), self._span(value, children[-1]))
+
+    def group(self, children: list[Any]) -> s.Expression:
+        first, inner, last = children
+        return replace(inner, span=self._span(first, last))
+
+    def sign(self, children: list[Any]) -> s.Expression:
+        *signs, operand = children
+        span = self._span(signs[0], operand)
+        if sum(sign.type == "MINUS" for sign in signs) % 2:
+            return s.Signed(operand, span)
+        return replace(operand, span=span)
+
+    def power(self, children: list[Any]) -> s.Power:
+        return s.Power(*children, self._span(*children))
+
+    def product(self, children: list[Any]) -> s.Product:
+        return s.Product(*self._chain(children), self._span(children[0], children[-1]))
+
+    def sum(self, children: list[Any]) -> s.Sum:
+        return s.Sum(*self._chain(children), self._span(children[0], children[-1]))
+
+    def _chain(self, children: list[Any]) -> tuple[Any, Any]:
+        signs = (token.value for token in children[1::2])
+        return children[0], tuple(zip(signs, children[2::2], strict=True))
+
+    # --- conditions ---------------------------------------------------------------------------
+
+    def compare(self, children: list[Any]) -> s.Compare:
+        left, sign, right = children
+        return s.Compare(left, sign.value, right, self._span(left, right))
+
+    def is_test(self, children: list[Any]) -> s.Is:
+        return s.Is(*children, self._span(*children))
+
+    def inside(self, children: list[Any]) -> s.Between:
+        subject, low, high = children
+        return s.Between(subject, low, high, self._span(subject, high))
+
+    def near(self, children: list[Any]) -> s.Within:
+        subject, radius, centre = children
+        return s.Within(subject, radius, centre, self._span(subject, centre))
+
+    def ball(self, children: list[Any]) -> s.Within:
+        within, radius, centre = children
+        return s.Within(None, radius, centre, self._span(within, centre))
+
+    def negated(self, children: list[Any]) -> s.Expression:
+        *nots, operand = children
+        span = self._span(nots[0], operand)
+        return s.Not(operand, span) if len(nots) % 2 else replace(operand, span=span)
+
+    def conjunction(self, children: list[Any]) -> s.And:
+        return s.And(tuple(children), self._span(children[0], children[-1]))
+
+    def disjunction(self, children: list[Any]) -> s.Or:
+        return s.Or(tuple(children), self._span(children[0], children[-1]))
+
+    def phrase(self, children: list[Any]) -> s.Phrase:
+        span = self._span(children[0], children[-1])
+        if len(children) == 1:
+            return s.Phrase("word", tuple(children), span)
+        return s.Phrase("not" if len(children) == 2 else "between", tuple(children[1:]), span)
+
+    # --- sentences ----------------------------------------------------------------------------
+
+    def clause(self, children: list[Any]) -> s.Clause:
+        word, value = children
+        return s.Clause(word.value, value, self._span(word, value))
+
+    def bounds(self, children: list[Any]) -> s.Bounds:
+        between, low, high = children
+        return s.Bounds(low, high, self._span(between, high))
+
+    def assign(self, children: list[Any]) -> s.Assign:
+        keyword, name, value, bounds, *clauses = children
+        span = self._span(keyword or name, clauses[-1] if clauses else bounds or value)
+        word = keyword.value if keyword else ""
+        return s.Assign(word, name, value, bounds, tuple(clauses), span)
+
+    def sentence(self, children: list[Any]) -> s.Sentence:
+        name, phrase, *clauses = children
+        last = clauses[-1] if clauses else phrase or name
+        return s.Sentence(name, phrase, tuple(clauses), self._span(name, last))
+
+    def block(self, children: list[Any]) -> s.Block:
+        name, phrase, *rest, end = children
+        clauses = tuple(part for part in rest if isinstance(part, s.Clause))
+        items = tuple(rest[len(clauses) :])
+        head = self._span(name, clauses[-1] if clauses else phrase or name)
+        return s.Block(name, phrase, clauses, items, self._span(name, end), head)
+
+    def table(self, children: list[Any]) -> s.Table:
+        first, name, *clauses, opening, end = children
+        return self._raw_table(name, clauses, opening, self._span(first, end))
+
+    def table_of(self, children: list[Any]) -> s.Table:
+        name, _table, *clauses, opening, end = children
+        return self._raw_table(name, clauses, opening, self._span(name, end))
+
+    def _raw_table(
+        self, name: s.Name, clauses: list[s.Clause], opening: Token, span: Span
+    ) -> s.Table:
+        # Beside a character that was reported, a table may have been taken for something else.
+        rows = self.layout.rows.get(opening.start_pos or 0) or Rows(0, 0, (), None)
+        place = Span(self.source, rows.start, rows.end)
+        return s.Table(name, tuple(clauses), canonical_rows(place.text), span, place)
+
+    def rule(self, children: list[Any]) -> s.Rule:
+        first, condition, *rest = children
+        conclusions = tuple(part for part in rest if isinstance(part, s.Conclusion))
+        clauses = tuple(rest[len(conclusions) :])
+        return s.Rule(condition, conclusions, clauses, self._span(first, children[-1]))
+
+    def conclusion(self, children: list[Any]) -> s.Conclusion:
+        return s.Conclusion(*children, self._span(*children))
+
+    def trigger(self, children: list[Any]) -> list[Any]:
+        return children
+
+    def body(self, children: list[Any]) -> list[Any]:
+        return children
+
+    def timed(self, children: list[Any]) -> s.Timed:
+        *when, colon, body = children
+        items = tuple(body[:-1]) if isinstance(body, list) else (body,)
+        last = body[-1] if isinstance(body, list) else body
+        triggered = isinstance(when[0], list)
+        first = when[0][0] if triggered else when[0]
+        head = self._span(first, colon)
+        times = () if triggered else tuple(when)
+        trigger = when[0][1] if triggered else None
+        return s.Timed(times, trigger, items, self._span(first, last), head)
+
+    def expect(self, children: list[Any]) -> s.Expect:
+        first, condition, *clauses = children
+        return s.Expect(condition, tuple(clauses), self._span(first, children[-1]))
+
+    # --- whole texts --------------------------------------------------------------------------
+
+    def file(self, children: list[Any]) -> s.Module:
+        version, *items = children
+        return s.Module(version, tuple(items), self.source)
+
+    def items(self, children: list[Any]) -> s.Module:
+        """Return what follows a mistake; its problems count, the module itself is dropped."""
+        return s.Module(s.Number(1.0, Span(self.source, 0, 0)), tuple(children), self.source)

@@ -1,0 +1,87 @@
+"""Characters: from bytes to clean text, and which of them no sentence can hold."""
+
+import unicodedata
+from pathlib import Path
+
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.source import Source, Span
+
+#: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII.
+SUSPECT = r"[\x00-\x08\x0b-\x1f\x7f$&'?@\\`|~]|[^\x00-\x7f·]"
+
+#: What to type instead of characters that word processors and web pages put in.
+_INSTEAD = {
+    '"': "“”„‟«»＂″",
+    "-": "−–—‐‑‒",
+    "*": "×∙⋅",
+    "/": "÷∕⁄",
+    "<=": "≤",
+    ">=": "≥",
+    "!=": "≠",
+    "==": "≡",
+    "^2": "²",
+    "^3": "³",
+    "deg": "°",
+    "and": "&∧",
+    "or": "|∨",
+    ",": "，、",
+    ":": "：",
+    ";": "；",
+    "(": "（",
+    ")": "）",
+}
+_REMEDY = {
+    character: f"type {what} instead" for what, group in _INSTEAD.items() for character in group
+}
+_REMEDY |= dict.fromkeys("'‘’‚‛`´′", 'text stands in double quotes: "…"')
+_REMEDY["\\"] = "a line that begins with a joining word continues the line above without a sign"
+
+
+def normalise(raw: bytes | str, name: str, path: Path | None = None) -> Source:
+    """Return the text as a source: no byte order mark, NFC, line ends as ``\\n``.
+
+    Raises:
+        CompileError: The bytes are not UTF-8, or hold what no text holds.
+    """
+    text = raw if isinstance(raw, str) else raw.decode("utf-8", errors="replace")
+    source = Source(name, _clean(text), path)
+    place, message = _not_text(source.text, raw)
+    if place >= 0:
+        span = Span(source, place, place + 1)
+        hint = "save the file as plain text in UTF-8"
+        raise CompileError([Diagnostic("TIS114", message, span, hint)])
+    return source
+
+
+def _clean(text: str) -> str:
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    return text if text.isascii() else unicodedata.normalize("NFC", text)
+
+
+def _not_text(text: str, raw: bytes | str) -> tuple[int, str]:
+    """Return where it shows that this is no text, or -1, and what it is."""
+    if isinstance(raw, bytes):
+        try:
+            raw.decode("utf-8")
+        except UnicodeDecodeError as error:
+            place = len(_clean(raw[: error.start].decode("utf-8")))
+            return place, f"byte 0x{raw[error.start]:02X} is not UTF-8 text"
+    if "\0" in text:
+        return text.index("\0"), "a zero byte stands here, so the file is not plain text"
+    if not text.isascii():
+        halves = (i for i, character in enumerate(text) if "\ud800" <= character <= "\udfff")
+        return next(halves, -1), "half of a character stands here"
+    return -1, ""
+
+
+def odd_character(span: Span) -> Diagnostic | None:
+    """Return the finding about one suspect character; None for a letter, which is fine."""
+    character = span.text
+    if not character.isascii() and character.isalpha():
+        return None
+    name = unicodedata.name(character, "control character").lower()
+    visible = character.isprintable() and not character.isspace()
+    shown = f'"{character}"' if visible else "this character"
+    message = f"{shown} (U+{ord(character):04X}, {name}) can stand in quotes and comments only"
+    fallback = "remove it, or put the name in quotes" if visible else "type an ordinary blank"
+    return Diagnostic("TIS114", message, span, _REMEDY.get(character, fallback))

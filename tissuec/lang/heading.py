@@ -1,0 +1,44 @@
+"""The first line, ``language 1``: which version of the language a text is written in."""
+
+import re
+
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.source import Source, Span
+
+#: The version of the language that this compiler reads.
+VERSION = 1
+
+_GAP = re.compile(r"[\n; \t]*")
+_HEADING = re.compile(r"language[ \t]+([0-9]+(?:\.[0-9]+)*)(?![\w.])")
+_FIRST = re.compile(r"\w+|[^\w\n]|")
+
+
+def check_heading(source: Source, text: str) -> Diagnostic | None:
+    """Return what is wrong with the first line, if anything.
+
+    Args:
+        text: The text as laid out for the grammar.
+
+    Raises:
+        CompileError: The text is written in another version, so that nothing more can be said.
+    """
+    start = len(_GAP.match(text)[0])  # type: ignore[index]  # matches any text
+    heading = _HEADING.match(text, start)
+    if heading is None:
+        return _no_heading(source, text, start)
+    if heading[1] == str(VERSION):
+        return None
+    message = f"the text is written in language {heading[1]}, which this compiler cannot read"
+    hint = f'it reads "language {VERSION}"'
+    raise CompileError([Diagnostic("TIS118", message, Span(source, *heading.span(1)), hint)])
+
+
+def _no_heading(source: Source, text: str, start: int) -> Diagnostic:
+    first = _FIRST.match(text, start)
+    assert first is not None  # it matches nothing at the end
+    span = Span(source, min(start, len(source.text)), min(first.end(), len(source.text)))
+    if first[0].lower() == "language" and first[0] != "language":
+        message = f'"{first[0]}" is a reserved word, and those are written in small letters'
+        return Diagnostic("TIS103", message, span, f'write "language {VERSION}"')
+    message = "the text does not begin with the version of its language"
+    return Diagnostic("TIS117", message, span, f'write "language {VERSION}" as the first line')

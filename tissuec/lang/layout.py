@@ -1,0 +1,285 @@
+"""Layout: one linear pass that leaves the grammar only what it has to know.
+
+Comments, rows of tables and line ends that do not end a statement become blanks, and brackets
+are balanced. The result is as long as the text, so that every offset stays true.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.source import Source, Span
+from tissuec.lang.characters import SUSPECT, odd_character
+from tissuec.lang.rows import Comment, Rows, find_rows
+from tissuec.lang.words import CONTINUING
+
+#: More problems than this are not reported at once.
+MOST_PROBLEMS = 10
+
+#: Levels of brackets. Between two brackets up to eight nodes nest (or, and, not, a comparison,
+#: a sum, a product, a sign, a power), and all of them must fit on the stack of a recursion.
+DEEPEST = 50
+
+#: Characters of a text; a scene this long is a data file that was opened by mistake.
+LONGEST = 200_000_000
+
+_PART = re.compile(
+    r'(?P<quote>"[^"\n]*"?)|(?P<comment>#[^\n]*)|(?P<line>\n[ \t\n]*)|(?P<open>[({[])'
+    rf"|(?P<close>[)}}\]])|(?P<end>;)|(?P<table>(?<!\w)table(?!\w))|(?P<suspect>{SUSPECT})"
+)
+# Capital letters too: "Then" is reported as a capitalised "then" and not as a rule without one.
+_CONTINUES = re.compile(rf"(?:{'|'.join(CONTINUING)})(?!\w)", re.IGNORECASE)
+_TABLE_PLACE = re.compile(r"(?:^|[\n;{}]|\bis[ \t])[ \t]*\Z")
+_CLOSING = {"(": ")", "[": "]", "{": "}"}
+_CLOSE = 'write "}" where the block ends'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """A text made ready for the grammar.
+
+    Attributes:
+        text: The text with blanks for all that the grammar need not see, as long as the source.
+        comments: Every comment, in order.
+        rows: The rows of each table, by the offset of its opening brace.
+        problems: What is wrong with characters, quotes and brackets, in order.
+    """
+
+    source: Source
+    text: str
+    comments: tuple[Comment, ...]
+    rows: dict[int, Rows]
+    problems: tuple[Diagnostic, ...]
+
+
+class _Opening(NamedTuple):
+    """A bracket that waits for its partner; ``indent`` is that of its line."""
+
+    sign: str
+    place: int
+    indent: int
+
+
+def lay_out(source: Source) -> Layout:
+    """Return the text made ready for the grammar.
+
+    Raises:
+        CompileError: Brackets are too deep, the text is too long, or there are so many
+            problems that nothing else can be reported.
+    """
+    if len(source.text) > LONGEST:
+        message = f"the text is too long: more than {LONGEST // 1_000_000} million characters"
+        span = Span(source, 0, 1)
+        raise CompileError([Diagnostic("TIS116", message, span, "import bulk data from files")])
+    return _Scanner(source).scan()
+
+
+@dataclass(slots=True)
+class _Scanner:
+    source: Source
+    stack: list[_Opening] = field(default_factory=list)
+    edits: list[tuple[int, int, str]] = field(default_factory=list)
+    comments: list[Comment] = field(default_factory=list)
+    rows: dict[int, Rows] = field(default_factory=dict)
+    problems: list[Diagnostic] = field(default_factory=list)
+    #: Line ends that become blanks if a joining word follows.
+    waiting: list[tuple[int, int]] = field(default_factory=list)
+    #: Line ends inside round and square brackets, as indices of edits.
+    bracketed: list[int] = field(default_factory=list)
+    table: bool = False  # a table was announced and its brace is still to come
+    first: int = 0  # offset of the first character of the line that is no blank
+    indent: int = 0
+    suspect: _Opening | None = None  # the block that seems to lack its closing brace
+
+    def scan(self) -> Layout:
+        text = self.source.text
+        place = 0
+        while part := _PART.search(text, place):
+            handle = getattr(self, f"_{part.lastgroup}")
+            place = handle(text, part.start(), part.end()) or part.end()
+        self._finish(len(text))
+        return Layout(
+            self.source, self._edited(), tuple(self.comments), self.rows, tuple(self.problems)
+        )
+
+    # --- one method for each kind of part; a result is where to go on -------------------------
+
+    def _quote(self, text: str, start: int, end: int) -> None:
+        if end - start == 1 or text[end - 1] != '"':
+            self._open_quote(start, end)
+            self._blank(start, end)
+
+    def _comment(self, text: str, start: int, end: int) -> None:
+        self.comments.append(Comment(Span(self.source, start, end), text[start:end].rstrip()))
+        self._blank(start, end)
+
+    def _line(self, text: str, start: int, end: int) -> None:
+        self.first = end
+        self.indent = end - text.rfind("\n", start, end) - 1
+        if self._in_bracket():
+            self.bracketed.append(len(self.edits))
+            self._blank(start, end)
+            return
+        self.waiting.append((start, end))
+        if text.startswith("#", end):
+            return  # what follows the comments decides
+        if _CONTINUES.match(text, end):
+            self.edits += (
+                (*stretch, " " * (stretch[1] - stretch[0])) for stretch in self.waiting
+            )
+        else:
+            self.table = False
+        self.waiting.clear()
+
+    def _open(self, text: str, start: int, end: int) -> int | None:
+        sign = text[start]
+        if sign == "{":
+            self._drop_unclosed()
+            if self.table:
+                return self._table_rows(text, start, end)
+        if len(self.stack) >= DEEPEST:
+            message = f"brackets are nested more than {DEEPEST} deep"
+            hint = 'name a part of it with "let", or close a bracket before'
+            problem = Diagnostic("TIS116", message, Span(self.source, start, end), hint)
+            raise CompileError([*self.problems, problem])
+        self.stack.append(_Opening(sign, start, self.indent))
+        return None
+
+    def _close(self, text: str, start: int, end: int) -> None:
+        sign = text[start]
+        if sign == "}":
+            self.table = False
+            self._drop_unclosed()
+        if not self.stack or (sign != "}" and not self._in_bracket()):
+            self._report("TIS102", f'this "{sign}" closes nothing', start, end, "remove it")
+            self._blank(start, end, ";" if sign == "}" else " ")
+            return
+        opening = self.stack.pop()
+        if sign != _CLOSING[opening.sign]:
+            message = f'this "{sign}" does not close "{opening.sign}"'
+            line = Span(self.source, opening.place, start).line
+            hint = f'write "{_CLOSING[opening.sign]}", which closes the one of line {line}'
+            self._report("TIS102", message, start, end, hint)
+        if sign == "}":
+            self._look_at_indentation(start, opening)
+        elif not self._in_bracket():
+            self.bracketed.clear()
+
+    def _end(self, _text: str, _start: int, _end: int) -> None:
+        self.table = False
+
+    def _table(self, text: str, start: int, _end: int) -> None:
+        before = start
+        while before and text[before - 1] in " \t":
+            before -= 1
+        lead = text[max(before - 3, 0) : start]
+        self.table = not self._in_bracket() and bool(_TABLE_PLACE.search(lead))
+
+    def _suspect(self, _text: str, start: int, end: int) -> None:
+        problem = odd_character(Span(self.source, start, end))
+        if problem:
+            self._add(problem)
+            self._blank(start, end)
+
+    def _table_rows(self, text: str, start: int, end: int) -> int:
+        rows = find_rows(self.source, end)
+        place = rows.end
+        closed = text.startswith("}", place)
+        if not closed:
+            place = self._unclosed_table(text, start, end, place)
+            rows = rows._replace(
+                end=place, comments=tuple(c for c in rows.comments if c.span.start < place)
+            )
+        if rows.open_quote is not None and rows.open_quote < place:
+            self._open_quote(rows.open_quote, text.find("\n", rows.open_quote))
+        self.comments += rows.comments
+        self.rows[start] = rows
+        self._blank(end, place)
+        self.table = False
+        return place + closed
+
+    def _unclosed_table(self, text: str, start: int, end: int, place: int) -> int:
+        """Report a table without a closing brace and return where its rows are taken to end."""
+        at_end = place == len(text)
+        what = "the file ends" if at_end else "another block begins"
+        message = f'a "}}" is missing: {what} among the rows of a table'
+        note = self._note("the table is opened", _Opening("{", start, 0))
+        mark = len(text.rstrip()) if at_end else place
+        self._report("TIS101", message, mark, mark + (not at_end), _CLOSE, note)
+        self._blank(start, end, ";")
+        # The line of the other brace is taken for the head of a block.
+        return place if at_end else max(text.rfind("\n", end, place), end)
+
+    # --- findings -----------------------------------------------------------------------------
+
+    def _open_quote(self, start: int, end: int) -> None:
+        message = "this quote is not closed on its line"
+        end = len(self.source.text) if end < 0 else end
+        self._report("TIS113", message, start, end, 'write " where the quoted part ends')
+
+    def _drop_unclosed(self) -> None:
+        """Report round and square brackets that are still open where they no longer can be."""
+        unclosed = None
+        while self._in_bracket():
+            unclosed = self.stack.pop()
+        if unclosed is None:
+            return
+        message = f'this "{unclosed.sign}" is not closed'
+        hint = f'write "{_CLOSING[unclosed.sign]}" where it ends'
+        self._report("TIS102", message, unclosed.place, unclosed.place + 1, hint)
+        # Lines count again, so that the statements below are looked at one by one.
+        for index in self.bracketed:
+            start, end, _ = self.edits[index]
+            self.edits[index] = (start, end, self.source.text[start:end])
+        self.bracketed.clear()
+
+    def _look_at_indentation(self, start: int, opening: _Opening) -> None:
+        """Suspect a block whose "}" stands under the head of a block around it."""
+        if self.suspect or start != self.first or self.indent >= opening.indent:
+            return
+        if any(outer.indent == self.indent for outer in self.stack):
+            self.suspect = opening
+
+    def _finish(self, end: int) -> None:
+        self._drop_unclosed()
+        if not self.stack:
+            return
+        missing = [self.suspect] if self.suspect else self.stack[-1:]
+        notes = [self._note("the block is opened", opening) for opening in missing]
+        place = len(self.source.text.rstrip())
+        message = 'a "}" is missing: this block is still open at the end of the file'
+        self._report("TIS101", message, place, place, _CLOSE, *notes)
+        # Beyond the end of the text, so that offsets stay true and nothing else is reported.
+        self.edits.append((end, end, "}" * len(self.stack)))
+
+    # --- helpers ------------------------------------------------------------------------------
+
+    def _in_bracket(self) -> bool:
+        return bool(self.stack) and self.stack[-1].sign != "{"
+
+    def _blank(self, start: int, end: int, sign: str = " ") -> None:
+        self.edits.append((start, end, sign * (end - start)))
+
+    def _note(self, what: str, opening: _Opening) -> Note:
+        return Note(what, Span(self.source, opening.place, opening.place + 1))
+
+    def _report(
+        self, code: str, message: str, start: int, end: int, hint: str, *notes: Note
+    ) -> None:
+        self._add(Diagnostic(code, message, Span(self.source, start, end), hint, notes))
+
+    def _add(self, problem: Diagnostic) -> None:
+        self.problems.append(problem)
+        if len(self.problems) == MOST_PROBLEMS:
+            raise CompileError(self.problems)
+
+    def _edited(self) -> str:
+        """Return the text with all edits made."""
+        text = self.source.text
+        pieces: list[str] = []
+        place = 0
+        for start, end, replacement in sorted(self.edits):
+            pieces += text[place:start], replacement
+            place = end
+        return "".join((*pieces, text[place:]))

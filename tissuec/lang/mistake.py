@@ -1,0 +1,113 @@
+"""A syntax error as facts: the statement, its tokens, which one is wrong, what could stand."""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import NamedTuple
+
+from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from tissuec.core.source import Source, Span
+from tissuec.lang.grammar import tokens
+from tissuec.lang.recovery import Statement, statement_at
+
+#: The type of a stand-in token for a character that begins no token.
+CHARACTER = "CHARACTER"
+
+#: Types of tokens that end a statement and belong to no statement.
+ENDS = frozenset({"_NL", "$END", "RBRACE"})
+
+
+class Mistake(NamedTuple):
+    """Where the grammar could not go on.
+
+    Attributes:
+        source: The text.
+        statement: The bad statement.
+        before: Its tokens up to the wrong one.
+        found: The wrong token.
+        after: The tokens of the statement behind the wrong one.
+        accepted: Types of tokens that could have stood in its place.
+    """
+
+    source: Source
+    statement: Statement
+    before: tuple[Token, ...]
+    found: Token
+    after: tuple[Token, ...]
+    accepted: frozenset[str]
+
+    @property
+    def previous(self) -> str:
+        """Return the type of the token before the wrong one, or an empty string."""
+        return self.before[-1].type if self.before else ""
+
+    @property
+    def next(self) -> str:
+        """Return the type of the token behind the wrong one, or an empty string."""
+        return self.after[0].type if self.after else ""
+
+    @property
+    def first(self) -> str:
+        """Return the type of the first token of the statement."""
+        return self.before[0].type if self.before else self.found.type
+
+    @property
+    def can_end(self) -> bool:
+        """Return whether the statement could have ended before the wrong token."""
+        return bool(self.accepted & ENDS)
+
+    @property
+    def line_before(self) -> str:
+        """Return what stands before the wrong token on its line."""
+        span = self.span(self.found)
+        return span.source.line_text(span.line)[: span.column - 1]
+
+    def holds(self, kind: str) -> bool:
+        """Return whether a token of this type stands before the wrong one."""
+        return any(token.type == kind for token in self.before)
+
+    def span(self, token: Token) -> Span:
+        """Return the place of a token, within the text."""
+        end = len(self.source.text)
+        return Span(self.source, min(token.start_pos or 0, end), min(token.end_pos or 0, end))
+
+    def text(self, first: Token, last: Token) -> str:
+        """Return what is written from one token to another, with single blanks."""
+        written = self.source.text[first.start_pos : last.end_pos]
+        lines = (
+            line.split("#")[0] if '"' not in line else line for line in written.split("\n")
+        )
+        return " ".join(" ".join(lines).split())
+
+
+def mistake_of(
+    error: UnexpectedInput, lark: Lark, source: Source, text: str, begin: int
+) -> Mistake:
+    """Return the facts of an error.
+
+    Args:
+        text: The text as laid out, in which parsing began at offset ``begin``.
+    """
+    found = _found(error, text)
+    place = found.start_pos or 0
+    statement = statement_at(text, begin, place)
+    all_tokens = list(_readable(lark, text, statement))
+    before = tuple(token for token in all_tokens if (token.start_pos or 0) < place)
+    after = tuple(token for token in all_tokens if (token.start_pos or 0) > place)
+    accepted = frozenset(error.interactive_parser.accepts())
+    return Mistake(source, statement, before, found, after, accepted)
+
+
+def _found(error: UnexpectedInput, text: str) -> Token:
+    if isinstance(error, UnexpectedToken) and error.token.type != "$END":
+        return error.token
+    if isinstance(error, UnexpectedCharacters):
+        place = error.pos_in_stream or 0
+        return Token(CHARACTER, text[place], place, end_pos=place + 1)
+    return Token("$END", "", len(text), end_pos=len(text))
+
+
+def _readable(lark: Lark, text: str, statement: Statement) -> Iterator[Token]:
+    """Yield the tokens of a statement, as far as they can be told."""
+    with suppress(UnexpectedCharacters):
+        yield from tokens(lark, text, *statement)

@@ -1,0 +1,154 @@
+"""Canonical layout of a text, for ``tissuec fmt``.
+
+Line breaks and comments stay where they are. Blanks, indentation, signs of units and needless
+semicolons take one form each. What the text means stays the same, and a second pass changes
+nothing.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from lark import Token
+
+from tissuec.core.source import Source
+from tissuec.core.units import canonical_unit
+from tissuec.lang.builder import split_quantity
+from tissuec.lang.grammar import tokens
+from tissuec.lang.layout import Layout, lay_out
+from tissuec.lang.parser import lark_parser, parse
+from tissuec.lang.rows import Comment, blank_comments, quoted_rows
+from tissuec.lang.spacing import blank_between
+
+_STEP = "  "
+
+
+class Piece(NamedTuple):
+    """Something to print: a token, a comment, or the rows of a table on one line."""
+
+    kind: str  # type of the token, "COMMENT", "ROWS" or "SEMICOLON"
+    text: str
+    start: int
+    end: int
+    begins: bool  # whether it begins a statement or a row
+
+
+def format_source(source: Source) -> str:
+    """Return the text in canonical layout.
+
+    Raises:
+        CompileError: The text has mistakes; only text that parses can be laid out.
+    """
+    parse(source)
+    layout = lay_out(source)
+    pieces = sorted((*_token_pieces(layout), *_row_pieces(layout)), key=lambda p: p.start)
+    pieces = _with_comments(_needed(pieces, layout.text), layout.comments)
+    return "".join(_printed(pieces, source.text)) + "\n"
+
+
+# --- pieces -----------------------------------------------------------------------------------
+
+
+def _token_pieces(layout: Layout) -> Iterator[Piece]:
+    """Yield the tokens; of separators only the semicolons."""
+    begins = True
+    for token in tokens(lark_parser(), layout.text, 0, len(layout.text)):
+        start, end = token.start_pos or 0, token.end_pos or 0
+        if token.type == "_NL":
+            for offset, sign in enumerate(token.value, start):
+                if sign == ";":
+                    yield Piece("SEMICOLON", ";", offset, offset + 1, begins=False)
+            begins = True
+        else:
+            yield Piece(token.type, _spelling(token), start, end, begins)
+            begins = token.type in ("LBRACE", "RBRACE")
+
+
+def _spelling(token: Token) -> str:
+    """Return a token as it is printed: one blank before a unit, one form of its signs."""
+    if token.type == "QUANTITY":
+        return " ".join(split_quantity(token.value))
+    if token.type == "RPAR_UNIT":
+        return f") {canonical_unit(token.value[1:].strip())}"
+    return token.value
+
+
+def _row_pieces(layout: Layout) -> Iterator[Piece]:
+    """Yield the rows of tables, those of one line together."""
+    for rows in layout.rows.values():
+        start = rows.start
+        for line in blank_comments(layout.source.text[rows.start : rows.end]).split("\n"):
+            end = start + len(line)
+            kept = line.strip()
+            if kept.strip("; \t"):
+                place = start + line.index(kept)
+                yield Piece("ROWS", _spaced(kept), place, place + len(kept), begins=True)
+            start = end + 1
+
+
+def _spaced(line: str) -> str:
+    """Return the rows of one line with single blanks between cells."""
+    if ";" in line or '"' in line:
+        return "; ".join(" ".join(row) for row in quoted_rows(line))
+    return " ".join(line.split())
+
+
+def _needed(pieces: list[Piece], text: str) -> Iterator[Piece]:
+    """Yield all pieces but semicolons that separate nothing."""
+    previous = None
+    for piece, following in zip(pieces, [*pieces[1:], None], strict=True):
+        if piece.kind == "SEMICOLON":
+            if (
+                previous is None
+                or following is None
+                or following.kind in ("SEMICOLON", "RBRACE")
+            ):
+                continue
+            if previous.kind == "LBRACE" or "\n" in text[previous.end : following.start]:
+                continue
+        yield piece
+        previous = piece
+
+
+def _with_comments(pieces: Iterator[Piece], comments: tuple[Comment, ...]) -> Iterator[Piece]:
+    """Yield pieces and comments; a comment begins a statement if what follows it does."""
+    waiting = list(reversed(comments))
+    for piece in pieces:
+        while waiting and waiting[-1].span.start < piece.start:
+            yield _comment_piece(waiting.pop(), begins=piece.begins)
+        yield piece
+    while waiting:
+        yield _comment_piece(waiting.pop(), begins=True)
+
+
+def _comment_piece(comment: Comment, *, begins: bool) -> Piece:
+    return Piece("COMMENT", comment.text, comment.span.start, comment.span.end, begins)
+
+
+# --- printing ---------------------------------------------------------------------------------
+
+
+def _printed(pieces: Iterator[Piece], text: str) -> Iterator[str]:
+    """Yield pieces with what stands before each."""
+    depth = 0
+    before = previous = None
+    for piece in pieces:
+        lines = text.count("\n", previous.end, piece.start) if previous else 0
+        if lines:
+            yield "\n" * min(lines, 2) + _indentation(piece, depth)
+        elif previous and piece.kind == "COMMENT":
+            yield "  "
+        elif previous and blank_between(
+            before.kind if before else "", previous.kind, piece.kind
+        ):
+            yield " "
+        yield piece.text
+        depth += {"LBRACE": 1, "RBRACE": -1}.get(piece.kind, 0)
+        before, previous = previous, piece
+
+
+def _indentation(piece: Piece, depth: int) -> str:
+    """Return the blanks before the first piece of a line."""
+    if piece.kind == "RBRACE":
+        return _STEP * (depth - 1)
+    continued = not piece.begins and piece.kind not in ("RPAR", "RSQB", "RPAR_UNIT")
+    return _STEP * (depth + continued)

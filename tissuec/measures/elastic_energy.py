@@ -1,0 +1,26 @@
+"""Energy stored in springs."""
+
+from collections.abc import Sequence
+
+from tissuec import mechanics
+from tissuec.core import units
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.moment import Moment
+from tissuec.measures.scalar import Scalar, one_column
+from tissuec.network import Floats
+
+
+@MEASURES.member("elastic energy")
+class ElasticEnergy(Scalar):
+    """Σ ½ c (L - L0)² over the intact springs of A."""
+
+    form = "elastic energy(A)"
+    dimension = units.ENERGY
+    subjects = 1
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        springs = moment.intact(subjects[0])
+        energy = mechanics.elastic_energy(moment.situation, moment.position, springs)
+        return one_column(energy, moment)

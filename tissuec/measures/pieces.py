@@ -1,0 +1,29 @@
+"""Into how many pieces the net has come apart."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.moment import Moment
+from tissuec.measures.scalar import Scalar, one_column
+from tissuec.network import Floats
+
+
+@MEASURES.member("pieces")
+class Pieces(Scalar):
+    """The number of connected pieces of the net that the nodes of A belong to.
+
+    Two nodes are in one piece where intact springs lead from one to the other, inside A or not.
+    """
+
+    form = "count(pieces of A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        found = moment.pieces[moment.nodes(subjects[0])]
+        return one_column(len(np.unique(found)), moment)

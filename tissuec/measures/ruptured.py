@@ -1,0 +1,25 @@
+"""Whether springs have broken by themselves."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.moment import Moment
+from tissuec.measures.scalar import Scalar, one_column
+from tissuec.network import Floats
+
+
+@MEASURES.member("ruptured")
+class Ruptured(Scalar):
+    """The number of springs of A that ruptured until then; true where it is not 0."""
+
+    form = "ruptured(A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        return one_column(np.count_nonzero(moment.ruptured[moment.springs(subjects[0])]), moment)

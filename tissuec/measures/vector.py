@@ -1,0 +1,21 @@
+"""What measures of a vector share."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.measures import Subject
+from tissuec.measures.moment import Moment
+from tissuec.network import Floats
+
+
+class Vector:
+    """Base of the measures whose components are x, y and z and whose value is the length."""
+
+    @staticmethod
+    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+        return ("x", "y", "z")
+
+    @staticmethod
+    def value(sample: Floats) -> float:
+        return float(np.linalg.norm(sample))

@@ -1,0 +1,181 @@
+"""Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
+
+A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
+closing speed w = u · (v_b - v_a) has the tension T = c e + d w; it pulls a with T u and b with
+-T u. A dead spring has no tension, and one of zero length no direction and thus none either.
+
+Every function takes states with any number of leading axes, written ``…`` in the shapes, so
+that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Floats, Indices
+from tissuec.situation import Situation
+
+
+class Pull(NamedTuple):
+    """What some springs do at a moment.
+
+    Attributes:
+        length: Present lengths [m], shape (…, spring).
+        direction: Unit vectors from the first end to the second, shape (…, spring, 3); zero
+            where the length is.
+        tension: [N], shape (…, spring); zero for dead springs and at zero length.
+    """
+
+    length: Floats
+    direction: Floats
+    tension: Floats
+
+
+def lengths(ends: NDArray[np.int32], position: Floats) -> Floats:
+    """Return the distance between the ends of each spring [m], shape (…, spring)."""
+    return np.linalg.norm(_reach(ends, position), axis=-1)
+
+
+def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Floats:
+    """Return how far each spring is stretched beyond its rest length.
+
+    Args:
+        ends: Node pair of each spring, shape (spring, 2).
+        position: Node positions [m], shape (…, node, 3).
+        rest: Rest lengths [m], shape (spring,).
+
+    Returns:
+        Elongation [m], shape (…, spring); negative where a spring is compressed.
+    """
+    return lengths(ends, position) - rest
+
+
+def pull(
+    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
+) -> Pull:
+    """Return lengths, directions and tensions of some springs, all of them by default.
+
+    Args:
+        situation: Which springs are alive, and their parameters.
+        position: Node positions [m], shape (…, node, 3).
+        velocity: Node velocities [m/s], same shape.
+        springs: The springs that are asked for, shape (spring,).
+    """
+    chosen = slice(None) if springs is None else springs
+    ends = situation.network.ends[chosen]
+    reach = _reach(ends, position)
+    length = np.linalg.norm(reach, axis=-1)
+    has_direction = length > 0.0
+    direction = reach / np.where(has_direction, length, 1.0)[..., None]
+    tension = situation.stiffness[chosen] * (length - situation.rest[chosen])
+    damping = situation.damping[chosen]
+    if damping.any():
+        closing = np.einsum("...sk,...sk->...s", direction, _reach(ends, velocity))
+        tension = tension + damping * closing
+    works = situation.alive[chosen] & has_direction
+    return Pull(length, direction, np.where(works, tension, 0.0))
+
+
+def tension(
+    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
+) -> Floats:
+    """Return T = c e + d w of some springs, all of them by default [N], shape (…, spring)."""
+    return pull(situation, position, velocity, springs).tension
+
+
+def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Floats:
+    """Return the sum of the spring forces on every node [N], shape (…, node, 3).
+
+    Summed in the order of the springs, so that the result does not depend on the batch.
+    """
+    acting = pull(situation, position, velocity)
+    forces = acting.tension[..., None] * acting.direction
+    flat = forces.reshape(-1, *forces.shape[-2:])
+    first, second = situation.network.ends.T
+    count = situation.network.node_count
+    total = np.empty((len(flat), count, 3))
+    for sample, force in enumerate(flat):
+        for axis in range(3):
+            total[sample, :, axis] = np.bincount(first, force[:, axis], minlength=count)
+            total[sample, :, axis] -= np.bincount(second, force[:, axis], minlength=count)
+    return total.reshape(*forces.shape[:-2], count, 3)
+
+
+def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
+    """Return the sum of the spring forces on some nodes together [N], shape (…, 3).
+
+    Springs with both ends among the nodes cancel and are left out, so a log of a few nodes
+    costs only the springs that join them to the rest.
+    """
+    inside = np.zeros(situation.network.node_count, dtype=bool)
+    inside[nodes] = True
+    first, second = inside[situation.network.ends].T
+    springs = np.flatnonzero((first != second) & situation.alive)
+    acting = pull(situation, position, velocity, springs)
+    sign = np.where(first[springs], 1.0, -1.0)
+    return np.einsum("...s,...sk->...k", sign * acting.tension, acting.direction)
+
+
+def kinetic_energy(
+    situation: Situation, velocity: Floats, nodes: Indices | None = None
+) -> Floats:
+    """Return Σ ½ m v² over the free nodes (among ``nodes``) [J], shape (…)."""
+    free = _free(situation, nodes)
+    moving = velocity[..., free, :]
+    return 0.5 * np.einsum("n,...nk,...nk->...", situation.mass[free], moving, moving)
+
+
+def elastic_energy(
+    situation: Situation, position: Floats, springs: Indices | None = None
+) -> Floats:
+    """Return Σ ½ c e² over the alive springs (among ``springs``) [J], shape (…)."""
+    chosen = np.flatnonzero(situation.alive) if springs is None else springs
+    chosen = chosen[situation.alive[chosen]]
+    network = situation.network
+    stretched = elongation(network.ends[chosen], position, situation.rest[chosen])
+    return 0.5 * np.einsum(
+        "s,...s,...s->...", situation.stiffness[chosen], stretched, stretched
+    )
+
+
+def gravity_energy(situation: Situation, position: Floats) -> Floats:
+    """Return -Σ m g·x over the free nodes [J], shape (…); zero at the origin."""
+    if not situation.gravity.any():
+        return np.zeros(position.shape[:-2])
+    free = _free(situation, None)
+    return -np.einsum(
+        "n,...nk,k->...", situation.mass[free], position[..., free, :], situation.gravity
+    )
+
+
+class Energies(NamedTuple):
+    """Energies at a moment [J], each of shape (…)."""
+
+    kinetic: Floats
+    elastic: Floats
+    gravity: Floats
+
+    @property
+    def total(self) -> Floats:
+        return self.kinetic + self.elastic + self.gravity
+
+
+def energies(situation: Situation, position: Floats, velocity: Floats) -> Energies:
+    """Return the energies of the free nodes and of all alive springs."""
+    return Energies(
+        kinetic_energy(situation, velocity),
+        elastic_energy(situation, position),
+        gravity_energy(situation, position),
+    )
+
+
+def _reach(ends: NDArray[np.int32], values: Floats) -> Floats:
+    """Return the difference of a nodal vector along each spring, shape (…, spring, 3)."""
+    return values[..., ends[:, 1], :] - values[..., ends[:, 0], :]
+
+
+def _free(situation: Situation, nodes: Indices | None) -> Indices:
+    """Return the free nodes, or those among ``nodes``, shape (free,)."""
+    held = situation.held
+    return np.flatnonzero(~held) if nodes is None else nodes[~held[nodes]]

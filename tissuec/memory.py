@@ -1,0 +1,77 @@
+"""A recording in memory, for use from Python without a result file."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Floats
+from tissuec.results.recording import Event
+
+
+class MemoryRecording:
+    """Takes what a recorder passes on, and gives it back as arrays.
+
+    Attributes:
+        events: Everything that happened, in order.
+        state: The last checkpoint; None before the first.
+    """
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.state: Mapping[str, Any] | None = None
+        self._rows: dict[str, list[tuple[Floats, ...]]] = {}
+        self._alive: NDArray[np.bool_] = np.zeros(0, dtype=bool)
+
+    def topology(self, alive: NDArray[np.bool_]) -> None:
+        self._alive = alive.copy()
+
+    def frames(
+        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+    ) -> None:
+        alive = np.broadcast_to(self._alive, (len(time), len(self._alive)))
+        self._add("frames", time, position, velocity, force, tension, alive)
+
+    def log(self, channel: str, time: Floats, rows: Floats) -> None:
+        self._add(f"log {channel}", time, rows)
+
+    def energies(self, time: Floats, rows: Floats) -> None:
+        self._add("energies", time, rows)
+
+    def event(
+        self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
+    ) -> None:
+        self.events.append(Event(time, kind, springs, cause, place))
+
+    def checkpoint(self, state: Mapping[str, Any]) -> None:
+        self.state = dict(state)
+
+    def frame_arrays(self) -> tuple[Floats, ...]:
+        """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
+
+        Shapes (frame,), (frame, node, 3) three times, and (frame, spring) twice.
+        """
+        return self._joined("frames")
+
+    def log_arrays(self, channel: str) -> tuple[Floats, Floats]:
+        """Return times [s], shape (row,), and rows of a log, shape (row, column)."""
+        time, rows = self._joined(f"log {channel}")
+        return time, rows
+
+    def energy_arrays(self) -> tuple[Floats, Floats]:
+        """Return times [s], shape (row,), and energies [J] as in a result file, (row, 6)."""
+        time, rows = self._joined("energies")
+        return time, rows
+
+    def _add(self, table: str, *columns: Floats) -> None:
+        self._rows.setdefault(table, []).append(tuple(np.array(c) for c in columns))
+
+    def _joined(self, table: str) -> tuple[Floats, ...]:
+        """Return the columns of a table.
+
+        Raises:
+            KeyError: Nothing was recorded under that name.
+        """
+        parts = self._rows[table]
+        return tuple(np.concatenate(column) for column in zip(*parts, strict=True))

@@ -1,0 +1,226 @@
+"""A block of crystal cells: sodium chloride, caesium chloride or diamond with springs as bonds.
+
+Sites lie on a fine grid of whole numbers, ``divisions`` to a cell, which makes "nearest",
+"second" and "third neighbour" exact statements about squared distances on that grid.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.fields import Length, OneOf, Points
+from tissuec.meshes import MESHES, Mesh
+from tissuec.meshes.joining import Pairs, springs
+from tissuec.meshes.limits import require_limits
+
+Triple = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Crystal:
+    """Where the sites of a cell are, and how far away their neighbours.
+
+    Attributes:
+        divisions: Steps of the fine grid in one cell edge.
+        sites: Sites of one cell on the fine grid.
+        shells: Squared distance of nearest, second and third neighbours, in fine steps.
+        neighbours: How many of each an inner site has.
+    """
+
+    divisions: int
+    sites: tuple[Triple, ...]
+    shells: Triple
+    neighbours: Triple
+
+
+_FACE_CENTRED = ((0, 0, 0), (0, 2, 2), (2, 0, 2), (2, 2, 0))
+CRYSTALS = {
+    "sodium chloride": Crystal(1, ((0, 0, 0),), (1, 2, 3), (6, 12, 8)),
+    "caesium chloride": Crystal(2, ((0, 0, 0), (1, 1, 1)), (3, 4, 8), (8, 6, 12)),
+    "diamond": Crystal(
+        4,
+        _FACE_CENTRED + tuple((x + 1, y + 1, z + 1) for x, y, z in _FACE_CENTRED),
+        (3, 8, 11),
+        (4, 12, 12),
+    ),
+}
+_REACH = ("nearest neighbours", "second neighbours", "third neighbours")
+_MARGIN = 3  # the longest component of a third neighbour, in fine steps
+
+
+@MESHES.member("lattice")
+@dataclass(frozen=True, slots=True, eq=False)
+class Lattice:
+    """A block of whole crystal cells with nodes exactly on all six faces and eight corners.
+
+    ========================  =====================  =====================  ================
+    kind                      nearest neighbours     second neighbours add  third ones add
+    ========================  =====================  =====================  ================
+    sodium chloride           cell edges             face diagonals         body diagonals
+    caesium chloride          half body diagonals    cell edges             face diagonals
+    diamond                   quarter diagonals,     half face diagonals    12 longer springs
+                              four at each node
+    ========================  =====================  =====================  ================
+
+    With nearest neighbours only, all three kinds are floppy: some deformations meet no spring.
+    With second neighbours they are stiff, but for caesium chloride in a bar of one cell by one.
+
+    The surface cuts bonds. A node that keeps fewer than two of its springs (a corner of a
+    caesium chloride block; an edge or a corner of a diamond block) is joined to its second
+    neighbours as well: it would dangle otherwise, and leaving it out would take the edges off
+    the block that was drawn. Nothing else is added to the springs of the crystal.
+
+    Nodes are numbered along z first, then y, then x.
+
+    Attributes:
+        kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred) or diamond.
+        cell: Edge of the cubic cell; each side of the box is a whole number of cells.
+        box: Two opposite corners of the block.
+        reach: How far springs reach: nearest neighbours, second neighbours or third neighbours.
+    """
+
+    kind: Annotated[str, OneOf(tuple(CRYSTALS))]
+    cell: Length
+    box: Points
+    reach: Annotated[str, OneOf(_REACH)] = "nearest neighbours"
+
+    def __post_init__(self) -> None:
+        require_limits(self)
+        self.cells()
+
+    @property
+    def corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the lowest and the highest corner of the box [m], each of shape (3,)."""
+        one, other = (np.asarray(corner, dtype=np.float64) for corner in self.box)
+        return np.minimum(one, other), np.maximum(one, other)
+
+    def cells(self) -> Triple:
+        """Return the number of cells along x, y and z.
+
+        Raises:
+            ValueError: A side of the box is not a whole number of cells.
+        """
+        low, high = self.corners
+        length = high - low
+        count = np.maximum(np.rint(length / self.cell), 1.0)
+        # A billionth is far above rounding of sizes and far below any size someone means. The
+        # second part is the rounding of coordinates far away from the origin.
+        allowed = 1e-9 * length + 4.0 * np.spacing(np.maximum(np.abs(low), np.abs(high)))
+        for axis, misfit in zip(
+            "xyz", np.abs(length - count * self.cell) > allowed, strict=True
+        ):
+            if misfit:
+                raise ValueError(self._misfit(axis, float(length["xyz".index(axis)])))
+        return int(count[0]), int(count[1]), int(count[2])
+
+    def _misfit(self, axis: str, length: float) -> str:
+        def show(value: float) -> str:
+            return units.show(value, units.LENGTH, digits=9)
+
+        below = int(length / self.cell)
+        fitting = [show(n * self.cell) for n in (below, below + 1) if n > 0]
+        return (
+            f'"box" is {show(length)} long in {axis}, which is not a whole number of cells '
+            f'("cell" = {show(self.cell)}); {" or ".join(fitting)} would fit'
+        )
+
+    def size(self) -> tuple[int, int]:
+        """Return the number of nodes, and of springs as if no bond were cut at the surface."""
+        crystal, cells = CRYSTALS[self.kind], self.cells()
+        nodes = 0
+        for site in crystal.sites:
+            x, y, z = (n + (s == 0) for n, s in zip(cells, site, strict=True))
+            nodes += x * y * z
+        joined = nodes * sum(crystal.neighbours[: _REACH.index(self.reach) + 1]) // 2
+        on_edges = 4 * sum(cells) + 8
+        return nodes, joined + on_edges * crystal.neighbours[1]
+
+    def build(self) -> Mesh:
+        """Return nodes, springs, and the surface with its normals pointing outwards."""
+        crystal, cells = CRYSTALS[self.kind], self.cells()
+        number = _numbered(crystal, cells)
+        place = np.flatnonzero(number.ravel() >= 0)
+        shells = crystal.shells[: _REACH.index(self.reach) + 1]
+        pairs = _pairs(number, place, shells)
+        if self.reach == "nearest neighbours":
+            degree = np.bincount(pairs.ravel(), minlength=len(place))
+            second = _pairs(number, place, crystal.shells[1:2])
+            pairs = np.concatenate((pairs, second[(degree < 2)[second].any(axis=1)]))
+        position = self._position(crystal, cells, np.unravel_index(place, number.shape))
+        return Mesh(position, springs(len(place), pairs), _skin(crystal, number))
+
+    def _position(
+        self, crystal: Crystal, cells: Triple, index: tuple[NDArray[np.int64], ...]
+    ) -> NDArray[np.float64]:
+        low, high = self.corners
+        # Sampled between the corners, because low + n * cell may miss the face by a rounding.
+        lines = [
+            np.linspace(low[axis], high[axis], n * crystal.divisions + 1)
+            for axis, n in enumerate(cells)
+        ]
+        return np.stack(
+            [line[i - _MARGIN] for line, i in zip(lines, index, strict=True)], axis=1
+        )
+
+
+def _numbered(crystal: Crystal, cells: Triple) -> NDArray[np.int32]:
+    """Return the node number of each fine grid point, or -1, with a margin of -1 all round."""
+    step = crystal.divisions
+    fine = tuple(n * step + 1 + 2 * _MARGIN for n in cells)
+    taken = np.zeros(fine, dtype=bool)
+    for site in crystal.sites:
+        taken[
+            tuple(
+                slice(_MARGIN + s, size - _MARGIN, step)
+                for s, size in zip(site, fine, strict=True)
+            )
+        ] = True
+    number = np.full(fine, -1, dtype=np.int32)
+    number[taken] = np.arange(np.count_nonzero(taken), dtype=np.int32)
+    return number
+
+
+def _pairs(
+    number: NDArray[np.int32], place: NDArray[np.int64], shells: tuple[int, ...]
+) -> Pairs:
+    """Return the pairs of nodes whose squared distance in fine steps is in ``shells``.
+
+    Args:
+        number: Node number of each fine grid point, from ``_numbered``.
+        place: Flat index of each node in ``number``, shape (node,).
+        shells: Squared distances.
+    """
+    flat, strides = number.ravel(), np.array(number.strides) // number.itemsize
+    found = []
+    for offset in product(range(-_MARGIN, _MARGIN + 1), repeat=3):
+        # Of the two directions of a pair only the one towards the higher number is followed.
+        # The margin keeps every step inside the array, so nothing has to be compared.
+        if offset > (0, 0, 0) and sum(component**2 for component in offset) in shells:
+            other = flat[place + int(strides @ offset)]
+            first = np.flatnonzero(other >= 0)
+            found.append(np.stack((first, other[first]), axis=1))
+    return np.concatenate(found)
+
+
+def _skin(crystal: Crystal, number: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the triangles of all six faces: two to a cell, or four round a centred node."""
+    inner = number[(slice(_MARGIN, -_MARGIN),) * 3]
+    step = crystal.divisions
+    found = []
+    for axis, outward in product(range(3), (False, True)):
+        # The remaining axes in cyclic order, so that their cross product points along the axis.
+        face = np.moveaxis(inner, (axis, (axis + 1) % 3, (axis + 2) % 3), (0, 1, 2))[-outward]
+        grid = face[::step, ::step]
+        around = [grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]]
+        centre = face[step // 2 :: step, step // 2 :: step]
+        if step > 1 and (centre >= 0).all():
+            parts = [(around[k], around[(k + 1) % 4], centre) for k in range(4)]
+        else:
+            parts = [(around[0], around[1], around[2]), (around[0], around[2], around[3])]
+        triangles = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in parts])
+        found.append(triangles if outward else triangles[:, ::-1])
+    return np.concatenate(found).astype(np.int32)

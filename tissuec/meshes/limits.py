@@ -1,0 +1,61 @@
+"""The limits that a generator's field types declare, enforced when one is made from Python."""
+
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.fields import FromTo, Measure, OneOf, Point, Whole
+
+
+def require_limits(generator: object) -> None:
+    """Check every field of ``generator`` against the metadata of its annotation.
+
+    Raises:
+        ValueError: A value is outside its declared limits; the message names the entry.
+    """
+    for field, hint in get_type_hints(type(generator), include_extras=True).items():
+        for declared in getattr(hint, "__metadata__", ()):
+            problem = _problem(getattr(generator, field), declared)
+            if problem:
+                raise ValueError(f'"{field.replace("_", " ")}" {problem}')
+
+
+def _problem(value: Any, declared: object) -> str:
+    """Return what is wrong with ``value``, or an empty string."""
+    match declared:
+        case OneOf(words):
+            return "" if value in words else f'must be one of {", ".join(words)}, not "{value}"'
+        case Whole(at_least, at_most):
+            if isinstance(value, bool) or not isinstance(value, int | np.integer):
+                return f'must be a whole number, not "{value}"'
+            return _outside(int(value), at_least, at_most, units.NUMBER)
+        case Measure(dimension, above, at_least, at_most):
+            if not np.isfinite(value):
+                return f'must be finite, not "{value}"'
+            if above is not None and value <= above:
+                return f"must be above {units.show(above, dimension)}, not {units.show(value, dimension)}"
+            return _outside(value, at_least, at_most, dimension)
+        case Point():
+            return _not_points(value, (3,))
+        case FromTo():
+            return _not_points(value, (2, 3))
+    return ""
+
+
+def _outside(
+    value: float, low: float | None, high: float | None, dimension: units.Dimension
+) -> str:
+    shown = units.show(value, dimension, digits=9)
+    if low is not None and value < low:
+        return f"must be at least {units.show(low, dimension, digits=9)}, not {shown}"
+    if high is not None and value > high:
+        return f"must be at most {units.show(high, dimension, digits=9)}, not {shown}"
+    return ""
+
+
+def _not_points(value: Any, shape: tuple[int, ...]) -> str:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        return f"must have the shape {shape}, not {array.shape}"
+    return "" if np.isfinite(array).all() else "must have finite components"

@@ -1,0 +1,126 @@
+"""What is to be done with a network: method, script, outputs and expectations."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.measures import Measure, Subject
+from tissuec.measures.moment import Moment
+from tissuec.network import Floats, Indices
+from tissuec.verbs import Action
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """The ``simulate`` block.
+
+    Attributes:
+        duration: [s].
+        integrator: "automatic" or the name of one.
+        tolerance: Bound of the error of positions relative to the largest displacement so far.
+        step: Fixed step [s]; None where the tolerance rules.
+        span: The block.
+    """
+
+    duration: float
+    integrator: str
+    tolerance: float | None
+    step: float | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An action at a time; events at one time are carried out in this order."""
+
+    time: float  # [s], absolute, or after the trigger
+    action: Action
+
+
+Condition = Callable[[Moment], bool]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trigger:
+    """``when condition: …``: fires once, at the first time at which the condition holds."""
+
+    condition: Condition
+    events: tuple[Event, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Log:
+    """One measure at a rate: ``force of forceps A every 1 ms``."""
+
+    name: str  # "force of forceps A"
+    measure: type[Measure]
+    subjects: tuple[Subject, ...]
+    every: float  # [s]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expectation:
+    """``expect condition at/from/until/over …``, judged during the run.
+
+    Attributes:
+        condition: Called at each moment of judgement; may ask ``moment.past`` for values that
+            were pinned to earlier times.
+        start, stop: The interval of judgement [s]; equal for ``at``.
+        pinned: Times that the condition asks for [s].
+        span: The clause.
+    """
+
+    condition: Condition
+    describe: Callable[[Moment], str]  # what was measured, such as "gap(oviduct) = 8.1 mm"
+    start: float
+    stop: float
+    pinned: tuple[float, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Output:
+    """The ``output`` block.
+
+    Attributes:
+        frames: Nodes of the trajectory, shape (node,); empty where none was asked for.
+        every: Time between frames [s]; infinite without a trajectory.
+        single: Whether frames are stored in single precision.
+        logs: Measures at their own rates.
+        energy: Time between rows of the energy table [s]; infinite where not asked for.
+    """
+
+    frames: Indices
+    every: float
+    single: bool
+    logs: tuple[Log, ...]
+    energy: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """Everything beside the network; immutable, so that one plan can be run many times."""
+
+    simulation: Simulation
+    gravity: Floats  # [m/s²], shape (3,)
+    drag: float  # [N s/m] per node
+    events: tuple[Event, ...]  # ascending in time
+    triggers: tuple[Trigger, ...]
+    output: Output
+    expectations: tuple[Expectation, ...]
+    needs_ledger: bool  # whether work and dissipation must be integrated
+    breakable: bool  # whether any spring can rupture
+
+
+def times_every(step: float, duration: float) -> NDArray[np.float64]:
+    """Return 0, step, 2 step, … up to the duration, which is met where it is a multiple.
+
+    Multiples are rounded products, not sums, so that 1000 times 1 ms is 1 s to the last bit.
+    """
+    count = int(np.floor(duration / step * (1 + 1e-12)))
+    return np.minimum(np.arange(count + 1) * step, duration)

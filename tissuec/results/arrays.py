@@ -1,0 +1,92 @@
+"""The network and the recording in a result file: written once, read to resume and to show."""
+
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tissuec.core.source import Source, Span
+from tissuec.network import BodyPart, Network
+from tissuec.results import access
+from tissuec.results.recording import LogChannel, Recording
+from tissuec.results.store import TEXT, Store, describe
+from tissuec.results.tables import ENERGY_PATH, read_channel, read_channels
+
+NETWORK = "/tissuec/network"
+RECORDING = "/tissuec/recording"
+ARRAYS = {
+    "position": ("m", "drawn position of each node"),
+    "velocity": ("m/s", "initial velocity of each node"),
+    "mass": ("kg", "mass of each node"),
+    "ends": ("", "node pair of each spring, numbered from 0"),
+    "stiffness": ("N/m", "spring constant of each spring"),
+    "damping": ("N*s/m", "viscosity of each spring"),
+    "rest": ("m", "rest length of each spring"),
+    "strength": ("N", "fraction force of each spring; infinite: it never ruptures"),
+    "skin": ("", "triangles of the bodies' surfaces, as nodes"),
+    "node_ids": ("", "id of each node, as the scene numbers them"),
+    "spring_ids": ("", "id of each spring, as the scene numbers them"),
+}
+
+
+def write_network(store: Store, network: Network) -> None:
+    """Write the arrays of ``network`` and the parts of its bodies."""
+    for name, (unit, description) in ARRAYS.items():
+        store.array(f"{NETWORK}/{name}", getattr(network, name), description, unit=unit)
+    bodies = network.bodies
+    table = {
+        "nodes": ("first node and the one behind the last", [_range(b.nodes) for b in bodies]),
+        "springs": (
+            "first spring and the one behind the last",
+            [_range(b.springs) for b in bodies],
+        ),
+    }
+    for name, (description, rows) in table.items():
+        data = np.array(rows, dtype=np.int64).reshape(-1, 2)
+        store.array(f"{NETWORK}/bodies/{name}", data, f"{description} of each body")
+    names = store.group(f"{NETWORK}/bodies").create_dataset(
+        "name", data=[body.name for body in bodies], dtype=TEXT, shape=(len(bodies),)
+    )
+    describe(names, "", "name of each body")
+
+
+def read_network(file: h5py.File, source: Source) -> Network:
+    """Return the network in ``file``; its bodies come from the whole of ``source``."""
+    arrays: dict[str, Any] = {name: access.array(file, f"{NETWORK}/{name}") for name in ARRAYS}
+    group = access.group(file, f"{NETWORK}/bodies")
+    span = Span(source, 0, len(source.text))
+    bodies = tuple(
+        BodyPart(name, slice(*nodes), slice(*springs), span)
+        for name, nodes, springs in zip(
+            access.texts(group, "name"),
+            access.array(group, "nodes").tolist(),
+            access.array(group, "springs").tolist(),
+            strict=True,
+        )
+    )
+    return Network(**arrays, bodies=bodies, provenance={})
+
+
+def write_recording(store: Store, recording: Recording) -> None:
+    """Write what is recorded, so that a resumed run records the same."""
+    for name in ("nodes", "springs"):
+        data = np.asarray(getattr(recording, name), dtype=np.int64)
+        store.array(f"{RECORDING}/{name}", data, f"network numbers of the {name} in the frames")
+    store.group(RECORDING).attrs["single"] = recording.single
+
+
+def read_recording(file: h5py.File) -> Recording:
+    """Return what is recorded in ``file``."""
+    group = access.group(file, RECORDING)
+    logs: list[LogChannel] = [read_channel(file, path) for path in read_channels(file).values()]
+    return Recording(
+        nodes=access.array(group, "nodes"),
+        springs=access.array(group, "springs"),
+        single=bool(access.attribute(group, "single")),
+        logs=tuple(logs),
+        energies=ENERGY_PATH in file,
+    )
+
+
+def _range(part: slice) -> tuple[int, int]:
+    return part.start, part.stop

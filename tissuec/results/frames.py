@@ -1,0 +1,90 @@
+"""From the arrays of the whole network to checked frames of the recorded part."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tissuec.network import Network
+from tissuec.results.mesh import RecordedMesh
+from tissuec.results.numbers import check_finite, check_times
+from tissuec.results.polydata import PolyDataFrames
+
+
+class FrameRecorder:
+    """Takes frames of the network and hands those of the recorded part to the file.
+
+    Attributes:
+        alive: Which springs are alive, shape (spring,); None until it was said.
+        waiting: Frames that came since `flushed` was called.
+    """
+
+    def __init__(self, network: Network, mesh: RecordedMesh, file: PolyDataFrames):
+        self._network = network
+        self._mesh = mesh
+        self._file = file
+        self._cells = file.parts.drawn
+        self._last_time = file.last_time()
+        self.alive: NDArray[np.bool_] | None = None
+        self.waiting = 0
+
+    @property
+    def is_due(self) -> bool:
+        """Return whether enough frames wait for a batch."""
+        return self.waiting >= self._file.batch
+
+    def flushed(self) -> None:
+        """Count waiting frames anew."""
+        self.waiting = 0
+
+    def set_topology(self, alive: ArrayLike) -> None:
+        """State which springs are alive from now on; ValueError if the shape is wrong."""
+        alive = np.array(alive, dtype=bool)
+        _check_shape(alive, (self._network.spring_count,), "alive")
+        self.alive = alive
+        self._cells = self._mesh.cells(alive)
+        if not self._file.parts.count:  # a file without any frame opens in viewers, too
+            self._file.parts.add(self._cells)
+
+    def append(
+        self,
+        time: ArrayLike,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        force: ArrayLike,
+        tension: ArrayLike,
+    ) -> None:
+        """Add frames, all or none of them; see `ResultWriter.frames`."""
+        if not len(self._mesh.nodes):
+            return
+        if self.alive is None or self._cells is None:
+            raise ValueError("state the topology before the first frame")
+        times = check_times(time, after=self._last_time)
+        given = {"position": position, "velocity": velocity, "force": force}
+        vectors = {name: self._at_nodes(data, len(times), name) for name, data in given.items()}
+        tensions = self._at_lines(tension, len(times))
+        for name, data in vectors.items():
+            check_finite(data, name, times, self._network, self._mesh.nodes, "node")
+        check_finite(tensions, "tension", times, self._network, self._cells.springs, "spring")
+        if len(times):
+            self._file.append(self._cells, times, vectors, tensions)
+            self._last_time = float(times[-1])
+            self.waiting += len(times)
+
+    def _at_nodes(self, data: ArrayLike, frames: int, name: str) -> NDArray:
+        """Return a copy of the numbers at the recorded nodes, shape (frame, node, 3)."""
+        data = np.asarray(data)
+        _check_shape(data, (frames, self._network.node_count, 3), name)
+        with np.errstate(over="ignore"):  # such a number is reported as not finite
+            return data[:, self._mesh.nodes].astype(self._file.kind, copy=False)
+
+    def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray:
+        """Return a copy of the tensions of the lines, shape (frame, line)."""
+        assert self._cells is not None
+        data = np.asarray(tension)
+        _check_shape(data, (frames, self._network.spring_count), "tension")
+        with np.errstate(over="ignore"):
+            return data[:, self._cells.springs].astype(self._file.kind, copy=False)
+
+
+def _check_shape(data: NDArray, shape: tuple[int, ...], name: str) -> None:
+    if data.shape != shape:
+        raise ValueError(f"{name} has shape {data.shape}, not {shape}")

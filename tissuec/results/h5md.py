@@ -1,0 +1,69 @@
+"""The same frames once more in the layout of H5MD 1.1, as views that copy no numbers.
+
+De Buyl, Colberg and Höfling, "H5MD: a structured, efficient, and portable file format for
+molecular data", Comput. Phys. Commun. 185 (2014) 1546. The views are virtual datasets, whose
+size is fixed: they are made when a file is closed, and removed when its run goes on. They have
+no ``unit``, which H5MD leaves open: MDAnalysis refuses files in metres and newtons that say so.
+"""
+
+import h5py
+import numpy as np
+
+from tissuec.results import access
+from tissuec.results.manifest import versions
+from tissuec.results.store import describe
+
+GROUPS = ("h5md", "particles")
+_VIEWS = {
+    "position": ("/VTKHDF/Points", "m"),
+    "velocity": ("/VTKHDF/PointData/velocity", "m/s"),
+    "force": ("/VTKHDF/PointData/force", "N"),
+}
+
+
+def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray) -> None:
+    """Add the H5MD view of all frames of ``file``.
+
+    Args:
+        file: A result file, all of whose frames are shown.
+        author: Who made it, for readers; need not be known.
+        mass: Masses of the nodes shown [kg], shape (node,).
+        ids: Their ids, shape (node,).
+    """
+    remove_views(file)
+    _write_head(file.create_group("h5md"), author)
+    particles = file.create_group("particles/all")
+    box = particles.create_group("box")
+    box.attrs["dimension"] = 3
+    box.attrs.create("boundary", ["none"] * 3, dtype=h5py.string_dtype("ascii", 4))
+    describe(particles.create_dataset("mass", data=mass), "kg", "mass of each node")
+    describe(particles.create_dataset("id", data=ids), "", "id of each node")
+    steps = access.group(file, "VTKHDF/Steps")
+    shape = (int(access.attribute(steps, "NSteps")), len(mass), 3)
+    if not all(shape):
+        return  # HDF5 has no virtual datasets without content
+    step = np.arange(shape[0])
+    for name, (path, unit) in _VIEWS.items():
+        view = particles.create_group(name)
+        source = access.dataset(file, path)
+        layout = h5py.VirtualLayout(shape=shape, dtype=source.dtype)
+        layout[...] = h5py.VirtualSource(".", source.name, shape=source.shape)
+        value = view.create_virtual_dataset("value", layout)
+        value.attrs["description"] = f"{name} of each node [{unit}]"
+        view["time"] = steps["Values"]  # the same dataset under a second name
+        describe(view.create_dataset("step", data=step), "", "number of each frame")
+
+
+def remove_views(file: h5py.File) -> None:
+    """Remove the H5MD view, if there is one."""
+    for name in GROUPS:
+        if name in file:
+            del file[name]
+
+
+def _write_head(group: h5py.Group, author: str) -> None:
+    group.attrs["version"] = np.array([1, 1])
+    group.create_group("author").attrs["name"] = author
+    creator = group.create_group("creator")
+    creator.attrs["name"] = "tissuec"
+    creator.attrs["version"] = versions()["tissuec"]

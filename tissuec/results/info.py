@@ -1,0 +1,55 @@
+"""A result file in short, for people and for ``--json``."""
+
+from collections import Counter
+from typing import Any
+
+from tissuec.results.trajectory import Log, Trajectory
+
+
+def summary(trajectory: Trajectory) -> dict[str, Any]:
+    """Return what a result file holds, made of what JSON knows."""
+    times, network, manifest = trajectory.times, trajectory.network, trajectory.manifest
+    checkpoint = trajectory.checkpoint()
+    energies = trajectory.energies
+    return {
+        "file": str(trajectory.path),
+        "bytes": trajectory.path.stat().st_size,
+        "outcome": trajectory.outcome,
+        "finished": trajectory.finished,
+        "network": {
+            "nodes": network.node_count,
+            "springs": network.spring_count,
+            "bodies": [body.name for body in network.bodies],
+        },
+        "frames": {
+            "count": len(times),
+            "nodes": len(trajectory.nodes),
+            "springs": len(trajectory.springs),
+            "precision": "single" if trajectory.position.dtype.itemsize == 4 else "double",
+            **_span(times),
+        },
+        "logs": {name: _log(log) for name, log in trajectory.logs.items()},
+        "energies": _log(energies) if energies is not None else None,
+        "events": dict(Counter(event.kind for event in trajectory.events)),
+        "can_resume": checkpoint is not None and not trajectory.finished,
+        **{
+            name: manifest.get(name)
+            for name in ("method", "plan", "overrides", "digest", "wall_time", "statistics")
+        },
+        "versions": manifest["versions"],
+    }
+
+
+def _log(log: Log) -> dict[str, Any]:
+    return {
+        "rows": len(log.time),
+        "columns": list(log.columns),
+        "unit": log.unit,
+        **_span(log.time),
+    }
+
+
+def _span(times: Any) -> dict[str, float | None]:
+    """Return the first and the last time [s]; None where there is none."""
+    first, last = (float(times[0]), float(times[-1])) if len(times) else (None, None)
+    return {"first_time": first, "last_time": last}

@@ -1,0 +1,270 @@
+"""A file that changes from one whole state to the next, whenever the writer is killed.
+
+HDF5 rewrites blocks in place, in an order of its own, so a process that dies between two of
+those writes leaves a file that may not open. Here every write stays in memory until `commit`:
+
+1. new bytes are written behind the old end of the file, where nothing refers to them yet;
+2. changed pages are written behind those, followed by a trailer with a checksum (the journal);
+3. the changed pages are written to their places;
+4. the file is cut to its new length, which removes the journal.
+
+A file that dies before the end of step 2 holds the old state, and later the new one: opening
+it here applies the journal. Readers that know nothing of journals see a whole file except in
+the few microseconds of step 3. No step but the first two needs space, so a full disk costs no
+more than the state that was about to be written.
+"""
+
+import errno
+import io
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Literal
+
+try:
+    import fcntl
+except ImportError:  # Windows has no advisory locks of this kind
+    fcntl = None
+
+PAGE = 4096
+MAGIC = b"tisjrnl1"
+_RUN = struct.Struct("<QQ")  # offset, length
+_TRAILER = struct.Struct("<8sQQI")  # magic, size of the new state, length of the runs, checksum
+_LOCKED_BYTE = 1 << 62  # far behind any data, so that no lock of a reader meets it
+
+
+class JournaledFile(io.RawIOBase):
+    """A binary file whose writes become visible all at once.
+
+    Args:
+        path: The file.
+        mode: "create" empties an existing file; "update" and "read" take over a journal.
+
+    Raises:
+        OSError: The file cannot be opened.
+        BlockingIOError: Another process is writing it.
+    """
+
+    def __init__(self, path: Path, mode: Literal["create", "update", "read"]):
+        super().__init__()
+        self._raw = _open(path, mode)
+        self._pages: dict[int, bytearray] = {}
+        self._tail = bytearray()
+        self._position = 0
+        self._kept = self._size = self._raw.seek(0, os.SEEK_END)
+        self.recovered = self._load_journal()
+
+    def readable(self) -> bool:
+        return True
+
+    def writable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._position
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        base = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}[whence]
+        self._position = base + offset
+        return self._position
+
+    def readinto(self, buffer) -> int:
+        """Fill ``buffer`` from the present position; return how many bytes there were."""
+        view = memoryview(buffer).cast("B")
+        start = self._position
+        stop = self._position = max(start, min(start + len(view), self._size))
+        split = max(start, min(stop, self._kept))
+        self._read_kept(start, view[: split - start])
+        view[split - start : stop - start] = self._tail[split - self._kept : stop - self._kept]
+        return stop - start
+
+    def write(self, data) -> int:
+        """Change bytes from the present position on, in memory."""
+        view = memoryview(data).cast("B")
+        start, stop = self._position, self._position + len(view)
+        if stop > self._size:
+            self.truncate(stop)
+        split = max(start, min(stop, self._kept))
+        self._write_kept(start, view[: split - start])
+        if split < stop:
+            self._tail[split - self._kept : stop - self._kept] = view[split - start :]
+        self._position = stop
+        return len(view)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Make the next state ``size`` bytes long, filled with zeros where it grows."""
+        former, self._size = self._size, self._position if size is None else size
+        if former < self._kept < self._size or former < self._size <= self._kept:
+            # What was cut away does not come back: it stands in the file until the commit.
+            self._write_kept(former, memoryview(bytes(min(self._size, self._kept) - former)))
+        tail = max(0, self._size - self._kept)
+        del self._tail[tail:]
+        self._tail.extend(bytes(tail - len(self._tail)))
+        return self._size
+
+    @property
+    def pending(self) -> int:
+        """Return how many bytes the next `commit` writes at most."""
+        return len(self._tail) + 2 * sum(map(len, self._pages.values()))
+
+    def commit(self) -> None:
+        """Make the present state the one that the file holds.
+
+        Raises:
+            OSError: It could not be written, such as on a full disk; the file holds the
+                former state, and another `commit` tries again.
+        """
+        if not self.pending and self._size == self._kept:
+            return
+        runs = list(self._runs())
+        try:
+            end = self._put(self._kept, self._tail)
+            if runs:
+                self._put(max(end, self._kept), _journal(runs, self._size))
+        except OSError:
+            with suppress(OSError):
+                self._raw.truncate(self._kept)
+            raise
+        for offset, data in runs:
+            self._put(offset, data)
+        self._raw.truncate(self._size)
+        self._kept, self._pages, self._tail = self._size, {}, bytearray()
+
+    def sync(self) -> None:
+        """Wait until the committed state is on the disk, not only in the system's memory."""
+        os.fsync(self._raw.fileno())
+
+    def close(self) -> None:
+        """Close the file; what was not committed is forgotten."""
+        self._raw.close()
+        super().close()
+
+    def _read_kept(self, start: int, view: memoryview) -> None:
+        self._raw.seek(start)
+        filled = 0
+        while filled < len(view):
+            count = self._raw.readinto(view[filled:])
+            if not count:
+                raise OSError(f"the file ends before byte {start + len(view)}")
+            filled += count
+        if not self._pages:
+            return
+        for number in range(start // PAGE, -(-(start + len(view)) // PAGE)):
+            page = self._pages.get(number)
+            if page is not None:
+                low = max(start, number * PAGE)
+                high = min(start + len(view), number * PAGE + len(page))
+                view[low - start : high - start] = page[
+                    low - number * PAGE : high - number * PAGE
+                ]
+
+    def _write_kept(self, start: int, view: memoryview) -> None:
+        done = 0
+        while done < len(view):
+            number, within = divmod(start + done, PAGE)
+            page = self._page(number)
+            count = min(len(page) - within, len(view) - done)
+            page[within : within + count] = view[done : done + count]
+            done += count
+
+    def _page(self, number: int) -> bytearray:
+        page = self._pages.get(number)
+        if page is None:
+            page = bytearray(min(PAGE, self._kept - number * PAGE))
+            self._read_kept(number * PAGE, memoryview(page))
+            self._pages[number] = page
+        return page
+
+    def _runs(self) -> Iterator[tuple[int, bytes]]:
+        """Yield the changed stretches of the kept part, neighbours joined, in file order."""
+        first, run = -1, bytearray()
+        for number in sorted(self._pages):
+            if run and number * PAGE != first + len(run):
+                yield first, bytes(run)
+                run.clear()
+            if not run:
+                first = number * PAGE
+            run += self._pages[number]
+        if run:
+            yield first, bytes(run)
+
+    def _put(self, offset: int, data: bytes | bytearray) -> int:
+        """Write all of ``data`` at ``offset``; return where it ends."""
+        self._raw.seek(offset)
+        with memoryview(data) as view:
+            done = 0
+            while done < len(view):
+                done += self._raw.write(view[done:])
+        return offset + len(data)
+
+    def _load_journal(self) -> bool:
+        """Take over the state of a commit that was cut short; return whether there was one."""
+        end = self._kept - _TRAILER.size
+        if end < 0:
+            return False
+        trailer = bytearray(_TRAILER.size)
+        self._read_kept(end, memoryview(trailer))
+        magic, size, length, checksum = _TRAILER.unpack(trailer)
+        if magic != MAGIC or length > end:
+            return False
+        runs = bytearray(length)
+        self._read_kept(end - length, memoryview(runs))
+        if zlib.crc32(runs, size & 0xFFFFFFFF) != checksum:
+            return False
+        start = 0
+        while start < length:
+            offset, count = _RUN.unpack_from(runs, start)
+            start += _RUN.size
+            self._write_kept(offset, memoryview(runs)[start : start + count])
+            start += count
+        self._size = size
+        return True
+
+
+def has_journal(path: Path) -> bool:
+    """Return whether the last commit to the file was cut short; OSError if it is unreadable."""
+    with JournaledFile(path, "read") as file:
+        return file.recovered
+
+
+def _journal(runs: list[tuple[int, bytes]], size: int) -> bytes:
+    body = b"".join(_RUN.pack(offset, len(data)) + data for offset, data in runs)
+    checksum = zlib.crc32(body, size & 0xFFFFFFFF)
+    return body + _TRAILER.pack(MAGIC, size, len(body), checksum)
+
+
+def _open(path: Path, mode: str) -> io.FileIO:
+    if mode == "read":
+        return io.FileIO(path, "r")
+    # Emptied only after the lock is held: another run may be writing the same file.
+    file = io.FileIO(os.open(path, _flags(mode), 0o666), "r+")
+    try:
+        _lock(file)
+        if mode == "create":
+            file.truncate(0)
+    except OSError:
+        file.close()
+        raise
+    return file
+
+
+def _lock(file: io.FileIO) -> None:
+    """Keep other processes from writing ``file``; does nothing where there are no locks."""
+    if fcntl is None:
+        return
+    try:
+        fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _LOCKED_BYTE)
+    except OSError as error:
+        if error.errno in (errno.EAGAIN, errno.EACCES):
+            raise BlockingIOError(errno.EAGAIN, "another process is writing it") from None
+
+
+def _flags(mode: str) -> int:
+    create = os.O_CREAT if mode == "create" else 0
+    return os.O_RDWR | create | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)

@@ -1,0 +1,81 @@
+"""Where a result comes from: scene, versions, method, outcome."""
+
+import json
+import math
+import platform
+from collections.abc import Mapping
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tissuec.results import access
+from tissuec.results.store import Store
+
+MANIFEST = "/tissuec/manifest"
+SCENE = "/tissuec/scene"
+PACKAGES = ("tissuec", "numpy", "scipy", "numba", "h5py")
+RUNNING = "unfinished: the run is under way, or was killed"
+_LONGEST_ATTRIBUTE = (
+    8192  # HDF5 keeps attributes of at most 64 kB; longer ones stand in the text
+)
+
+
+def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, object]:
+    """Return the manifest of a run that begins: what it says, and what is known here."""
+    known = {
+        "digest": sha256(scene_text.encode()).hexdigest(),
+        "versions": versions(),
+        "outcome": RUNNING,
+        "finished": False,
+        "wall_time": 0.0,
+    }
+    return {**_plain(dict(given)), **known}
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that matter, without importing them."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
+    """Write the manifest as JSON, and its entries as attributes for plain HDF5 tools."""
+    entries: dict[str, Any] = _plain(dict(manifest))
+    text = json.dumps(entries, ensure_ascii=False, indent=1)
+    store.array(MANIFEST, text, "where this result comes from, as JSON")
+    attributes = access.dataset(store.file, MANIFEST).attrs
+    for name, value in {**entries, **entries.get("versions", {})}.items():
+        if name in ("unit", "description", "versions"):
+            continue
+        plain = isinstance(value, str | int | float | bool)
+        entry = value if plain else json.dumps(value, ensure_ascii=False)
+        if len(str(entry).encode()) <= _LONGEST_ATTRIBUTE:
+            attributes[name.replace("\0", "")] = entry
+
+
+def read_manifest(file: h5py.File) -> dict:
+    """Return the manifest of ``file``."""
+    return json.loads(access.text(file, MANIFEST))
+
+
+def _plain(value: object) -> Any:
+    """Return ``value`` made of what JSON knows; numbers that it lacks become words."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if value is None or isinstance(value, str | int):
+        return value
+    return str(value)

@@ -1,0 +1,114 @@
+"""What of the network is drawn in a frame: lines, triangles, and single nodes as vertices."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Indices, Network
+
+
+class Cells(NamedTuple):
+    """The cells of one topology; nodes are numbered as in the frames.
+
+    Attributes:
+        vertices: Nodes that nothing below touches; viewers show them so, shape (vertex, 1).
+        lines: Ends of the springs that are alive, shape (line, 2).
+        triangles: Skin that is whole, shape (triangle, 3).
+        springs: Network number of the spring of each line, shape (line,).
+    """
+
+    vertices: Indices
+    lines: Indices
+    triangles: Indices
+    springs: Indices
+
+    @property
+    def total(self) -> int:
+        """Return how many cells there are."""
+        return len(self.vertices) + len(self.lines) + len(self.triangles)
+
+    @property
+    def line_rows(self) -> slice:
+        """Return where the lines stand among the cells: behind the vertices."""
+        return slice(len(self.vertices), len(self.vertices) + len(self.lines))
+
+    def same_as(self, other: "Cells | None") -> bool:
+        """Return whether both draw the same."""
+        return other is not None and all(map(np.array_equal, self, other))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordedMesh:
+    """The part of a network that frames show.
+
+    A triangle of the skin vanishes as soon as one of its edges was a spring and none of the
+    springs along that edge is alive any more: a cut opens the skin along the cut springs,
+    while an edge that never was a spring, such as a diagonal without one, opens nothing.
+
+    Attributes:
+        nodes: Network numbers of the nodes shown, shape (node,).
+        springs: Network numbers of the springs shown, shape (spring,).
+        lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
+        triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
+        strand: For each spring of the network, which bundle of parallel springs it is in.
+        edges: For each triangle and edge, the bundle along it or -1, shape (triangle, 3).
+    """
+
+    nodes: Indices
+    springs: Indices
+    lines: Indices
+    triangles: Indices
+    strand: Indices
+    edges: Indices
+
+    @classmethod
+    def of(cls, network: Network, nodes: Indices, springs: Indices) -> "RecordedMesh":
+        """Return the part of ``network`` with these nodes and springs.
+
+        Raises:
+            ValueError: Numbers do not ascend within the network, or a spring ends elsewhere.
+        """
+        nodes = _ascending(nodes, network.node_count, "node")
+        springs = _ascending(springs, network.spring_count, "spring")
+        row = np.full(network.node_count, -1, dtype=np.int64)
+        row[nodes] = np.arange(len(nodes))
+        lines = row[network.ends[springs]].reshape(-1, 2)
+        if (lines < 0).any():
+            spring = springs[(lines < 0).any(axis=1)][0]
+            raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
+        shown = (row[network.skin] >= 0).all(axis=1)
+        skin = network.skin[shown].reshape(-1, 3)
+        keys, strand = np.unique(_edge_keys(network.ends), return_inverse=True)
+        sides = _edge_keys(np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1))
+        edges = np.full(sides.shape, -1, dtype=np.int64)
+        if len(keys):
+            found = np.minimum(np.searchsorted(keys, sides), len(keys) - 1)
+            edges = np.where(keys[found] == sides, found, -1)
+        return cls(nodes, springs, lines, row[skin], strand.reshape(-1), edges)
+
+    def cells(self, alive: NDArray[np.bool_]) -> Cells:
+        """Return what is drawn while the springs ``alive``, shape (spring,), are there."""
+        shown = alive[self.springs]
+        lines = self.lines[shown]
+        living = np.bincount(self.strand[alive], minlength=len(self.strand) + 1) > 0
+        triangles = self.triangles[((self.edges < 0) | living[self.edges]).all(axis=1)]
+        lonely = np.ones(len(self.nodes), dtype=bool)
+        lonely[lines] = False
+        lonely[triangles] = False
+        return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, self.springs[shown])
+
+
+def _ascending(numbers: Indices, count: int, what: str) -> Indices:
+    numbers = np.asarray(numbers, dtype=np.int64).reshape(-1)
+    inside = not len(numbers) or (numbers[0] >= 0 and numbers[-1] < count)
+    if not inside or (np.diff(numbers) <= 0).any():
+        raise ValueError(f"{what} numbers must ascend and be less than {count}")
+    return numbers
+
+
+def _edge_keys(ends: NDArray[np.integer]) -> Indices:
+    """Return one number per unordered node pair of the last axis."""
+    pairs = np.sort(np.asarray(ends, dtype=np.int64), axis=-1)
+    return (pairs[..., 0] << 32) | pairs[..., 1]

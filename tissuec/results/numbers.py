@@ -1,0 +1,50 @@
+"""No number that is none reaches a frame unnoticed."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tissuec.network import Floats, Indices, Network
+from tissuec.results.recording import body_of
+
+
+def check_times(time: ArrayLike, *, after: float) -> Floats:
+    """Return ``time`` as an array of shape (frame,) [s].
+
+    Raises:
+        ValueError: A time is not finite, or earlier than the one before it or ``after``.
+    """
+    times = np.atleast_1d(np.asarray(time, dtype=float))
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError(f"times of frames are finite numbers in a row, not {time}")
+    if (np.diff(times, prepend=after) < 0).any():
+        raise ValueError(f"frames go forward in time, but {times} s follows {after} s")
+    return times
+
+
+def check_finite(
+    data: NDArray, quantity: str, time: Floats, network: Network, numbers: Indices, what: str
+) -> None:
+    """Raise a ValueError that names the first number of ``data`` that is not finite.
+
+    Args:
+        data: Shape (frame, node or spring, …).
+        quantity: Its name in the message, such as "position".
+        time: Times of the frames [s], shape (frame,).
+        network: Whose ids the message uses.
+        numbers: Network numbers of the second axis.
+        what: "node" or "spring".
+    """
+    finite = np.isfinite(data)
+    if finite.all():
+        return
+    place = tuple(np.argwhere(~finite)[0])
+    number = int(numbers[place[1]])
+    ids = network.node_ids if what == "node" else network.spring_ids
+    node = number if what == "node" else int(network.ends[number, 0])
+    body = body_of(network, node)
+    owner = f' of "{body}"' if body else ""
+    fits = " in single precision" if data.dtype == np.float32 else ""
+    raise ValueError(
+        f"the {quantity} of {what} {ids[number]}{owner} is {data[place]}{fits} "
+        f"at {time[place[0]]:.9g} s"
+    )

@@ -1,0 +1,41 @@
+"""Names of result files, and whether one can be written before a run spends its time."""
+
+import os
+from pathlib import Path
+
+from tissuec.results.errors import ResultError
+
+_MARK = ".partial"
+
+
+def partial_path(path: Path) -> Path:
+    """Return where a result is written until it is complete; itself if it says so already."""
+    if path.stem.endswith(_MARK):
+        return path
+    return path.with_name(f"{path.stem}{_MARK}{path.suffix}")
+
+
+def final_path(path: Path) -> Path:
+    """Return the name of the complete result, from that name or the partial one."""
+    return path.with_name(f"{path.stem.removesuffix(_MARK)}{path.suffix}")
+
+
+def check_place(path: Path) -> None:
+    """Find out whether a result can be written to ``path``.
+
+    Raises:
+        ResultError: The folder is missing or closed, or the name belongs to a folder.
+    """
+    folder = path.parent
+    if not folder.exists():
+        raise ResultError(
+            f'cannot write "{path}": the folder "{folder}" does not exist; make it'
+        )
+    if not folder.is_dir():
+        raise ResultError(f'cannot write "{path}": "{folder}" is no folder')
+    if path.is_dir():
+        raise ResultError(f'cannot write "{path}": it is a folder; name a file')
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ResultError(
+            f'cannot write "{path}": the folder "{folder}" does not let you write'
+        )

@@ -1,0 +1,156 @@
+"""Frames as VTKHDF PolyData with steps, which VTK 9.3 and ParaView 5.12 and later open.
+
+Points of all frames stand one after another in one table, and so do the numbers at points and
+cells; the group ``Steps`` says where each frame begins. Lines and polygons are written once per
+topology (a *part*), to which the steps refer. Cell data stand in the order vertices, lines,
+polygons, strips. (VTK file formats, section VTKHDF, version 2.2.)
+"""
+
+from collections.abc import Mapping
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tissuec.network import Floats, Network
+from tissuec.results import access
+from tissuec.results.mesh import Cells, RecordedMesh
+from tissuec.results.parts import Parts
+from tissuec.results.store import Column, Store
+
+POINT_FRAMES = {
+    "velocity": ("m/s", "velocity of each node"),
+    "force": ("N", "sum of the spring forces on each node"),
+}
+_CHUNK_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
+_CHUNK_FRAMES = 64
+# gzip saved 10 to 20 % of eight-byte numbers, whose last digits are noise, and took five times
+# (160 nodes) to forty times (100 000) as long as writing them; four-byte ones save 12 to 25 %.
+_COMPRESSED_NODES = 8192
+
+
+class PolyDataFrames:
+    """The group ``/VTKHDF`` of a result file, written from the start or gone on with."""
+
+    def __init__(self, store: Store, network: Network, mesh: RecordedMesh, *, single: bool):
+        self.mesh = mesh
+        self.kind = np.dtype("f4" if single else "f8")
+        count = len(mesh.nodes)
+        self.batch = min(_CHUNK_FRAMES, max(1, _CHUNK_ROWS // max(1, count)))  # frames
+        self._store = store
+        self._compress = single and count <= _COMPRESSED_NODES
+        fresh = "VTKHDF" not in store.file
+        if fresh:
+            _write_head(store.file.create_group("VTKHDF"))
+        self.parts = Parts(store, count, network.spring_ids)
+        self._frame_columns(max(1, count), max(1, len(mesh.springs) + len(mesh.triangles)))
+        self._steps = self._step_columns()
+        if fresh:
+            store.append({self._node_id: network.node_ids[mesh.nodes]})
+
+    @property
+    def count(self) -> int:
+        """Return how many frames there are, those that wait included."""
+        return self._steps["Values"].rows
+
+    def last_time(self) -> float:
+        """Return the time of the last frame in the file [s]; minus infinity if it has none."""
+        values = self._steps["Values"].dataset
+        return float(values[-1]) if len(values) else -np.inf
+
+    def _frame_columns(self, nodes: int, cells: int) -> None:
+        def points(name: str, unit: str, text: str) -> Column:
+            chunk = min(nodes * self.batch, _CHUNK_ROWS)
+            return self._store.column(
+                f"/VTKHDF/{name}",
+                self.kind,
+                f"{text}, frame after frame",
+                unit=unit,
+                row=(3,),
+                chunk=chunk,
+                compress=self._compress,
+            )
+
+        self._vectors = {"position": points("Points", "m", "position of each node")}
+        for name, (unit, text) in POINT_FRAMES.items():
+            self._vectors[name] = points(f"PointData/{name}", unit, text)
+        self._node_id = self._store.column(
+            "/VTKHDF/PointData/node_id", "i8", "id of each node, the same in all frames"
+        )
+        self._tension = self._store.column(
+            "/VTKHDF/CellData/spring_force",
+            self.kind,
+            "tension of each line's spring, frame after frame; NaN at other cells",
+            unit="N",
+            chunk=min(cells * self.batch, 3 * _CHUNK_ROWS),
+            compress=self._compress,
+        )
+
+    def _step_columns(self) -> dict[str, Column]:
+        column = self._store.column
+        steps = {"Values": column("/VTKHDF/Steps/Values", "f8", "time of each frame", unit="s")}
+        for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
+            steps[name] = column(f"/VTKHDF/Steps/{name}", "i8", f"{name} of each frame")
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            text = f"{name} of each frame: vertices, lines, polygons, strips"
+            steps[name] = column(f"/VTKHDF/Steps/{name}", "i8", text, row=(4,))
+        data = [("Point", name) for name in (*POINT_FRAMES, "node_id")]
+        data += [("Cell", name) for name in ("spring_force", "spring_id")]
+        for group, name in data:
+            path = f"/VTKHDF/Steps/{group}DataOffsets/{name}"
+            steps[name] = column(path, "i8", f"where each frame begins in {group}Data/{name}")
+        return steps
+
+    def append(
+        self, cells: Cells, time: Floats, vectors: Mapping[str, NDArray], tension: NDArray
+    ) -> None:
+        """Add frames that all show ``cells``.
+
+        Args:
+            cells: What is drawn.
+            time: [s], shape (frame,).
+            vectors: "position" [m], "velocity" [m/s] and "force" [N] of the mesh's nodes, each
+                of shape (frame, node, 3).
+            tension: Of the springs of the lines [N], shape (frame, line).
+        """
+        if not cells.same_as(self.parts.drawn):
+            self.parts.add(cells)
+        numbers = np.full((len(time), cells.total), np.nan, dtype=self.kind)
+        numbers[:, cells.line_rows] = tension
+        steps = {"Values": time, **self._offsets(cells.total, len(time))}
+        rows: dict[Column, ArrayLike] = {
+            self._steps[name]: data for name, data in steps.items()
+        }
+        rows |= {self._vectors[name]: data.reshape(-1, 3) for name, data in vectors.items()}
+        rows[self._tension] = numbers.reshape(-1)
+        self._store.append(rows)
+
+    def _offsets(self, cells: int, frames: int) -> dict[str, NDArray]:
+        """Return the rows of ``Steps`` for frames that are about to be added."""
+        nodes = len(self.mesh.nodes)
+        points = nodes * np.arange(self.count, self.count + frames)
+        same = np.zeros(frames, dtype=np.int64)
+        return {
+            "PartOffsets": same + (self.parts.count - 1),
+            "NumberOfParts": same + 1,
+            "PointOffsets": points,
+            "CellOffsets": np.tile(self.parts.first_cells, (frames, 1)),
+            "ConnectivityIdOffsets": np.tile(self.parts.first_ids, (frames, 1)),
+            **dict.fromkeys(POINT_FRAMES, points),
+            "node_id": same,
+            "spring_force": self._tension.rows + cells * np.arange(frames),
+            "spring_id": same + self.parts.first_identity,
+        }
+
+    def show(self) -> None:
+        """Let readers see the frames, after their rows were handed to HDF5."""
+        access.group(self._store.file, "VTKHDF/Steps").attrs.modify("NSteps", self.count)
+
+
+def _write_head(group: h5py.Group) -> None:
+    group.attrs.create("Version", np.array([2, 2], dtype="i8"))
+    # Of fixed length: VTK 9.3 does not read a text of variable length here.
+    group.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))
+    for name in ("PointData", "CellData", "FieldData", "Steps"):
+        group.create_group(name)
+    access.group(group, "Steps").attrs.create("NSteps", 0, dtype="i8")

@@ -1,0 +1,70 @@
+"""What a run records: the wish of the scene's output block, and the rows that come of it."""
+
+from dataclasses import dataclass
+
+from tissuec.network import Indices, Network
+
+ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
+
+
+@dataclass(frozen=True, slots=True)
+class LogChannel:
+    """A quantity that is logged over time, one row of numbers per moment.
+
+    Attributes:
+        name: What the scene calls it, such as "force of forceps A".
+        columns: What the numbers of a row are: axes, or ids of springs or nodes.
+        unit: Unit of every number, such as "N".
+        description: One sentence for readers of the file.
+    """
+
+    name: str
+    columns: tuple[str | int, ...]
+    unit: str
+    description: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """What is written while a scene runs.
+
+    Attributes:
+        nodes: Nodes whose frames are written, ascending network numbers; none: no trajectory.
+        springs: Springs that are written, ascending; both ends of each are among ``nodes``.
+        single: Whether frames hold four-byte numbers instead of eight-byte ones.
+        logs: Logged quantities.
+        energies: Whether the table of energies is written.
+    """
+
+    nodes: Indices
+    springs: Indices
+    single: bool
+    logs: tuple[LogChannel, ...]
+    energies: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at a moment: a cut, a rupture, a grasp, a release, a trigger.
+
+    Attributes:
+        time: When [s].
+        kind: One word, such as "rupture".
+        springs: Network numbers of the springs concerned.
+        cause: Why, in words.
+        place: ``file:line`` of the sentence that ordered it.
+    """
+
+    time: float
+    kind: str
+    springs: tuple[int, ...]
+    cause: str
+    place: str
+
+
+def body_of(network: Network, node: int) -> str:
+    """Return the name of the body that holds network node ``node``; "" if none does."""
+    for body in network.bodies:
+        if body.nodes.start <= node < body.nodes.stop:
+            return body.name
+    return ""

@@ -1,0 +1,221 @@
+"""The open HDF5 file while it is written: columns that grow, and commits that hold or fail."""
+
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Literal
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tissuec.results import access
+from tissuec.results.errors import ResultError
+from tissuec.results.journal import JournaledFile
+
+TEXT = h5py.string_dtype()
+# Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
+# neither their compressed chunks nor their virtual datasets.
+LIBVER = ("earliest", "v110")
+
+
+class Column:
+    """A dataset that grows along its first axis; rows wait in memory until the next commit.
+
+    Attributes:
+        dataset: What the rows go to.
+        rows: How many rows there are, those that wait included.
+    """
+
+    __slots__ = ("_waiting", "dataset", "rows")
+
+    def __init__(self, dataset: h5py.Dataset):
+        self.dataset = dataset
+        self.rows = len(dataset)
+        self._waiting: list[NDArray] = []
+
+    def convert(self, values: ArrayLike) -> NDArray:
+        """Return ``values`` as rows of this column."""
+        return np.asarray(values, dtype=self.dataset.dtype)
+
+    def append(self, rows: NDArray) -> None:
+        """Add rows that were converted."""
+        if len(rows):
+            self._waiting.append(rows)
+            self.rows += len(rows)
+
+    def write(self) -> None:
+        """Hand the waiting rows to HDF5."""
+        if self._waiting:
+            rows = np.concatenate(self._waiting)
+            self.dataset.resize(self.rows, axis=0)
+            self.dataset[self.rows - len(rows) :] = rows
+            self._waiting.clear()
+
+
+class Store:
+    """An HDF5 file whose flushed content survives a kill and a full disk.
+
+    Args:
+        path: The file.
+        mode: "create" for an empty file, "update" to go on with one.
+
+    Raises:
+        ResultError: The file cannot be opened for writing.
+    """
+
+    def __init__(self, path: Path, mode: Literal["create", "update"]):
+        self.path = path
+        self.columns: dict[str, Column] = {}
+        self.waiting = 0  # [byte]
+        self._open(mode)
+
+    def _open(self, mode: Literal["create", "update"]) -> None:
+        try:
+            self._disk = JournaledFile(self.path, mode)
+        except OSError as error:
+            raise ResultError(f'cannot write "{self.path}": {error.strerror}') from error
+        try:
+            self.file = h5py.File(self._disk, "w" if mode == "create" else "r+", libver=LIBVER)
+        except OSError as error:
+            self._disk.close()
+            raise ResultError(f'cannot write to "{self.path}": {error}') from error
+
+    def group(self, path: str) -> h5py.Group:
+        """Return the group at ``path``, made if need be."""
+        return self.file.require_group(path)
+
+    def column(
+        self,
+        path: str,
+        kind: str | np.dtype,
+        description: str,
+        *,
+        unit: str = "",
+        row: tuple[int, ...] = (),
+        chunk: int = 256,
+        compress: bool = False,
+    ) -> Column:
+        """Return the column at ``path``; made if need be, with rows of shape ``row``."""
+        if path not in self.file:
+            filters = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+            dataset = self.file.create_dataset(
+                path,
+                shape=(0, *row),
+                maxshape=(None, *row),
+                chunks=(chunk, *(max(1, length) for length in row)),
+                dtype=kind,
+                **(filters if compress else {}),
+            )
+            describe(dataset, unit, description)
+        column = self.columns[path] = Column(access.dataset(self.file, path))
+        return column
+
+    def array(self, path: str, value: object, description: str, *, unit: str = "") -> None:
+        """Write a dataset of fixed size, or text, in the place of any former one.
+
+        One of the same shape and kind is overwritten in place, so that a file in which the
+        same things are written again and again does not grow.
+        """
+        data = value if isinstance(value, str) else np.asarray(value)
+        kind = TEXT if isinstance(data, str) else data.dtype
+        shape = () if isinstance(data, str) else data.shape
+        former = self.file.get(path)
+        if isinstance(former, h5py.Dataset) and (former.shape, former.dtype) == (shape, kind):
+            former[()] = data
+            return
+        if former is not None:
+            del self.file[path]
+        describe(self.file.create_dataset(path, data=data, dtype=kind), unit, description)
+
+    def append(self, rows: Mapping[Column, ArrayLike]) -> None:
+        """Add rows to columns: to all of them or, if one does not fit, to none."""
+        converted = {column: column.convert(values) for column, values in rows.items()}
+        for column, data in converted.items():
+            column.append(data)
+            self.waiting += data.nbytes
+
+    def write(self) -> None:
+        """Hand all waiting rows to HDF5, without committing them."""
+        with self._clear_errors():
+            for column in self.columns.values():
+                column.write()
+        self.waiting = 0
+
+    @contextmanager
+    def _clear_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise ResultError(f'cannot write "{self.path}": {error}') from error
+
+    def commit(self) -> None:
+        """Make all that was written the state that the file holds.
+
+        Raises:
+            ResultError: There is no space; the file holds what the last commit left.
+        """
+        with self._clear_errors():
+            self.file.flush()
+        self._commit()
+
+    def _commit(self) -> None:
+        needed = self._disk.pending
+        try:
+            self._disk.commit()
+        except OSError as error:
+            raise ResultError(_no_space(self.path, needed, error)) from error
+
+    def rollback(self) -> None:
+        """Forget all that was not committed, and open the file anew as the disk holds it."""
+        self.abandon()
+        self.columns.clear()
+        self.waiting = 0
+        self._open("update")
+
+    def abandon(self) -> None:
+        """Close the file as the last commit left it."""
+        with suppress(OSError, RuntimeError):  # HDF5 may miss what was never written
+            self.file.close()
+        self._disk.close()
+
+    def close(self) -> None:
+        """Commit everything and close the file; ResultError as for `commit`."""
+        self.write()
+        try:
+            with self._clear_errors():
+                self.file.close()  # in memory: the commit brings it to the disk
+            self._commit()
+            self._disk.sync()
+        finally:
+            self._disk.close()
+
+    def row_counts(self) -> dict[str, int]:
+        """Return how many rows each column has."""
+        return {path: column.rows for path, column in self.columns.items()}
+
+
+def describe(dataset: h5py.Dataset, unit: str, description: str) -> None:
+    """Write the two attributes that every dataset has."""
+    dataset.attrs["unit"] = unit
+    dataset.attrs["description"] = description
+
+
+def member_name(name: str) -> str:
+    """Return ``name`` as the name of one member of a group: no path, no "this folder"."""
+    plain = name.replace("%", "%25").replace("/", "%2F").replace("\0", "%00")
+    return plain if plain.strip(".") else plain.replace(".", "%2E")
+
+
+def _no_space(path: Path, needed: int, error: OSError) -> str:
+    free = shutil.disk_usage(path.parent).free
+    return (
+        f'cannot write "{path}": {error.strerror}; {_megabytes(needed)} were to be added and '
+        f"{_megabytes(free)} are free on that disk. The file holds everything up to the last "
+        "time it was written: make room, then resume the run"
+    )
+
+
+def _megabytes(count: int) -> str:
+    return f"{count / 1e6:.3g} MB"

@@ -1,0 +1,145 @@
+"""Rows that come in time: logs, energies and events."""
+
+from collections.abc import Sequence
+from numbers import Integral
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tissuec.results import access
+from tissuec.results.recording import ENERGIES, Event, LogChannel
+from tissuec.results.store import TEXT, Store, describe, member_name
+
+LOGS = "/tissuec/logs"
+EVENTS = "/tissuec/events"
+ENERGY_PATH = "/tissuec/energies"
+
+
+class LogTable:
+    """One logged quantity: the datasets ``time``, ``value`` and ``columns`` of a group."""
+
+    def __init__(self, store: Store, path: str, channel: LogChannel, *, number: int = 0):
+        self.channel = channel
+        self._store = store
+        width = len(channel.columns)
+        self._time = store.column(
+            f"{path}/time", "f8", f"times of: {channel.description}", unit="s"
+        )
+        self._value = store.column(
+            f"{path}/value",
+            "f8",
+            channel.description,
+            unit=channel.unit,
+            row=(width,),
+            chunk=max(1, 2048 // max(1, width)),
+        )
+        if f"{path}/columns" not in store.file:
+            group = store.group(path)
+            group.attrs["name"] = channel.name
+            group.attrs["number"] = number  # the place in the scene's order
+            are_ids = all(isinstance(column, Integral) for column in channel.columns)
+            kind = "i8" if are_ids else TEXT
+            columns = channel.columns if are_ids else list(map(str, channel.columns))
+            describe(
+                group.create_dataset("columns", data=columns, dtype=kind, shape=(width,)),
+                "",
+                f"what the columns of value are: {channel.description}",
+            )
+
+    def append(self, time: ArrayLike, rows: ArrayLike) -> None:
+        """Add rows of shape (moment, column) at ``time`` [s], shape (moment,)."""
+        time, rows = np.atleast_1d(np.asarray(time, float)), np.asarray(rows, float)
+        if rows.shape != (len(time), len(self.channel.columns)):
+            raise ValueError(
+                f'log "{self.channel.name}" takes rows of shape '
+                f"{(len(time), len(self.channel.columns))}, not {rows.shape}"
+            )
+        self._store.append({self._time: time, self._value: rows})
+
+
+class EventTable:
+    """What happened when: one row per event in columns, and all their springs in a list."""
+
+    def __init__(self, store: Store):
+        self._store = store
+        column = store.column
+        self._time = column(f"{EVENTS}/time", "f8", "time of each event", unit="s")
+        self._texts = {
+            "kind": column(f"{EVENTS}/kind", TEXT, "what happened: cut, rupture, grasp, …"),
+            "cause": column(f"{EVENTS}/cause", TEXT, "why it happened"),
+            "place": column(f"{EVENTS}/place", TEXT, "file:line of the sentence behind it"),
+        }
+        self._first = column(
+            f"{EVENTS}/first_spring", "i8", "where its springs begin in springs"
+        )
+        self._count = column(f"{EVENTS}/spring_count", "i8", "how many springs it concerns")
+        self._springs = column(
+            f"{EVENTS}/springs", "i8", "network numbers of the springs of all events"
+        )
+
+    def append(self, event: Event) -> None:
+        """Add one event."""
+        rows = {self._texts[name]: [getattr(event, name)] for name in self._texts}
+        self._store.append(
+            rows
+            | {
+                self._time: [event.time],
+                self._first: [self._springs.rows],
+                self._count: [len(event.springs)],
+                self._springs: event.springs,
+            }
+        )
+
+
+def log_tables(store: Store, channels: Sequence[LogChannel]) -> dict[str, LogTable]:
+    """Return the tables of all logs by name."""
+    return {
+        channel.name: LogTable(
+            store, f"{LOGS}/{member_name(channel.name)}", channel, number=number
+        )
+        for number, channel in enumerate(channels)
+    }
+
+
+def energy_table(store: Store) -> LogTable:
+    """Return the table of energies."""
+    text = "energies of the scene over time"
+    return LogTable(store, ENERGY_PATH, LogChannel("energies", ENERGIES, "J", text))
+
+
+def read_channels(file: h5py.File) -> dict[str, str]:
+    """Return the path of every log by its name, in the order of the scene."""
+    if LOGS not in file:
+        return {}
+    logs = access.group(file, LOGS)
+    groups = [access.group(logs, str(member)) for member in logs]
+    groups.sort(key=lambda group: int(access.attribute(group, "number")))
+    return {str(access.attribute(group, "name")): str(group.name) for group in groups}
+
+
+def read_channel(file: h5py.File, path: str) -> LogChannel:
+    """Return what the log at ``path`` holds."""
+    group = access.group(file, path)
+    value, columns = access.dataset(group, "value"), access.dataset(group, "columns")
+    are_ids = columns.dtype.kind == "i"
+    names = columns[:].tolist() if are_ids else access.texts(group, "columns")
+    return LogChannel(
+        str(access.attribute(group, "name")),
+        tuple(names),
+        str(access.attribute(value, "unit")),
+        str(access.attribute(value, "description")),
+    )
+
+
+def read_events(file: h5py.File) -> tuple[Event, ...]:
+    """Return all events, in the order in which they were written."""
+    group = access.group(file, EVENTS)
+    springs = access.array(group, "springs").tolist()
+    names = ("time", "first_spring", "spring_count")
+    numbers = [access.array(group, name).tolist() for name in names]
+    words = [access.texts(group, name) for name in ("kind", "cause", "place")]
+    return tuple(
+        Event(time, kind, tuple(springs[first : first + count]), cause, place)
+        for time, first, count, kind, cause, place in zip(*numbers, *words, strict=True)
+    )

@@ -1,0 +1,335 @@
+"""Writing a result file while a scene runs, safe against kills, full disks and bad numbers."""
+
+import os
+import time as clock
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from numpy.typing import ArrayLike
+
+from tissuec.core.source import Source
+from tissuec.network import Network
+from tissuec.results import access
+from tissuec.results.arrays import read_network, read_recording, write_network, write_recording
+from tissuec.results.checkpoint import Checkpoint, Value, truncate, write_checkpoint
+from tissuec.results.errors import ResultError
+from tissuec.results.frames import FrameRecorder
+from tissuec.results.h5md import add_views, remove_views
+from tissuec.results.layout import mark_layout, open_result
+from tissuec.results.manifest import (
+    RUNNING,
+    SCENE,
+    first_manifest,
+    read_manifest,
+    write_manifest,
+)
+from tissuec.results.mesh import RecordedMesh
+from tissuec.results.places import check_place, final_path, partial_path
+from tissuec.results.polydata import PolyDataFrames
+from tissuec.results.recording import Event, Recording
+from tissuec.results.store import Store
+from tissuec.results.tables import EventTable, LogTable, energy_table, log_tables
+
+_MOST_WAITING = 8 << 20  # [byte]
+_LONGEST_WAIT = 2.0  # [s]: what a kill may cost at most
+
+
+class ResultWriter:
+    """A result file that is being written; use it in a ``with`` statement.
+
+    Everything goes to ``<stem>.partial.vtkhdf``, which opens at any moment and holds all that
+    was flushed; `close` gives it its final name. Rows are flushed in batches, and at the latest
+    two seconds after the former flush when more rows come.
+
+    Args:
+        path: The final name of the file.
+        network: The compiled scene.
+        recording: What is recorded.
+        manifest: Facts about the run: "method", "plan", "overrides", "author", …
+        scene_text: The scene as it was run.
+
+    Raises:
+        ResultError: The file cannot be written there.
+        ValueError: ``recording`` does not fit ``network``.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        network: Network,
+        recording: Recording,
+        manifest: Mapping[str, object],
+        scene_text: str,
+    ):
+        mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
+        _check_names(recording)
+        check_place(Path(path))
+        store = Store(partial_path(Path(path)), "create")
+        try:
+            mark_layout(store.file)
+            store.array(SCENE, scene_text, "the scene as it was run")
+            write_network(store, network)
+            write_recording(store, recording)
+            self._begin(store, network, recording, mesh)
+            self._manifest = first_manifest(manifest, scene_text)
+            write_manifest(store, self._manifest)
+            self.flush()
+        except BaseException:
+            store.abandon()
+            store.path.unlink(missing_ok=True)
+            raise
+
+    @classmethod
+    def resume(cls, path: Path, checkpoint: Checkpoint) -> Self:
+        """Return a writer that goes on with a partial file from its checkpoint.
+
+        Whatever was written after the checkpoint is cut off, so that the file becomes the one
+        that an uninterrupted run would have written.
+
+        Args:
+            path: The partial file, or the final name.
+            checkpoint: What `Trajectory.checkpoint` returned for that file.
+
+        Raises:
+            ResultError: The file is missing, no result, or not the one of the checkpoint.
+        """
+        partial = partial_path(Path(path))
+        open_result(partial).close()
+        store = Store(partial, "update")
+        try:
+            truncate(store, checkpoint)
+            remove_views(store.file)
+            source = Source(partial.name, access.text(store.file, SCENE))
+            network, recording = read_network(store.file, source), read_recording(store.file)
+            mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
+            writer = cls.__new__(cls)
+            writer._begin(store, network, recording, mesh, earlier=checkpoint.wall_time)
+            running = {"outcome": RUNNING, "finished": False}
+            writer._manifest = read_manifest(store.file) | running
+            write_manifest(store, writer._manifest)
+            writer.topology(checkpoint.alive)
+            writer.flush()
+        except BaseException:
+            store.abandon()
+            raise
+        return writer
+
+    def _begin(
+        self,
+        store: Store,
+        network: Network,
+        recording: Recording,
+        mesh: RecordedMesh,
+        *,
+        earlier: float = 0.0,
+    ) -> None:
+        """Set up all that the content of the file determines; it took ``earlier`` seconds."""
+        self._store = store
+        self._polydata = PolyDataFrames(store, network, mesh, single=recording.single)
+        self._frames = FrameRecorder(network, mesh, self._polydata)
+        self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
+        self._energies = energy_table(store) if recording.energies else None
+        self._events = EventTable(store)
+        self._identity = {
+            "mass": network.mass[mesh.nodes],
+            "ids": network.node_ids[mesh.nodes],
+        }
+        self._manifest: dict[str, Any] = {}
+        self._failure: ResultError | None = None
+        self._closed = False
+        self._flushed = clock.monotonic()
+        self._started = self._flushed - earlier
+
+    def topology(self, alive: ArrayLike) -> None:
+        """State which springs are alive in the frames to come, shape (spring,).
+
+        To be called once before the first frame and after each cut and rupture; a new part of
+        the file is made only when a frame follows that looks different.
+        """
+        self._check_open()
+        self._frames.set_topology(alive)
+
+    def frames(
+        self,
+        time: ArrayLike,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        force: ArrayLike,
+        tension: ArrayLike,
+    ) -> None:
+        """Add frames; all nodes and springs in the order of the network.
+
+        Nothing is kept if the recording has no nodes.
+
+        Args:
+            time: [s], shape (frame,).
+            position: [m], shape (frame, node, 3).
+            velocity: [m/s], shape (frame, node, 3).
+            force: Sum of the spring forces on each node [N], shape (frame, node, 3).
+            tension: Of each spring [N], shape (frame, spring); those of dead ones are ignored.
+
+        Raises:
+            ValueError: A number is not finite, or does not fit single precision; the message
+                names node and time, and none of these frames is written.
+            ResultError: There is no space on the disk.
+        """
+        self._check_open()
+        self._frames.append(time, position, velocity, force, tension)
+        self._flush_if_due()
+
+    def log(self, channel: str, time: ArrayLike, rows: ArrayLike) -> None:
+        """Add rows of shape (moment, column) to a log at ``time`` [s], shape (moment,).
+
+        Numbers need not be finite: the tension of a spring that was cut is none.
+        """
+        self._check_open()
+        if channel not in self._logs:
+            raise ValueError(f'no log is called "{channel}"')
+        self._logs[channel].append(time, rows)
+        self._flush_if_due()
+
+    def energies(self, time: ArrayLike, rows: ArrayLike) -> None:
+        """Add rows of energies [J], shape (moment, 6), in the order of `ENERGIES`."""
+        self._check_open()
+        if self._energies is None:
+            raise ValueError("no energies are recorded")
+        self._energies.append(time, rows)
+        self._flush_if_due()
+
+    def event(
+        self, time: float, kind: str, springs: Sequence[int], cause: str, place: str
+    ) -> None:
+        """Add one event; ``springs`` are network numbers."""
+        self._check_open()
+        self._events.append(Event(float(time), kind, tuple(map(int, springs)), cause, place))
+        self._flush_if_due()
+
+    def checkpoint(self, state: Mapping[str, Value]) -> None:
+        """Keep ``state`` to resume from, in the place of the former one.
+
+        A kill leaves either the former checkpoint or this one, never something between.
+        """
+        self._check_open()
+        if self._frames.alive is None:
+            raise ValueError("state the topology before the first checkpoint")
+        rows = self._store.row_counts()
+        write_checkpoint(
+            self._store, Checkpoint(state, rows, self._frames.alive, self._wall_time())
+        )
+        self.flush()
+
+    def flush(self) -> None:
+        """Make all that was given so far readable, whatever happens next.
+
+        Raises:
+            ResultError: There is no space; the file holds what the last flush left, and nothing
+                more can be written.
+        """
+        self._check_open()
+        try:
+            self._store.write()
+            self._polydata.show()
+            self._store.commit()
+        except BaseException as error:  # also an interruption in the middle of HDF5's work
+            broken = f'writing "{self._store.path}" was broken off: {error!r}'
+            self._failure = error if isinstance(error, ResultError) else ResultError(broken)
+            raise
+        self._frames.flushed()
+        self._flushed = clock.monotonic()
+
+    def close(
+        self, outcome: str, finished: bool, facts: Mapping[str, object] | None = None
+    ) -> Path:
+        """End the file and return its path: the final name only if ``finished``.
+
+        Args:
+            outcome: How the run ended, as a sentence.
+            finished: Whether it ran to its end; otherwise the file stays a partial one.
+            facts: More entries for the manifest, such as "statistics".
+
+        Raises:
+            ResultError: The last rows could not be written. The partial file is readable.
+        """
+        if self._closed:
+            raise ResultError(f'"{self._store.path}" is closed already')
+        if self._failure is None:
+            self._flush_or_end()
+        else:
+            self._store.rollback()  # what could not be written is given up
+        finished = finished and self._failure is None
+        end = {"wall_time": self._wall_time(), "outcome": outcome, "finished": finished}
+        self._manifest = {**self._manifest, **(facts or {}), **end}
+        self._closed = True
+        try:
+            self._end()
+        except ResultError:
+            self._store.abandon()
+            if self._failure is None:  # otherwise that the disk is full is known already
+                raise
+        return self._rename() if finished else self._store.path
+
+    def _flush_or_end(self) -> None:
+        """Flush; if that fails, end the file with what it holds, and raise the error."""
+        try:
+            self.flush()
+        except ResultError as error:
+            self.close(f"stopped: {error}", finished=False)
+            raise
+
+    def _end(self) -> None:
+        author = str(self._manifest.get("author", "not stated"))
+        add_views(self._store.file, author=author, **self._identity)
+        write_manifest(self._store, self._manifest)
+        self._store.close()
+
+    def _rename(self) -> Path:
+        partial, final = self._store.path, final_path(self._store.path)
+        try:
+            os.replace(partial, final)
+        except OSError as error:
+            raise ResultError(
+                f'cannot give "{partial}" its name "{final}": {error.strerror}; the result is '
+                "complete under the first name"
+            ) from error
+        return final
+
+    def _wall_time(self) -> float:
+        return clock.monotonic() - self._started
+
+    def _flush_if_due(self) -> None:
+        late = clock.monotonic() - self._flushed >= _LONGEST_WAIT
+        if late or self._frames.is_due or self._store.waiting >= _MOST_WAITING:
+            self.flush()
+
+    def _check_open(self) -> None:
+        if self._failure is not None:
+            raise ResultError(str(self._failure))
+        if self._closed:
+            raise ResultError(f'"{self._store.path}" is closed already')
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._closed:
+            return
+        if error is None:
+            self.close("the run ended without saying how", finished=False)
+            return
+        outcome = "interrupted" if kind is KeyboardInterrupt else f"stopped: {error}"
+        with suppress(ResultError):  # the error that ended the run says more
+            self.close(outcome, finished=False)
+
+
+def _check_names(recording: Recording) -> None:
+    names = [channel.name for channel in recording.logs]
+    if len(set(names)) < len(names) or "" in names:
+        raise ValueError("every log needs a name of its own")

@@ -1,0 +1,49 @@
+"""Lists of times, in which times that differ by rounding only are one time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Floats
+
+SAME = 1e-12
+"""Times closer than this part of the duration are one time."""
+
+
+def join_times(times: Floats, anchors: Floats, near: float) -> Floats:
+    """Return distinct times in ascending order.
+
+    Of times that are nearly the same the first counts, or the anchor if one is among them.
+
+    Args:
+        times: [s], shape (time,), in any order.
+        anchors: Times that are taken as they are, such as those of events [s].
+        near: Largest difference between times that are one [s].
+    """
+    times = np.sort(times)
+    if not len(times):
+        return times
+    times = times[np.concatenate([[True], np.diff(times) > near])]
+    for anchor in anchors:
+        place = np.searchsorted(times, anchor - near)
+        if place < len(times) and abs(times[place] - anchor) <= near:
+            times[place] = anchor
+    return times
+
+
+def rows_at(times: Floats, wanted: Floats, near: float) -> NDArray[np.bool_]:
+    """Return which times are among the wanted ones, shape (time,).
+
+    Args:
+        times: Distinct and ascending [s]; holds every wanted time, up to ``near``.
+        wanted: [s], shape (wanted,).
+        near: Largest difference between times that are one [s].
+    """
+    chosen = np.zeros(len(times), dtype=bool)
+    places = np.searchsorted(times, wanted - 2.0 * near)
+    chosen[places[places < len(times)]] = True
+    return chosen
+
+
+def rows_within(times: Floats, start: float, stop: float, near: float) -> NDArray[np.bool_]:
+    """Return which times lie in an interval, its ends included, shape (time,)."""
+    return (times >= start - 2.0 * near) & (times <= stop + 2.0 * near)

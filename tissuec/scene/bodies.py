@@ -1,0 +1,215 @@
+"""Bodies: a mesh, its tissue, and regions with tissues of their own."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.core.source import Span
+from tissuec.lang import syntax as s
+from tissuec.meshes import MESHES, Generator
+from tissuec.scene import schema
+from tissuec.scene.declarations import Declarations, without
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import Body, Given, Region, Tables, Tissue
+from tissuec.scene.quantities import QUANTITIES
+
+EXPLICIT = "explicit"
+INTERFACES = ("mean", "softer", "stiffer")
+Number = Annotated[float, Measure(units.NUMBER)]
+
+#: Entries of a body beside mesh, tissue and regions.
+BODY_ENTRIES: dict[str, schema.Entry] = {
+    entry.name: entry
+    for entry in (
+        schema.Entry("mass", "mass", Measure(units.MASS, above=0.0), None, "mass of the whole body, shared equally by its nodes"),
+        schema.Entry("interface", "interface", OneOf(INTERFACES), "", "what a spring between two regions is made of"),
+        schema.Entry("velocity", "velocity", Point(units.VELOCITY), None, "initial velocity"),
+        schema.Entry("spin", "spin", Point(units.FREQUENCY), None, "initial rotation about the centre of mass, in rad/s"),
+    )
+}  # fmt: skip
+
+
+def read_body(
+    name: s.Name, item: s.Item, tissues: Mapping[str, Tissue], declarations: Declarations, scope: Scope
+) -> Body:
+    """Return a body from its block, or reject it."""
+    assert isinstance(item, s.Block)
+    return _BodyReader(name, item, tissues, declarations, scope).read()
+
+
+class _BodyReader:
+    """One reading of one body block."""
+
+    def __init__(self, name: s.Name, block: s.Block, tissues: Mapping[str, Tissue], declarations: Declarations, scope: Scope):
+        self.name = name
+        self.block = block
+        self.tissues = tissues
+        self.declarations = declarations
+        self.scope = scope
+        self.findings = scope.findings
+        self.once: dict[str, Span] = {}
+        self.mesh: Generator | None = None
+        self.is_explicit = False
+        self.tissue: Tissue | None = None
+        self.regions: list[Region] = []
+        self.may_rupture = False
+        self.rest: dict[str, Any] = {}
+
+    def read(self) -> Body:
+        errors = len(self.findings.errors)
+        for item in self.block.items:
+            with self.findings.item():
+                self._item(item)
+        if len(self.findings.errors) > errors:
+            self.findings.stop()
+        tables = self._tables()
+        if self.mesh is None and not self.is_explicit:
+            self.findings.reject(
+                "TIS304", f'body {self.name.text} needs "mesh"', self.block.head, hint="for example: mesh is tube { … }"
+            )
+        if self.regions and "interface" not in self.rest:
+            self.findings.reject(
+                "TIS304",
+                f'body {self.name.text} has regions and needs "interface"',
+                self.block.head,
+                hint="write interface is mean, softer or stiffer: what springs between two regions are made of",
+            )
+        zero = np.zeros(3)
+        return Body(
+            name=self.name.text,
+            mesh=self.mesh,
+            tables=tables,
+            tissue=self.tissue,
+            regions=tuple(self.regions),
+            interface=self.rest.get("interface", ""),
+            may_rupture=self.may_rupture,
+            mass=self.rest.get("mass"),
+            mass_span=self.once.get("mass"),
+            velocity=self.rest.get("velocity", zero),
+            spin=self.rest.get("spin", zero),
+            span=self.block.head,
+        )
+
+    def _item(self, item: s.Item) -> None:
+        if not isinstance(item, s.Assign | s.Sentence | s.Block):
+            self.findings.reject("TIS303", "this cannot stand in a body", item.span)
+        if isinstance(item, s.Block) and (region := without(item.name, "region")) is not None:
+            self.regions.append(self._region(region, item))
+            return
+        key = item.name.key
+        if key in self.once:
+            notes = (Note("first here", self.once[key]),)
+            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, notes=notes)
+        self.once[key] = item.span
+        if key == "mesh":
+            self._mesh(item)
+        elif key == "tissue":
+            self.tissue = self._tissue(item)
+        elif key == "rupture":
+            self.may_rupture = self._rupture(item)
+        elif key in BODY_ENTRIES:
+            self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
+        else:
+            known = ("mesh", "tissue", "region", "rupture", *BODY_ENTRIES)
+            self.findings.reject(
+                "TIS303",
+                f'"{item.name.text}" is not an entry of a body',
+                item.name.span,
+                hint=alternatives(key, known, what="entries"),
+            )
+
+    def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:
+        kind = _word(item, self.scope, example="mesh is tube { … }")
+        if kind.key not in MESHES:
+            self.findings.reject(
+                "TIS305",
+                f'there is no mesh called "{kind.text}"',
+                kind.span,
+                hint=alternatives(kind.key, MESHES, what="meshes"),
+            )
+        if kind.key == EXPLICIT:
+            self.is_explicit = True
+            if isinstance(item, s.Block) and item.items:
+                self.findings.reject("TIS303", "an explicit mesh stands in tables, not in entries", item.items[0].span, hint=f"table nodes of {self.name.text} in mm with columns \"id x y z\" {{ … }}")
+            return
+        items = item.items if isinstance(item, s.Block) else ()
+        where = item.head if isinstance(item, s.Block) else item.span
+        self.mesh, _ = schema.build(MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where)
+
+    def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
+        name = _word(item, self.scope, example="tissue is fallopian tube")
+        self.declarations.find("tissue", name, self.findings)
+        if name.key not in self.tissues:
+            self.findings.stop()  # the tissue itself was found wrong
+        return self.tissues[name.key]
+
+    def _rupture(self, item: s.Assign | s.Sentence | s.Block) -> bool:
+        phrase = None if isinstance(item, s.Assign) else item.phrase
+        if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
+            self.findings.reject("TIS312", "rupture is allowed, or rupture is not allowed", item.span)
+        return phrase.kind == "word"
+
+    def _region(self, name: s.Name, block: s.Block) -> Region:
+        if [clause.word for clause in block.clauses] != ["where"]:
+            self.findings.reject(
+                "TIS312", "a region needs one condition", block.head, hint=f"region {name.text} where z > 10 mm {{ tissue is … }}"
+            )
+        for other in self.regions:
+            if other.name.lower() == name.text.lower():
+                self.findings.reject("TIS503", f'region "{name.text}" is defined twice', name.span, notes=(Note("first here", other.span),))
+        tissue: Tissue | None = None
+        prestress: Given | None = None
+        for item in block.items:
+            key = item.name.key if isinstance(item, s.Assign | s.Sentence | s.Block) else ""
+            if key == "tissue" and not isinstance(item, s.Table | s.Rule | s.Timed | s.Expect):
+                tissue = self._tissue(item)
+            elif key == "prestress" and isinstance(item, s.Assign):
+                prestress = read_given("prestress", item, self.scope)
+            else:
+                self.findings.reject("TIS303", "this is not an entry of a region", item.span, hint="entries: tissue, prestress")
+        return Region(name.text, block.clauses[0].value, tissue, prestress, block.head)
+
+    def _tables(self) -> Tables | None:
+        mine: dict[str, s.Table] = {}
+        for table in self.declarations.tables:
+            if table.clauses and table.clauses[0].word == "of" and isinstance(table.clauses[0].value, s.Name):
+                if table.clauses[0].value.key == self.name.key:
+                    if table.name.key in mine:
+                        self.findings.reject("TIS503", f"body {self.name.text} has two tables of {table.name.text}", table.name.span)
+                    mine[table.name.key] = table
+        if mine and not self.is_explicit:
+            first = next(iter(mine.values()))
+            self.findings.reject("TIS306", f"body {self.name.text} has a mesh and a table", first.name.span, hint="write mesh is explicit")
+        if not self.is_explicit:
+            return None
+        if "nodes" not in mine:
+            self.findings.reject("TIS304", f"body {self.name.text} needs a table of nodes", self.block.head, hint=f"table nodes of {self.name.text} in mm with columns \"id x y z\" {{ 1 0 0 0 }}")
+        return Tables(mine["nodes"], mine.get("springs"))
+
+
+def _word(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
+    """Return the single word behind ``is``."""
+    if isinstance(item, s.Assign) or item.phrase is None or item.phrase.kind != "word" or item.clauses:
+        scope.findings.reject("TIS312", f'"{item.name.text}" is chosen with a word', item.span, hint=f"for example: {example}")
+    return item.phrase.words[0]
+
+
+def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
+    """Return a physical quantity written as a number: ``fraction force = 0.4 N``.
+
+    ``per 1 mm`` behind it makes it a value for springs of that length.
+    """
+    quantity = QUANTITIES[name]
+    low = {"at_least": 0.0} if quantity.may_be_zero and name != "prestress" else {"above": 0.0}
+    limits = {"above": -10.0, "at_most": 0.99} if name == "prestress" else low
+    value = schema.read_value(Measure(quantity.dimension, **limits), item.value, scope, what=name)
+    length = None
+    for clause in item.clauses:
+        if clause.word != "per" or not quantity.scales:
+            scope.findings.reject("TIS303", f'"{clause.word}" cannot stand behind {name}', clause.span)
+        length = schema.read_value(Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length")
+    return Given(quantity, value, quantity.spreads[0], length, "written", item.span)

@@ -1,0 +1,175 @@
+"""What a program declares, sorted by kind, each name once."""
+
+from dataclasses import dataclass, field
+
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.units import SYMBOLS
+from tissuec.lang import syntax as s
+from tissuec.scene.findings import Findings
+from tissuec.scene.imports import Program
+
+#: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
+NAMED = ("property", "quantity", "rules", "tissue", "body", "tool", "learn")
+#: Blocks that stand once in a scene.
+SINGLE = ("environment", "script", "simulate", "output")
+TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A named thing and the item that declares it."""
+
+    name: s.Name
+    item: s.Item
+
+
+@dataclass(slots=True)
+class Declarations:
+    """Everything that a program declares, by lower-case name.
+
+    ``named`` holds, for each kind ("param", "let", "set", "property", …, "hedge"), its names;
+    ``single`` the blocks that stand once.
+    """
+
+    named: dict[str, dict[str, Declared]] = field(default_factory=dict)
+    single: dict[str, s.Block] = field(default_factory=dict)
+    tables: list[s.Table] = field(default_factory=list)
+    expects: list[s.Expect] = field(default_factory=list)
+    about: str = ""
+
+    def of(self, kind: str) -> dict[str, Declared]:
+        """Return the declarations of one kind."""
+        return self.named.get(kind, {})
+
+    def find(self, kind: str, name: s.Name, findings: Findings) -> Declared:
+        """Return what a name of that kind stands for, or reject the name."""
+        known = self.of(kind)
+        if name.key not in known:
+            names = [declared.name.text for declared in known.values()]
+            plural = {"property": "properties", "body": "bodies", "quantity": "quantities"}.get(kind, f"{kind}s")
+            findings.reject(
+                "TIS301",
+                f'there is no {kind} called "{name.text}"',
+                name.span,
+                hint=alternatives(name.text, names, what=plural),
+            )
+        return known[name.key]
+
+
+#: Kinds whose names stand side by side in sentences and so must differ from one another.
+_ONE_NAMESPACE = ("param", "let", "set", "body", "tool")
+
+
+def collect(program: Program, findings: Findings) -> Declarations:
+    """Return all declarations of a program; duplicates and unknown items become findings."""
+    declarations = Declarations()
+    for module in program.modules:
+        for item in module.items:
+            with findings.item():
+                _enter(item, declarations, findings, is_main=module is program.main)
+    return declarations
+
+
+def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool) -> None:
+    match item:
+        case s.Table():
+            to.tables.append(item)
+        case s.Expect():
+            to.expects.append(item)
+        case s.Assign(keyword=keyword) if keyword:
+            _declare(keyword, item.name, item, to, findings)
+        case s.Assign() if (name := without(item.name, "hedge")) is not None:
+            _declare("hedge", name, item, to, findings)
+        case s.Block() if item.name.key in SINGLE and item.phrase is None:
+            _enter_single(item, to, findings)
+        case s.Block() | s.Sentence() if (found := _named_kind(item.name)) is not None:
+            if isinstance(item, s.Sentence):
+                findings.reject("TIS312", f"{found[0]} needs a block: {item.name.text} {{ … }}", item.span)
+            _declare(*found, item, to, findings)
+        case s.Sentence() if item.name.words.lower() == "use":
+            pass  # followed by the loader
+        case s.Sentence() if item.name.words.lower() == "about" and item.name.quoted is not None:
+            to.about = item.name.quoted if is_main else to.about
+        case _:
+            _reject_unknown(item, findings)
+
+
+def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
+    kind = item.name.key
+    if item.clauses:
+        findings.reject("TIS303", f'"{item.clauses[0].word}" cannot stand behind {kind}', item.clauses[0].span)
+    if kind in to.single:
+        first = to.single[kind].head
+        findings.reject("TIS503", f"{kind} is written twice", item.head, notes=(Note("first here", first),))
+    to.single[kind] = item
+
+
+def _named_kind(name: s.Name) -> tuple[str, s.Name] | None:
+    for kind in NAMED:
+        rest = without(name, kind)
+        if rest is not None:
+            return kind, rest
+    return None
+
+
+def without(name: s.Name, word: str) -> s.Name | None:
+    """Return the name behind a leading word, None if it does not begin so.
+
+    ``without(tissue "head of pancreas", "tissue")`` is the quoted name alone.
+    """
+    first, _, rest = name.words.partition(" ")
+    if first.lower() != word or not (rest or name.quoted is not None):
+        return None
+    start = name.span.text.find(rest or '"', len(first)) if rest else name.span.text.find('"')
+    span = type(name.span)(name.span.source, name.span.start + max(start, 0), name.span.end)
+    return s.Name(rest, name.quoted, span)
+
+
+def _declare(kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings) -> None:
+    clauses = getattr(item, "clauses", ())
+    if kind in ("tissue", "body", "tool", "rules", "learn") and clauses:
+        clause = clauses[0]
+        if not (kind == "tissue" and clause.word == "like" and len(clauses) == 1):
+            quoted = f'{name.text} {clause.span.text.partition("{")[0].strip()}'
+            findings.reject(
+                "TIS115",
+                f'"{clause.word}" cannot stand inside a name',
+                clause.span,
+                hint=f'write {kind} "{quoted}"',
+            )
+    if name.words in SYMBOLS and name.quoted is None and kind in _ONE_NAMESPACE:
+        findings.reject("TIS507", f'"{name.text}" is a unit and cannot be a name', name.span)
+    kinds = _ONE_NAMESPACE if kind in _ONE_NAMESPACE else ("property", "quantity") if kind in ("property", "quantity") else (kind,)
+    for other in kinds:
+        if name.key in to.of(other):
+            first = to.of(other)[name.key].name.span
+            findings.reject(
+                "TIS503", f'"{name.text}" is defined twice', name.span, notes=(Note("first here", first),)
+            )
+    to.named.setdefault(kind, {})[name.key] = Declared(name, item)
+
+
+def _reject_unknown(item: s.Item, findings: Findings) -> None:
+    match item:
+        case s.Rule():
+            findings.reject("TIS312", "a rule stands inside a rules block", item.span, hint="rules soft tissue { if … then … }")
+        case s.Timed():
+            findings.reject("TIS312", "times stand inside the script block", item.head, hint="script { at 0 s: … }")
+        case s.Assign():
+            text, span = item.name.text, item.name.span
+            findings.reject(
+                "TIS303",
+                f'"{text}" cannot be set here',
+                span,
+                hint=f'write "param {text} = …" or "let {text} = …", or put it into the block it belongs to',
+            )
+        case s.Sentence() | s.Block():
+            first = item.name.words.split(" ")[0] if item.name.words else item.name.text
+            findings.reject(
+                "TIS303",
+                f'"{first}" begins no part of a scene',
+                item.name.span,
+                hint=alternatives(first.lower(), TOP_LEVEL, what="parts"),
+            )
+        case _:
+            raise AssertionError(item)

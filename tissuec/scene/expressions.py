@@ -1,0 +1,239 @@
+"""Expressions and conditions: names looked up, dimensions checked, numbers in SI units."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.errors import did_you_mean
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension, describe, parse_unit, suggested_unit
+from tissuec.lang import syntax as s
+from tissuec.scene.findings import Findings
+from tissuec.scene.values import Value
+
+Truth = NDArray[np.bool_]
+
+_COMPARE: dict[str, Callable[..., Truth]] = {
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+    "==": np.equal,
+    "!=": np.not_equal,
+}
+_NUMERIC = {"sin": np.sin, "cos": np.cos}
+FUNCTIONS = ("sqrt", "sin", "cos", "abs", "min", "max")
+
+
+class Scope:
+    """Where names and calls are looked up; subclasses add nodes of a mesh or measures of a run."""
+
+    def __init__(self, findings: Findings):
+        self.findings = findings
+
+    def name(self, name: s.Name) -> Value:
+        """Return what a name stands for, or reject it."""
+        raise NotImplementedError
+
+    def call(self, call: s.Call) -> Value:
+        """Return the value of a call that is no mathematical function, or reject it."""
+        return self.findings.reject(
+            "TIS301",
+            f'there is no function called "{call.function.text}"',
+            call.function.span,
+            hint=did_you_mean(call.function.key, FUNCTIONS) or f"functions: {', '.join(FUNCTIONS)}",
+        )
+
+    def test(self, node: s.Expression) -> Truth:
+        """Return the truth of a test that only some scopes know, or reject it."""
+        self.findings.reject(
+            "TIS312", f'"{node.span.text}" is not a test that can stand here', node.span
+        )
+
+    # --- values --------------------------------------------------------------------------------
+
+    def evaluate(self, node: s.Expression) -> Value:
+        """Return the value of an expression; rejects what is none or mixes dimensions."""
+        match node:
+            case s.Number():
+                return Value(np.asarray(node.value), NUMBER, is_literal=True)
+            case s.Quantity():
+                unit = parse_unit(node.unit)
+                return Value(np.asarray(node.value * unit.factor), unit.dimension)
+            case s.Name():
+                return self.name(node)
+            case s.Vector():
+                return self._vector(node)
+            case s.Signed():
+                value = self.evaluate(node.operand)
+                return Value(-value.amount, value.dimension, value.is_vector, value.is_literal)
+            case s.Sum():
+                return self._sum(node)
+            case s.Product():
+                return self._product(node)
+            case s.Power():
+                return self._power(node)
+            case s.Call():
+                return self._call(node)
+            case _:
+                self.findings.reject("TIS312", "a number is needed here, not a test or a list", node.span)
+
+    def number(self, node: s.Expression) -> Value:
+        """Return the value of an expression that must not be a vector."""
+        value = self.evaluate(node)
+        if value.is_vector:
+            self.findings.reject("TIS312", "one number is needed here, not a vector", node.span)
+        return value
+
+    def _vector(self, node: s.Vector) -> Value:
+        items = [self.number(item) for item in node.items]
+        if node.unit is not None:
+            unit = parse_unit(node.unit)
+            items = [
+                Value(item.amount * unit.factor, unit.dimension) if item.is_literal else item for item in items
+            ]
+        # A bare 0 among components with units could only mean none of them, so it is let through.
+        known = [item.dimension for item in items if not (item.is_literal and not np.any(item.amount))]
+        dimension = known[0] if known else NUMBER
+        for item, part in zip(items, node.items, strict=True):
+            if item.dimension != dimension and not (item.is_literal and not np.any(item.amount)):
+                self._mismatch("this vector mixes", dimension, item.dimension, part.span)
+        literal = all(item.is_literal for item in items)
+        stacked = np.stack(np.broadcast_arrays(*(item.amount for item in items)), axis=-1)
+        return Value(stacked, dimension, is_vector=True, is_literal=literal)
+
+    def _sum(self, node: s.Sum) -> Value:
+        total = self.evaluate(node.first)
+        for sign, part in node.rest:
+            term = self.evaluate(part)
+            self._same("cannot add" if sign == "+" else "cannot subtract", total, term, part.span)
+            if total.is_vector != term.is_vector:
+                self.findings.reject("TIS312", "a vector and a number cannot be added", part.span)
+            amount = total.amount + term.amount if sign == "+" else total.amount - term.amount
+            total = Value(amount, total.dimension, total.is_vector, total.is_literal and term.is_literal)
+        return self._finite(total, node.span)
+
+    def _product(self, node: s.Product) -> Value:
+        total = self.evaluate(node.first)
+        for sign, part in node.rest:
+            term = self.evaluate(part)
+            if term.is_vector and (sign == "/" or total.is_vector):
+                what = "divide by" if sign == "/" else "multiply two"
+                self.findings.reject("TIS312", f"cannot {what} vectors", part.span)
+            if sign == "/" and not np.all(term.amount):
+                self.findings.reject("TIS504", "division by zero", part.span)
+            left, right = total.amount, term.amount
+            if total.is_vector and right.ndim:
+                right = right[..., None]
+            if term.is_vector and left.ndim:
+                left = left[..., None]
+            total = Value(
+                left * right if sign == "*" else left / right,
+                total.dimension * term.dimension if sign == "*" else total.dimension / term.dimension,
+                total.is_vector or term.is_vector,
+                total.is_literal and term.is_literal,
+            )
+        return self._finite(total, node.span)
+
+    def _power(self, node: s.Power) -> Value:
+        base, exponent = self.number(node.base), self.number(node.exponent)
+        if exponent.dimension != NUMBER or exponent.amount.ndim:
+            self.findings.reject("TIS502", "an exponent is a plain number", node.exponent.span)
+        with np.errstate(all="ignore"):
+            amount = np.power(base.amount, exponent.amount)
+        return self._finite(Value(amount, base.dimension ** float(exponent.amount), False, base.is_literal), node.span)
+
+    def _call(self, node: s.Call) -> Value:
+        if node.function.key not in FUNCTIONS:
+            return self.call(node)
+        for argument in node.arguments:
+            if argument.clauses:
+                self.findings.reject("TIS312", f"{node.function.text} takes plain numbers", argument.span)
+        values = [self.number(argument.value) for argument in node.arguments]
+        if not values or (len(values) > 1 and node.function.key not in ("min", "max")):
+            self.findings.reject("TIS312", f"{node.function.text} takes one number", node.span)
+        first = values[0]
+        match node.function.key:
+            case "sqrt":
+                with np.errstate(invalid="ignore"):
+                    result = Value(np.sqrt(first.amount), first.dimension**0.5)
+            case "abs":
+                result = Value(np.abs(first.amount), first.dimension)
+            case "min" | "max":
+                for value, argument in zip(values[1:], node.arguments[1:], strict=True):
+                    self._same("cannot compare", first, value, argument.span)
+                pick = np.minimum if node.function.key == "min" else np.maximum
+                amount = first.amount
+                for value in values[1:]:
+                    amount = pick(amount, value.amount)
+                result = Value(amount, first.dimension)
+            case function:
+                self.expect(first, NUMBER, node.arguments[0].span, what=f"the argument of {function}")
+                result = Value(_NUMERIC[function](first.amount))
+        return self._finite(result, node.span)
+
+    def _finite(self, value: Value, span: Span) -> Value:
+        if not np.all(np.isfinite(value.amount)):
+            self.findings.reject("TIS504", f'"{span.text}" is not a finite number', span)
+        return value
+
+    # --- conditions ----------------------------------------------------------------------------
+
+    def decide(self, node: s.Expression) -> Truth:
+        """Return the truth of a condition, shape () or (item,)."""
+        match node:
+            case s.And():
+                return _fold(np.logical_and, [self.decide(part) for part in node.operands])
+            case s.Or():
+                return _fold(np.logical_or, [self.decide(part) for part in node.operands])
+            case s.Not():
+                return ~self.decide(node.operand)
+            case s.Compare():
+                left, right = self.number(node.left), self.number(node.right)
+                self._same("cannot compare", left, right, node.right.span)
+                return np.asarray(_COMPARE[node.sign](left.amount, right.amount))
+            case s.Between():
+                value, low, high = (self.number(part) for part in (node.subject, node.low, node.high))
+                self._same("cannot compare", value, low, node.low.span)
+                self._same("cannot compare", value, high, node.high.span)
+                if np.any(low.amount > high.amount):
+                    self.findings.reject("TIS308", "the lower limit is above the upper one", node.low.span)
+                return np.asarray((low.amount <= value.amount) & (value.amount <= high.amount))
+            case _:
+                return self.test(node)
+
+    # --- dimensions ----------------------------------------------------------------------------
+
+    def expect(self, value: Value, dimension: Dimension, span: Span, *, what: str) -> None:
+        """Reject a value of another dimension, with the remedy."""
+        if value.dimension == dimension:
+            return
+        wanted = describe(dimension)
+        if value.is_literal:
+            self.findings.reject(
+                "TIS501",
+                f"{what} is {wanted}; {span.text} has no unit",
+                span,
+                hint=f'write "{span.text} {suggested_unit(dimension)}"?',
+            )
+        self.findings.reject("TIS502", f"{what} is {wanted}; {span.text} is {describe(value.dimension)}", span)
+
+    def _same(self, problem: str, left: Value, right: Value, span: Span) -> None:
+        if left.dimension != right.dimension:
+            self._mismatch(problem, left.dimension, right.dimension, span, literal=right.is_literal)
+
+    def _mismatch(
+        self, problem: str, left: Dimension, right: Dimension, span: Span, *, literal: bool = False
+    ) -> None:
+        hint = f'write "{span.text} {suggested_unit(left)}"?' if literal else ""
+        code = "TIS501" if literal else "TIS502"
+        self.findings.reject(code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint)
+
+
+def _fold(join: Callable[[Truth, Truth], Truth], parts: list[Truth]) -> Truth:
+    result = parts[0]
+    for part in parts[1:]:
+        result = join(result, part)
+    return result
+

@@ -1,0 +1,121 @@
+"""Files and their imports: a scene's modules in an order where what is used comes first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from tissuec.core import resources
+from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.source import Source, Span
+from tissuec.lang import syntax as s
+from tissuec.lang.characters import normalise
+from tissuec.lang.parser import parse
+from tissuec.scene.findings import Findings
+
+SUFFIX = ".tis"
+LARGEST_FILE = 256 * 1024 * 1024  # bytes; beyond, a text is a mistake rather than a scene
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A scene's own module and everything it uses.
+
+    Attributes:
+        modules: Each module once, imported ones before those that use them, the scene last.
+    """
+
+    modules: tuple[s.Module, ...]
+
+    @property
+    def main(self) -> s.Module:
+        return self.modules[-1]
+
+
+def read_source(path: Path, name: str | None = None) -> Source:
+    """Return the text of a file, normalised.
+
+    Raises:
+        CompileError: The file cannot be read, is far too large or is not text.
+    """
+    name = name or str(path)
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise CompileError([Diagnostic("TIS604", f'"{name}" is larger than 256 MB', None)])
+        return normalise(path.read_bytes(), name, path)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise CompileError([Diagnostic("TIS604", f'cannot read "{name}": {reason.lower()}', None)]) from error
+
+
+def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Program:
+    """Return the module of a source with all its imports; findings go to ``findings``."""
+    loader = _Loader(libraries, findings)
+    loader.visit(source, chain=())
+    return Program(tuple(loader.modules))
+
+
+class _Loader:
+    """One walk over the imports."""
+
+    def __init__(self, libraries: Sequence[Path], findings: Findings):
+        self.libraries = libraries
+        self.findings = findings
+        self.modules: list[s.Module] = []
+        self.seen: set[Path] = set()
+
+    def visit(self, source: Source, chain: tuple[Path, ...]) -> None:
+        if source.path is not None:
+            chain = (*chain, source.path.resolve())
+            self.seen.add(chain[-1])
+        try:
+            module = parse(source)
+        except CompileError as error:
+            self.findings.diagnostics.extend(error.diagnostics)
+            return
+        for item in module.items:
+            if isinstance(item, s.Sentence) and item.name.words.lower() == "use":
+                with self.findings.item():
+                    self._follow(item, source, chain)
+        self.modules.append(module)
+
+    def _follow(self, item: s.Sentence, source: Source, chain: tuple[Path, ...]) -> None:
+        wanted = item.name.quoted
+        if not wanted or item.clauses or item.phrase:
+            self.findings.reject("TIS312", 'write: use "tissues/fallopian_tube"', item.span)
+        parts = PurePosixPath(wanted).parts
+        if ".." in parts or PurePosixPath(wanted).is_absolute() or "\\" in wanted or ":" in wanted:
+            self.findings.reject(
+                "TIS603",
+                f'"{wanted}" leads outside of the folders that may be searched',
+                item.span,
+                hint='use "./name" beside this file, or give a folder with --library DIR',
+            )
+        path, name = self._find(wanted, item, source)
+        if path.resolve() in chain:
+            self.findings.reject("TIS602", f'"{wanted}" uses this file again: the imports form a circle', item.span)
+        if path.resolve() not in self.seen:
+            self.visit(read_source(path, name), chain)
+
+    def _find(self, wanted: str, item: s.Sentence, source: Source) -> tuple[Path, str]:
+        places = self._places(wanted, source)
+        file = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
+        hits = [place / file for place in places if (place / file).is_file()]
+        if not hits:
+            searched = tuple(Note(f"searched {place / file}") for place in places)
+            self.findings.reject("TIS601", f'there is no file "{file}" to use', item.span, notes=searched)
+        others = {hit.resolve() for hit in hits[1:]} - {hits[0].resolve()}
+        if others:
+            names = ", ".join(str(other) for other in sorted(others))
+            self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
+        return hits[0], str(PurePosixPath(file))
+
+    def _places(self, wanted: str, source: Source) -> list[Path]:
+        beside = source.path.parent if source.path else Path()
+        if wanted.startswith("./"):
+            return [beside]
+        return [beside / "library", *self.libraries, resources.library()]
+
+
+def whole(module: s.Module) -> Span:
+    """Return the first line of a module, to point at where a thing is missing altogether."""
+    return Span(module.source, 0, len(module.source.line_text(1)))

@@ -1,0 +1,149 @@
+"""Scene: everything a text says, with names bound and numbers in SI units, before any mesh."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tissuec.core.source import Source, Span
+from tissuec.lang import syntax as s
+from tissuec.meshes import Generator
+from tissuec.network import Floats
+from tissuec.plan import Simulation
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.parameters import Constants
+from tissuec.scene.quantities import Quantity, Spread
+from tissuec.scene.vocabulary import Vocabulary
+
+
+@dataclass(frozen=True, slots=True)
+class Fired:
+    """A rule that spoke for a quantity, for explanations."""
+
+    word: str  # of the conclusion, as read: "low", "very low (low, shifted outward)"
+    degree: float
+    facts: str  # "hardness soft 1.00, elasticity big 1.00"
+    span: Span  # of the rule
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """One quantity of a tissue and where it is from.
+
+    Attributes:
+        value: In SI units.
+        spread: What it belongs to.
+        length: Spring length that the value holds for [m]; None: the same for every spring.
+        how: "written", "rules" or "otherwise".
+        span: The entry, or the first of the fired rules, or the ``otherwise``.
+        fired: The rules that spoke, strongest first.
+    """
+
+    quantity: Quantity
+    value: float
+    spread: Spread
+    length: float | None
+    how: str
+    span: Span
+    fired: tuple[Fired, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A property of a tissue as it was written and as the rules see it."""
+
+    property: str
+    written: str  # "soft", "between small and medium", "0.3"
+    number: float
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Tissue:
+    """A preset with everything it inherits.
+
+    Attributes:
+        missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
+    """
+
+    name: str
+    about: str
+    vocabulary: str  # name of the rules, "" without
+    facts: tuple[Fact, ...]
+    given: Mapping[str, Given]
+    missing: Mapping[str, str]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """A part of a body with a tissue of its own."""
+
+    name: str
+    where: s.Expression
+    tissue: Tissue | None  # None: the body's
+    prestress: Given | None  # overrides the tissue's
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """Explicit nodes and springs."""
+
+    nodes: s.Table
+    springs: s.Table | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """A mesh made of tissue.
+
+    Attributes:
+        mesh: The generator; None for an explicit mesh, which stands in ``tables``.
+        tissue: None where tables give everything.
+        mass: Of the whole body [kg], overriding the tissue's; None if not written.
+        interface: "mean", "softer" or "stiffer"; "" without regions.
+        may_rupture: ``rupture is allowed``.
+        velocity: Initial velocity [m/s], shape (3,).
+        spin: Initial angular velocity about the centre of mass [rad/s], shape (3,).
+    """
+
+    name: str
+    mesh: Generator | None
+    tables: Tables | None
+    tissue: Tissue | None
+    regions: tuple[Region, ...]
+    interface: str
+    may_rupture: bool
+    mass: float | None
+    mass_span: Span | None
+    velocity: Floats
+    spin: Floats
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    name: str
+    kind: str  # "forceps" or "scissors"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Environment:
+    gravity: Floats  # [m/s²], shape (3,)
+    drag: float  # [N s/m] per node
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A whole text, resolved. ``declarations`` still holds what needs meshes: sets, script, …"""
+
+    source: Source
+    about: str
+    declarations: Declarations
+    constants: Constants
+    vocabulary: Vocabulary
+    tissues: Mapping[str, Tissue]
+    bodies: Mapping[str, Body]
+    tools: Mapping[str, Tool]
+    environment: Environment
+    simulation: Simulation

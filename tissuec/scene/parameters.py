@@ -1,0 +1,136 @@
+"""Parameters and derived numbers: ``param``, ``let`` and ``--set``."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from tissuec.core.errors import CompileError, Note, alternatives
+from tissuec.core.source import Source
+from tissuec.lang import syntax as s
+from tissuec.lang.parser import parse
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings, Rejected
+from tissuec.scene.values import Value
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A ``param`` of the scene with the value that holds in this run."""
+
+    name: str
+    value: Value
+    overridden: bool
+    item: s.Assign
+
+
+class Constants(Scope):
+    """The scope of ``param`` and ``let``; each is evaluated once, when first asked for."""
+
+    def __init__(self, declarations: Declarations, overrides: Mapping[str, s.Assign], findings: Findings):
+        super().__init__(findings)
+        self.declared = {key: d.item for kind in ("param", "let") for key, d in declarations.of(kind).items()}
+        self.overrides = overrides
+        self.values: dict[str, Value | None] = {}
+        self.used: set[str] = set()
+        self.chain: list[str] = []
+
+    def name(self, name: s.Name) -> Value:
+        if name.key not in self.declared:
+            texts = [item.name.text for item in self.declared.values() if isinstance(item, s.Assign)]
+            self.findings.reject(
+                "TIS301",
+                f'there is no param or let called "{name.text}"',
+                name.span,
+                hint=alternatives(name.text, texts, what="declared"),
+            )
+        self.used.add(name.key)
+        return self._value(name)
+
+    def evaluate_all(self) -> None:
+        """Evaluate what nobody asked for, so that mistakes in it are reported too."""
+        for item in self.declared.values():
+            assert isinstance(item, s.Assign)
+            with self.findings.item():
+                self._value(item.name)
+
+    def parameters(self) -> list[Parameter]:
+        """Return every ``param`` with its value."""
+        return [
+            Parameter(item.name.text, value, key in self.overrides, item)
+            for key, item in self.declared.items()
+            if isinstance(item, s.Assign) and item.keyword == "param" and (value := self.values.get(key)) is not None
+        ]
+
+    def _value(self, name: s.Name) -> Value:
+        key = name.key
+        if key in self.chain:
+            circle = " -> ".join([*self.chain[self.chain.index(key) :], key])
+            self.findings.reject("TIS506", f"these numbers need one another: {circle}", name.span)
+        if key not in self.values:
+            self.chain.append(key)
+            self.values[key] = None  # stays None if the value is rejected: reported once only
+            try:
+                self.values[key] = self._compute(key)
+            finally:
+                self.chain.pop()
+        value = self.values[key]
+        if value is None:
+            raise Rejected
+        return value
+
+    def _compute(self, key: str) -> Value:
+        item = self.declared[key]
+        assert isinstance(item, s.Assign)
+        if item.clauses:
+            self.findings.reject("TIS312", "a number takes no further words", item.clauses[0].span)
+        if item.bounds is not None and item.keyword == "let":
+            self.findings.reject("TIS312", "limits belong to a param; a let is computed", item.bounds.span)
+        value = self.evaluate(item.value)
+        if key in self.overrides:
+            given = self.evaluate(self.overrides[key].value)
+            if given.is_vector != value.is_vector:
+                self.findings.reject("TIS312", f"{item.name.text} is {'a vector' if value.is_vector else 'one number'}", self.overrides[key].value.span)
+            self.expect(given, value.dimension, self.overrides[key].value.span, what=item.name.text)
+            value = given
+        if item.bounds is not None:
+            self._check_bounds(item, value, self.overrides.get(key, item))
+        return value
+
+    def _check_bounds(self, item: s.Assign, value: Value, written: s.Assign) -> None:
+        assert item.bounds is not None
+        low, high = self.number(item.bounds.low), self.number(item.bounds.high)
+        for bound, part in ((low, item.bounds.low), (high, item.bounds.high)):
+            self.expect(bound, value.dimension, part.span, what=f"a limit of {item.name.text}")
+        if not low.amount <= value.amount <= high.amount:
+            self.findings.reject(
+                "TIS308",
+                f"{item.name.text} = {value} is not between {low} and {high}",
+                written.value.span,
+                notes=(Note("the limits", item.bounds.span),),
+            )
+
+
+def read_overrides(texts: Sequence[str], declarations: Declarations, findings: Findings) -> dict[str, s.Assign]:
+    """Return the assignments of ``--set name=value`` by parameter name."""
+    overrides: dict[str, s.Assign] = {}
+    for text in texts:
+        source = Source(f'--set "{text}"', f"language 1\nparam {text}")
+        try:
+            items = parse(source).items
+        except CompileError as error:
+            findings.diagnostics.extend(error.diagnostics)
+            continue
+        item = items[0] if len(items) == 1 else None
+        with findings.item():
+            if not isinstance(item, s.Assign) or item.clauses or item.bounds:
+                findings.reject("TIS505", f'cannot read --set "{text}"', None, hint='write --set "name = 0.9 s"')
+            known = [declared.name.text for declared in declarations.of("param").values()]
+            if item.name.key not in declarations.of("param"):
+                what = "let is computed and cannot be set" if item.name.key in declarations.of("let") else "no such param"
+                findings.reject(
+                    "TIS505", f'"{item.name.text}" cannot be set: {what}', None,
+                    hint=alternatives(item.name.text, known, what="params"),
+                )
+            overrides[item.name.key] = item
+    return overrides
+

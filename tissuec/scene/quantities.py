@@ -1,0 +1,45 @@
+"""The physical quantities a tissue can give to a network; rules may conclude only these."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from tissuec.core import units
+from tissuec.core.units import Dimension
+
+Spread = Literal["each spring", "each node", "whole body"]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A quantity of the network.
+
+    Attributes:
+        name: In the language.
+        dimension: Of its value.
+        array: The array of the network that it fills.
+        spreads: What one value may belong to; the first holds unless written otherwise.
+        scales: How a value "of 1 mm" changes with a spring's length: -1 for spring constant and
+            viscosity (two springs in a row are half as stiff); 0 where length has no influence.
+        default: The value that means "none", for quantities that may be left out.
+        may_be_zero: Whether zero is a sensible value.
+    """
+
+    name: str
+    dimension: Dimension
+    array: str
+    spreads: tuple[Spread, ...]
+    scales: int = 0
+    default: float | None = None
+    may_be_zero: bool = False
+
+
+QUANTITIES: dict[str, Quantity] = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("spring constant", units.STIFFNESS, "stiffness", ("each spring",), scales=-1, may_be_zero=True),
+        Quantity("viscosity", units.VISCOSITY, "damping", ("each spring",), scales=-1, may_be_zero=True),
+        Quantity("mass", units.MASS, "mass", ("each node", "whole body")),
+        Quantity("fraction force", units.FORCE, "strength", ("each spring",)),
+        Quantity("prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True),
+    )
+}

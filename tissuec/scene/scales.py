@@ -1,0 +1,189 @@
+"""Properties and quantities: a range, and the words for its parts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tissuec.core.errors import alternatives
+from tissuec.core.units import LENGTH, NUMBER, Dimension, describe, show
+from tissuec.fuzzy.axis import Axis
+from tissuec.fuzzy.piecewise import points, trapezoid, triangle
+from tissuec.fuzzy.scale import Plateau, Scale, evenly, gaps, plateaus, shaped
+from tissuec.fuzzy.sets import Gaussian, Shape
+from tissuec.lang import syntax as s
+from tissuec.scene.expressions import Scope
+from tissuec.scene.quantities import QUANTITIES, Spread
+from tissuec.scene.words import NamedScale
+
+SHAPES = ("triangle", "trapezoid", "gaussian", "points")
+
+
+@dataclass(frozen=True, slots=True)
+class QuantityScale:
+    """A quantity of a vocabulary: its words, what it applies to, and its fallback.
+
+    Attributes:
+        length: Spring length that values hold for [m]; None: for every length.
+        otherwise: The phrase that holds where no rule speaks; None without one.
+    """
+
+    named: NamedScale
+    spread: Spread
+    length: float | None
+    otherwise: s.Sentence | None
+
+
+class ScaleReader:
+    """Reads one ``property`` or ``quantity`` block."""
+
+    def __init__(self, name: s.Name, item: s.Item, scope: Scope):
+        assert isinstance(item, s.Block)
+        self.name = name
+        self.block = item
+        self.scope = scope
+        self.findings = scope.findings
+
+    def property(self) -> NamedScale:
+        """Return the words of a property."""
+        return self._scale(self.block.items)
+
+    def quantity(self) -> QuantityScale:
+        """Return a quantity with what it applies to and its ``otherwise``."""
+        if self.name.key not in QUANTITIES:
+            self.findings.reject(
+                "TIS205",
+                f'"{self.name.text}" is not a quantity of a spring net',
+                self.name.span,
+                hint=alternatives(self.name.key, QUANTITIES, what="quantities"),
+            )
+        quantity = QUANTITIES[self.name.key]
+        words: list[s.Item] = []
+        applies: s.Sentence | None = None
+        otherwise: s.Sentence | None = None
+        for item in self.block.items:
+            match item:
+                case s.Sentence(name=s.Name(key="applies")):
+                    applies = item
+                case s.Sentence(name=s.Name(key="otherwise")) if item.phrase is not None:
+                    otherwise = item
+                case _:
+                    words.append(item)
+        spread, length = (quantity.spreads[0], None) if applies is None else self._applies(applies)
+        if applies is None:
+            example = f"applies to {quantity.spreads[0]}"
+            self.findings.reject("TIS304", f'quantity {self.name.text} needs "applies to"', self.block.head, hint=f"for example: {example}")
+        named = self._scale(words)
+        if named.dimension != quantity.dimension:
+            self.findings.reject(
+                "TIS502", f"{self.name.text} is {describe(quantity.dimension)}; this range is {describe(named.dimension)}", self.block.head
+            )
+        return QuantityScale(named, spread, length, otherwise)
+
+    def _applies(self, item: s.Sentence) -> tuple[Spread, float | None]:
+        quantity = QUANTITIES[self.name.key]
+        words = {clause.word: clause for clause in item.clauses}
+        target = words["to"].value if "to" in words else None
+        if not isinstance(target, s.Name) or target.key not in quantity.spreads or set(words) - {"to", "of"}:
+            choices = list(quantity.spreads) + (["each spring of 1 mm"] if quantity.scales else [])
+            self.findings.reject("TIS305", f"{self.name.text} applies to: {', '.join(choices)}", item.span)
+        length = None
+        if "of" in words:
+            if not quantity.scales:
+                self.findings.reject("TIS305", f"{self.name.text} does not depend on the length of a spring", words["of"].span)
+            value = self.scope.number(words["of"].value)
+            self.scope.expect(value, LENGTH, words["of"].value.span, what="the length of a spring")
+            length = float(value.amount)
+        return next(spread for spread in quantity.spreads if spread == target.key), length
+
+    # --- the scale -----------------------------------------------------------------------------
+
+    def _scale(self, items: Sequence[s.Item]) -> NamedScale:
+        axis, dimension = self._axis()
+        try:
+            scale = self._words(items, axis, dimension)
+        except ValueError as error:
+            self.findings.reject("TIS308", str(error), self.block.head)
+        for low, high in gaps(scale):
+            self.findings.add(
+                "W201",
+                f"the part of {self.name.text} from {show(low, dimension)} to {show(high, dimension)} belongs to no word",
+                self.block.head,
+            )
+        return NamedScale(self.name.text, scale, dimension, self.block.head)
+
+    def _axis(self) -> tuple[Axis, Dimension]:
+        words = {clause.word: clause for clause in self.block.clauses}
+        if not {"from", "to"} <= set(words) or set(words) - {"from", "to", "on"} or len(words) < len(self.block.clauses):
+            self.findings.reject("TIS312", "a range is written: from 0 to 1, or from 1 N to 9 N on log scale", self.block.head)
+        low, high = (self.scope.number(words[word].value) for word in ("from", "to"))
+        self.scope.expect(high, low.dimension, words["to"].value.span, what="the end of the range")
+        log = "on" in words
+        if log and words["on"].value.span.text.lower() != "log scale":
+            self.findings.reject("TIS305", 'only "on log scale" can stand here', words["on"].span)
+        try:
+            return Axis(self.name.text, float(low.amount), float(high.amount), log=log), low.dimension
+        except ValueError as error:
+            self.findings.reject("TIS308", str(error), self.block.head)
+
+    def _words(self, items: Sequence[s.Item], axis: Axis, dimension: Dimension) -> Scale:
+        match items:
+            case [s.Assign(name=s.Name(key="evenly"), value=s.Listing(items=names))]:
+                if not all(isinstance(name, s.Name) for name in names):
+                    self.findings.reject("TIS312", "evenly lists words: [soft, medium, hard]", items[0].span)
+                return evenly(axis, [name.key for name in names if isinstance(name, s.Name)])
+            case [s.Sentence(), *_]:
+                return plateaus(axis, [self._plateau(item, dimension) for item in items])
+            case [s.Assign(), *_]:
+                shapes: dict[str, Shape] = {}
+                for item in items:
+                    word, shape = self._shape(item, dimension)
+                    if word in shapes:
+                        self.findings.reject("TIS503", f'"{word}" is defined twice', item.span)
+                    shapes[word] = shape
+                return shaped(axis, shapes)
+            case _:
+                self.findings.reject(
+                    "TIS304", f"{self.name.text} has no words", self.block.head, hint="for example: evenly = [low, medium, high]"
+                )
+
+    def _plateau(self, item: s.Item, dimension: Dimension) -> Plateau:
+        if not isinstance(item, s.Sentence):
+            self.findings.reject("TIS306", "plateaus and other shapes cannot be mixed", item.span)
+        numbers = {clause.word: self._number(clause.value, dimension) for clause in item.clauses}
+        match sorted(numbers):
+            case ["until"]:
+                return Plateau(item.name.key, None, numbers["until"])
+            case ["from"]:
+                return Plateau(item.name.key, numbers["from"], None)
+            case ["from", "to"]:
+                return Plateau(item.name.key, numbers["from"], numbers["to"])
+            case _:
+                self.findings.reject(
+                    "TIS312", "plateaus are written: soft until 0.15; medium from 0.4 to 0.6; hard from 0.85", item.span
+                )
+
+    def _shape(self, item: s.Item, dimension: Dimension) -> tuple[str, Shape]:
+        if not isinstance(item, s.Assign) or not isinstance(item.value, s.Call) or item.value.function.key not in SHAPES:
+            self.findings.reject("TIS312", f"a word is a shape: {', '.join(SHAPES)}", item.span)
+        nodes = [argument.value for argument in item.value.arguments]
+        try:
+            return item.name.key, self._build(item.value.function.key, nodes, dimension)
+        except (TypeError, ValueError) as error:
+            form = {"triangle": "(a, b, c)", "trapezoid": "(a, b, c, d)", "gaussian": "(mean, sigma)", "points": "(x, degree, x, degree, …)"}
+            kind = item.value.function.key
+            reason = str(error) if isinstance(error, ValueError) else "wrong number of arguments"
+            self.findings.reject("TIS308", f"{kind}{form[kind]}: {reason}", item.value.span)
+
+    def _build(self, kind: str, nodes: Sequence[s.Expression], dimension: Dimension) -> Shape:
+        if kind == "points":
+            if len(nodes) % 2:
+                raise TypeError
+            xs = [self._number(node, dimension) for node in nodes[::2]]
+            ys = [self._number(node, NUMBER) for node in nodes[1::2]]
+            return points(list(zip(xs, ys, strict=True)))
+        make = {"triangle": triangle, "trapezoid": trapezoid, "gaussian": Gaussian}[kind]
+        return make(*[self._number(node, dimension) for node in nodes])
+
+    def _number(self, node: s.Expression, dimension: Dimension) -> float:
+        value = self.scope.number(node)
+        self.scope.expect(value, dimension, node.span, what=f"a value of {self.name.text}")
+        return float(value.amount)

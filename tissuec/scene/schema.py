@@ -1,0 +1,231 @@
+"""Schemas of blocks: the fields of a dataclass say which entries a block has.
+
+Only what stands here reads entries; a new mesh or tool brings its dataclass and is checked,
+converted, suggested and documented like all others.
+"""
+
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass
+from typing import Any, TypeVar, get_type_hints
+
+import numpy as np
+
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.fields import FromTo, Measure, OneOf, Point, Whole
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, describe, show, suggested_unit
+from tissuec.lang import syntax as s
+from tissuec.scene.expressions import Scope
+
+Kind = Measure | Whole | OneOf | Point | FromTo
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One entry of a block: its name in the language, its kind, default and description."""
+
+    name: str
+    field: str
+    kind: Kind
+    default: Any
+    about: str
+
+    @property
+    def is_required(self) -> bool:
+        return self.default is MISSING
+
+    @property
+    def example(self) -> str:
+        """Return how the entry could be written."""
+        match self.kind:
+            case Measure(dimension=dimension):
+                return f"{self.name} = 1 {suggested_unit(dimension)}".rstrip()
+            case Whole(at_least=low):
+                return f"{self.name} = {max(low, 10)}"
+            case OneOf(words=words):
+                return f"{self.name} is {words[0]}"
+            case Point(dimension=dimension):
+                return f"{self.name} = (0, 0, 1) {suggested_unit(dimension)}".rstrip()
+            case FromTo(dimension=dimension):
+                unit = suggested_unit(dimension)
+                return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"
+
+
+def entries_of(cls: type) -> dict[str, Entry]:
+    """Return the entries that a dataclass declares, by name in the language."""
+    hints = get_type_hints(cls, include_extras=True)
+    about = _attributes(cls.__doc__ or "")
+    entries = {}
+    for field in dataclasses.fields(cls):
+        kinds = getattr(hints[field.name], "__metadata__", ())
+        if not kinds:
+            raise TypeError(f"{cls.__name__}.{field.name} has no entry kind")
+        name = field.name.rstrip("_").replace("_", " ")
+        entries[name] = Entry(name, field.name, kinds[0], field.default, about.get(field.name, ""))
+    return entries
+
+
+def _attributes(docstring: str) -> dict[str, str]:
+    """Return the lines of the "Attributes:" section of a docstring, by field name."""
+    _, _, section = docstring.partition("Attributes:\n")
+    found = re.findall(r"^ {4,12}(\w+): (.*(?:\n {12,}\S.*)*)", section, re.MULTILINE)
+    return {name: " ".join(text.split()) for name, text in found}
+
+
+def build(
+    cls: type[T], items: Sequence[s.Item], scope: Scope, *, what: str, where: Span
+) -> tuple[T, Mapping[str, Span]]:
+    """Return a member built from the items of its block, and the place of each entry.
+
+    Args:
+        cls: Dataclass whose fields are the entries.
+        items: What stands between the braces.
+        scope: Where names in expressions are looked up.
+        what: The block in messages, such as "mesh tube".
+        where: The head of the block, to point at when an entry is missing.
+    """
+    schema = entries_of(cls)
+    errors = len(scope.findings.errors)
+    values, places = read(schema, items, scope, what=what)
+    if len(scope.findings.errors) > errors:
+        scope.findings.stop()  # what is missing may be what was misspelt
+    for entry in schema.values():
+        if entry.is_required and entry.name not in places:
+            hint = f"for example: {entry.example}"
+            scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
+    if len(scope.findings.errors) > errors:
+        scope.findings.stop()
+    return cls(**values), places
+
+
+def read(
+    schema: Mapping[str, Entry], items: Sequence[s.Item], scope: Scope, *, what: str
+) -> tuple[dict[str, Any], dict[str, Span]]:
+    """Return the values by field name and the places by entry name of what was written."""
+    values: dict[str, Any] = {}
+    places: dict[str, Span] = {}
+    for item in items:
+        with scope.findings.item():
+            entry = find_entry(schema, item, scope, what=what)
+            if entry.name in places:
+                scope.findings.reject(
+                    "TIS307",
+                    f'"{entry.name}" is written twice',
+                    item.span,
+                    notes=(Note("first here", places[entry.name]),),
+                )
+            places[entry.name] = item.span
+            values[entry.field] = read_entry(entry, item, scope)
+    return values, places
+
+
+def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what: str) -> Entry:
+    """Return the entry that an item writes, or reject the item."""
+    if not isinstance(item, s.Assign | s.Sentence | s.Block):
+        scope.findings.reject("TIS303", f"this cannot stand in {what}", item.span)
+    if item.name.key not in schema:
+        scope.findings.reject(
+            "TIS303",
+            f'"{item.name.text}" is not an entry of {what}',
+            item.name.span,
+            hint=alternatives(item.name.key, schema, what="entries"),
+        )
+    return schema[item.name.key]
+
+
+def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
+    """Return the value of one entry in SI units, or reject the item."""
+    match entry.kind:
+        case FromTo():
+            return _read_from_to(entry, entry.kind, item, scope)
+        case OneOf():
+            return _read_word(entry, entry.kind, item, scope)
+        case kind:
+            if not isinstance(item, s.Assign):
+                _wrong_form(entry, item, scope)
+            _no_clauses(item, scope)
+            return read_value(kind, item.value, scope, what=entry.name)
+
+
+def read_value(kind: Measure | Whole | Point, node: s.Expression, scope: Scope, *, what: str) -> Any:
+    """Return an expression as a number, whole number or vector within its limits."""
+    match kind:
+        case Point(dimension=dimension):
+            value = scope.evaluate(node)
+            if not value.is_vector:
+                scope.findings.reject("TIS312", f"{what} is a vector: (x, y, z)", node.span)
+            if np.any(value.amount) or not value.is_literal:
+                scope.expect(value, dimension, node.span, what=what)
+            return value.amount
+        case Whole(at_least=low, at_most=high):
+            value = scope.number(node)
+            scope.expect(value, NUMBER, node.span, what=what)
+            number = float(value.amount)
+            if number != int(number):
+                scope.findings.reject("TIS308", f"{what} is a whole number, not {number:g}", node.span)
+            if not low <= number <= high:
+                scope.findings.reject("TIS308", f"{what} = {number:g} is not between {low} and {high}", node.span)
+            return int(number)
+        case Measure():
+            return _read_measure(kind, node, scope, what=what)
+
+
+def _read_measure(kind: Measure, node: s.Expression, scope: Scope, *, what: str) -> float:
+    value = scope.number(node)
+    scope.expect(value, kind.dimension, node.span, what=what)
+    amount = float(value.amount)
+    limits = (
+        (kind.above is not None and amount <= kind.above, "above", kind.above),
+        (kind.at_least is not None and amount < kind.at_least, "at least", kind.at_least),
+        (kind.at_most is not None and amount > kind.at_most, "at most", kind.at_most),
+    )
+    for broken, words, limit in limits:
+        if broken and limit is not None:
+            scope.findings.reject(
+                "TIS308", f"{what} must be {words} {show(limit, kind.dimension)}, not {value}", node.span
+            )
+    return amount
+
+
+def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
+    if isinstance(item, s.Assign) or not isinstance(item, s.Sentence | s.Block) or item.phrase is None:
+        _wrong_form(entry, item, scope)
+    _no_clauses(item, scope)
+    if item.phrase.kind != "word" or item.phrase.words[0].key not in kind.words:
+        text = item.phrase.span.text
+        scope.findings.reject(
+            "TIS305",
+            f'{entry.name} cannot be "{text}"',
+            item.phrase.span,
+            hint=alternatives(text.lower(), kind.words, what="choices"),
+        )
+    return item.phrase.words[0].key
+
+
+def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tuple[Any, Any]:
+    if not isinstance(item, s.Sentence) or [c.word for c in item.clauses] != ["from", "to"]:
+        _wrong_form(entry, item, scope)
+    point = Point(kind.dimension)
+    first, last = (read_value(point, clause.value, scope, what=entry.name) for clause in item.clauses)
+    return first, last
+
+
+def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:
+    if item.clauses:
+        clause = item.clauses[0]
+        scope.findings.reject("TIS303", f'"{clause.word}" cannot stand here', clause.span)
+    if isinstance(item, s.Assign) and (item.keyword or item.bounds):
+        scope.findings.reject("TIS312", "a param or let stands outside of blocks", item.span)
+
+
+def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> Any:
+    kind = describe(entry.kind.dimension) if isinstance(entry.kind, Measure) else ""
+    scope.findings.reject(
+        "TIS312",
+        f'"{entry.name}" is written in another form' + (f": it is {kind}" if kind else ""),
+        item.span,
+        hint=f"for example: {entry.example}",
+    )

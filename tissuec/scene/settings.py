@@ -1,0 +1,116 @@
+"""The blocks that stand once: environment and simulate; and the tools."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.integrators import INTEGRATORS
+from tissuec.lang import syntax as s
+from tissuec.network import Floats
+from tissuec.plan import Simulation
+from tissuec.scene import schema
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
+from tissuec.scene.imports import whole
+from tissuec.scene.model import Environment, Tool
+
+DEFAULT_TOLERANCE = 1e-4
+AUTOMATIC = "automatic"
+TOOL_KINDS = ("forceps", "scissors")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EnvironmentEntries:
+    """What acts everywhere.
+
+    Attributes:
+        gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
+        contact: whether bodies touch one another; only off so far
+        damping: ambient damping: each node is braked by this times its velocity
+    """
+
+    gravity: Annotated[Floats, Point(units.ACCELERATION)]
+    contact: Annotated[str, OneOf(("off",))] = "off"
+    damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SimulateEntries:
+    """How the motion is computed.
+
+    Attributes:
+        duration: simulated time
+        integrator: automatic, or the name of a method
+        tolerance: bound of the error of every position, relative to the largest displacement so far
+        step: fixed time step, instead of a tolerance; needs a named integrator
+    """
+
+    duration: Annotated[float, Measure(units.TIME, above=0.0)]
+    integrator: Annotated[str, OneOf((AUTOMATIC,))] = AUTOMATIC
+    tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = DEFAULT_TOLERANCE
+    step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
+
+
+@dataclass(frozen=True, slots=True)
+class ToolEntries:
+    """An instrument.
+
+    Attributes:
+        kind: what it is: forceps grasp, scissors cut
+    """
+
+    kind: Annotated[str, OneOf(TOOL_KINDS)]
+
+
+def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -> Environment:
+    """Return the environment; rejects a scene without one, for gravity must be written."""
+    block = _single("environment", "environment { gravity = (0, 0, -9.81) m/s^2 }", declarations, main, scope.findings)
+    entries, _ = schema.build(EnvironmentEntries, block.items, scope, what="environment", where=block.head)
+    return Environment(np.asarray(entries.gravity, dtype=float), entries.damping)
+
+
+def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) -> Simulation:
+    """Return the simulate block; rejects contradictions between step and tolerance."""
+    block = _single("simulate", "simulate { duration = 1 s }", declarations, main, scope.findings)
+    entries = dict(schema.entries_of(SimulateEntries))
+    values, places = schema.read(simulate_schema(), block.items, scope, what="simulate")
+    if "duration" not in values:
+        if "duration" not in places:
+            scope.findings.add("TIS304", 'simulate needs "duration"', block.head, hint=f"for example: {entries['duration'].example}")
+        scope.findings.stop()
+    read = SimulateEntries(**values)
+    if read.step is not None and "tolerance" in places:
+        scope.findings.reject(
+            "TIS306", "a fixed step cannot promise a tolerance", places["tolerance"], hint="write step or tolerance, not both"
+        )
+    if read.step is not None and read.integrator == AUTOMATIC:
+        scope.findings.reject(
+            "TIS306", "a fixed step needs a named integrator", places["step"], hint="for example: integrator is velocity verlet"
+        )
+    tolerance = read.tolerance if read.step is None else None
+    return Simulation(read.duration, read.integrator, tolerance, read.step, block.head)
+
+
+def simulate_schema() -> dict[str, schema.Entry]:
+    """Return the entries of simulate with the integrators there are."""
+    entries = schema.entries_of(SimulateEntries)
+    old = entries["integrator"]
+    entries["integrator"] = schema.Entry(old.name, old.field, OneOf((AUTOMATIC, *INTEGRATORS)), old.default, old.about)
+    return entries
+
+
+def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
+    """Return a tool from its block."""
+    assert isinstance(item, s.Block)
+    entries, _ = schema.build(ToolEntries, item.items, scope, what=f"tool {name.text}", where=item.head)
+    return Tool(name.text, entries.kind, item.head)
+
+
+def _single(kind: str, example: str, declarations: Declarations, main: s.Module, findings: Findings) -> s.Block:
+    if kind not in declarations.single:
+        findings.reject("TIS304", f"the scene has no {kind} block", whole(main), hint=f"for example: {example}")
+    return declarations.single[kind]

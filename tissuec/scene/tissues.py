@@ -1,0 +1,202 @@
+"""Tissues: words and numbers of a preset, its parent's first, turned into quantities."""
+
+from dataclasses import dataclass, field
+
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.fields import Measure
+from tissuec.core.source import Span
+from tissuec.fuzzy.axis import OutOfRange
+from tissuec.fuzzy.inference import Firing, Inference, NoRule
+from tissuec.fuzzy.sets import Powered
+from tissuec.lang import syntax as s
+from tissuec.scene import schema
+from tissuec.scene.bodies import read_given
+from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Rejected
+from tissuec.scene.model import Fact, Fired, Given, Tissue
+from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.vocabulary import Rules, Vocabulary, find_property
+from tissuec.scene.words import NamedScale, read_word
+
+MOST_PARENTS = 50
+
+
+@dataclass(slots=True)
+class _Written:
+    """The entries of a tissue and its parents, the nearest one winning."""
+
+    rules: Rules | None = None
+    about: str = ""
+    facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
+    numbers: dict[str, s.Assign] = field(default_factory=dict)
+
+
+def read_tissues(declarations: Declarations, vocabulary: Vocabulary, scope: Scope) -> dict[str, Tissue]:
+    """Return every tissue by lower-case name; each mistake rejects one tissue only."""
+    reader = TissueReader(declarations, vocabulary, scope)
+    tissues: dict[str, Tissue] = {}
+    for key, declared in declarations.of("tissue").items():
+        with scope.findings.item():
+            tissues[key] = reader.read(declared)
+    return tissues
+
+
+class TissueReader:
+    """Reads ``tissue`` blocks."""
+
+    def __init__(self, declarations: Declarations, vocabulary: Vocabulary, scope: Scope):
+        self.declarations = declarations
+        self.vocabulary = vocabulary
+        self.scope = scope
+        self.findings = scope.findings
+
+    def read(self, declared: Declared) -> Tissue:
+        """Return a tissue with everything it inherits."""
+        written = self._collect(declared, ())
+        facts = tuple(self._fact(item, written.rules) for item in written.facts.values())
+        given = {key: read_given(key, item, self.scope) for key, item in written.numbers.items()}
+        missing: dict[str, str] = {}
+        if written.rules is not None:
+            self._infer(written.rules, facts, given, missing)
+        assert isinstance(declared.item, s.Block)
+        vocabulary = written.rules.name if written.rules else ""
+        return Tissue(declared.name.text, written.about, vocabulary, facts, given, missing, declared.item.head)
+
+    # --- entries -------------------------------------------------------------------------------
+
+    def _collect(self, declared: Declared, chain: tuple[str, ...]) -> _Written:
+        """Return the entries of a tissue over those of its parent."""
+        block = declared.item
+        assert isinstance(block, s.Block)
+        if declared.name.key in chain or len(chain) > MOST_PARENTS:
+            circle = " -> ".join([*chain, declared.name.key])
+            self.findings.reject("TIS506", f"these tissues are like one another: {circle}", block.head)
+        written = _Written()
+        for clause in block.clauses:
+            if not isinstance(clause.value, s.Name):
+                self.findings.reject("TIS312", "like needs the name of a tissue", clause.span)
+            parent = self.declarations.find("tissue", clause.value, self.findings)
+            written = self._collect(parent, (*chain, declared.name.key))
+        entries: dict[str, Span] = {}
+        errors = len(self.findings.errors)
+        for item in block.items:
+            if isinstance(item, s.Sentence) and item.name.key == "described":
+                # First, because every property depends on it; a mistake here ends the tissue.
+                written.rules = self._described(item)
+        for item in block.items:
+            with self.findings.item():
+                self._entry(item, written, entries, declared)
+        if len(self.findings.errors) > errors:
+            raise Rejected
+        return written
+
+    def _entry(self, item: s.Item, written: _Written, entries: dict[str, Span], declared: Declared) -> None:
+        if not isinstance(item, s.Sentence | s.Assign):
+            self.findings.reject("TIS303", "this cannot stand in a tissue", item.span)
+        key = "about" if item.name.words.lower() == "about" else item.name.key
+        if key in entries:
+            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, notes=(Note("first here", entries[key]),))
+        entries[key] = item.span
+        if key == "about" and isinstance(item, s.Sentence):
+            written.about = item.name.quoted or ""
+        elif key == "described":
+            pass  # read before all others
+        elif key in QUANTITIES:
+            self._number(item, key, written)
+        else:
+            rules = written.rules.name if written.rules else ""
+            if not self.vocabulary.properties or written.rules is None:
+                known = (*self.vocabulary.properties, *QUANTITIES, "described", "about")
+                hint = alternatives(key, known, what="entries")
+                if key in self.vocabulary.properties:
+                    hint = 'write "described in …" first, naming the rules that know this word'
+                self.findings.reject("TIS303", f'"{item.name.text}" is not an entry of tissue {declared.name.text}', item.name.span, hint=hint)
+            find_property(item.name, self.vocabulary, rules, self.scope)
+            written.facts[key] = item
+
+    def _described(self, item: s.Sentence) -> Rules:
+        clause = item.clauses[0] if len(item.clauses) == 1 else None
+        if clause is None or clause.word != "in" or not isinstance(clause.value, s.Name):
+            self.findings.reject("TIS312", "write: described in soft tissue", item.span)
+        self.declarations.find("rules", clause.value, self.findings)
+        if clause.value.key not in self.vocabulary.rules:
+            raise Rejected  # the rules themselves were found wrong
+        return self.vocabulary.rules[clause.value.key]
+
+    def _number(self, item: s.Sentence | s.Assign, key: str, written: _Written) -> None:
+        if not isinstance(item, s.Assign):
+            self.findings.reject(
+                "TIS312", f"{key} is a number, not a word", item.span,
+                hint=f"write {schema.Entry(key, key, Measure(QUANTITIES[key].dimension), None, '').example}, or describe the tissue in words and let rules decide",
+            )  # fmt: skip
+        written.numbers[key] = item
+
+    # --- facts ---------------------------------------------------------------------------------
+
+    def _fact(self, item: s.Sentence | s.Assign, rules: Rules | None) -> Fact:
+        scale = self.vocabulary.properties[item.name.key]
+        if isinstance(item, s.Assign):
+            number, written = self._slider(item, scale), item.value.span.text
+        else:
+            number, written = self._word(item, scale)
+        return Fact(item.name.key, written, number, item.span)
+
+    def _slider(self, item: s.Assign, scale: NamedScale) -> float:
+        value = self.scope.number(item.value)
+        self.scope.expect(value, scale.dimension, item.value.span, what=scale.name)
+        try:
+            scale.scale.axis.to_scale(float(value.amount))
+        except OutOfRange as error:
+            self.findings.reject("TIS308", str(error), item.value.span)
+        return float(value.amount)
+
+    def _word(self, item: s.Sentence, scale: NamedScale) -> tuple[float, str]:
+        if item.phrase is None or item.clauses:
+            self.findings.reject("TIS312", f"{item.name.text} is described with a word: {item.name.text} is …", item.span)
+        if item.phrase.kind == "not":
+            self.findings.reject("TIS312", "a tissue says what it is, not what it is not", item.phrase.span)
+        shapes = [
+            read_word(name, scale, self.vocabulary.hedges, self.scope).shape for name in item.phrase.words
+        ]
+        axis = scale.scale.axis
+        if any(isinstance(shape, Powered) for shape in shapes):
+            self.findings.add("W205", f'"{item.phrase.span.text}": a power hedge does not move a word', item.phrase.span)
+        number = axis.value_of(shapes[0]) if len(shapes) == 1 else axis.halfway(shapes[0], shapes[1])
+        return number, " ".join(item.phrase.span.text.split())
+
+    # --- inference -----------------------------------------------------------------------------
+
+    def _infer(self, rules: Rules, facts: tuple[Fact, ...], given: dict[str, Given], missing: dict[str, str]) -> None:
+        """Add what the rules conclude where nothing was written."""
+        for key, answer in rules.base.infer({fact.property: fact.number for fact in facts}).items():
+            if key in given:
+                continue
+            if isinstance(answer, NoRule):
+                missing[key] = self._why(rules, answer)
+            else:
+                given[key] = self._concluded(rules, key, answer)
+
+    def _concluded(self, rules: Rules, key: str, answer: Inference) -> Given:
+        scale = self.vocabulary.quantities[key]
+        fired = sorted(answer.fired, key=lambda firing: -firing.degree)
+        shown = tuple(Fired(f.word, f.degree, _atoms(f), rules.spans[f.rule]) for f in fired)
+        if shown:
+            span = shown[0].span
+        else:
+            assert scale.otherwise is not None
+            span = scale.otherwise.span
+        return Given(QUANTITIES[key], answer.value, scale.spread, scale.length, answer.source, span, shown)
+
+    def _why(self, rules: Rules, answer: NoRule) -> str:
+        if not answer.silent:
+            return f"no rule of {rules.name} concludes it"
+        if answer.missing:
+            return f"no rule of {rules.name} fires; the tissue does not say: {', '.join(answer.missing)}"
+        return f"no rule of {rules.name} fires for these words"
+
+
+def _atoms(firing: Firing) -> str:
+    """Return the tests of a fired rule with their degrees: ``hardness soft 1.00, …``."""
+    return ", ".join(f"{atom.property} {atom.word} {atom.degree:.2f}" for atom in firing.atoms if atom.degree is not None)
+

@@ -1,0 +1,35 @@
+"""Values with a dimension, and the arithmetic that refuses to mix them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.units import NUMBER, Dimension, show, si_unit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Value:
+    """A number, a vector or one number per node, in SI units.
+
+    Attributes:
+        amount: Shape () for a number, (3,) for a vector, (item,) inside set conditions.
+        dimension: Of every component.
+        is_vector: Whether the last axis holds x, y, z.
+        is_literal: Whether it was written as a bare number, so that a hint may propose a unit.
+    """
+
+    amount: NDArray[np.float64]
+    dimension: Dimension = NUMBER
+    is_vector: bool = False
+    is_literal: bool = False
+
+    @classmethod
+    def number(cls, amount: float, dimension: Dimension = NUMBER) -> "Value":
+        return cls(np.asarray(amount, dtype=float), dimension)
+
+    def __str__(self) -> str:
+        if self.is_vector:
+            parts = ", ".join(f"{component:.6g}" for component in self.amount)
+            return f"({parts}) {si_unit(self.dimension)}".strip()
+        return show(float(self.amount), self.dimension, digits=6)

@@ -1,0 +1,221 @@
+"""Vocabularies: hedges, scales and rules of a program, turned into rule bases."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER
+from tissuec.fuzzy import conditions as c
+from tissuec.fuzzy.conflicts import conflicts
+from tissuec.fuzzy.hedges import Hedge
+from tissuec.fuzzy.operators import CHOICES, Operators
+from tissuec.fuzzy.rulebase import RuleBase
+from tissuec.fuzzy.rules import Conclusion, Rule
+from tissuec.fuzzy.rules import Quantity as RuleQuantity
+from tissuec.fuzzy.sets import Word
+from tissuec.lang import syntax as s
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Rejected
+from tissuec.scene.scales import QuantityScale, ScaleReader
+from tissuec.scene.words import NamedScale, read_hedge, read_word
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """One ``rules`` block.
+
+    Attributes:
+        base: The rules; properties and quantities go by their lower-case names.
+        spans: Where each rule stands.
+    """
+
+    name: str
+    base: RuleBase
+    spans: tuple[Span, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """All words of a program; every mapping goes by lower-case names."""
+
+    hedges: Mapping[str, Hedge]
+    properties: Mapping[str, NamedScale]
+    quantities: Mapping[str, QuantityScale]
+    rules: Mapping[str, Rules]
+
+
+def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
+    """Return the vocabulary of a program; each mistake rejects one entry only."""
+    hedges: dict[str, Hedge] = {}
+    properties: dict[str, NamedScale] = {}
+    quantities: dict[str, QuantityScale] = {}
+    rules: dict[str, Rules] = {}
+    errors = len(scope.findings.errors)
+    for key, declared in declarations.of("hedge").items():
+        with scope.findings.item():
+            hedges[key] = read_hedge(declared.item, scope)
+    for key, declared in declarations.of("property").items():
+        with scope.findings.item():
+            properties[key] = ScaleReader(declared.name, declared.item, scope).property()
+    for key, declared in declarations.of("quantity").items():
+        with scope.findings.item():
+            quantities[key] = ScaleReader(declared.name, declared.item, scope).quantity()
+    vocabulary = Vocabulary(hedges, properties, quantities, rules)
+    if len(scope.findings.errors) > errors:
+        return vocabulary  # rules would only repeat what is wrong with the scales
+    for key, declared in declarations.of("rules").items():
+        with scope.findings.item():
+            rules[key] = RulesReader(declared.name, declared.item, vocabulary, scope).read()
+    return vocabulary
+
+
+class RulesReader:
+    """Reads one ``rules`` block."""
+
+    def __init__(self, name: s.Name, item: s.Item, vocabulary: Vocabulary, scope: Scope):
+        assert isinstance(item, s.Block)
+        self.name = name
+        self.block = item
+        self.vocabulary = vocabulary
+        self.scope = scope
+        self.findings = scope.findings
+
+    def read(self) -> Rules:
+        """Return the rules with the choice of operators."""
+        chosen: dict[str, str] = {}
+        rules: list[Rule] = []
+        spans: list[Span] = []
+        errors = len(self.findings.errors)
+        for item in self.block.items:
+            with self.findings.item():
+                if isinstance(item, s.Rule):
+                    rules.append(self._rule(item))
+                    spans.append(item.span)
+                else:
+                    self._operator(item, chosen)
+        if len(self.findings.errors) > errors:
+            raise Rejected
+        for clash in conflicts(rules):
+            self.findings.add(
+                "W204",
+                f"two rules with the same condition conclude different words for {clash.quantity}",
+                spans[clash.second],
+                notes=(Note("the other rule", spans[clash.first]),),
+            )
+        base = RuleBase(
+            {key: named.scale.axis for key, named in self.vocabulary.properties.items()},
+            {key: self._quantity(scale) for key, scale in self.vocabulary.quantities.items()},
+            tuple(rules),
+            Operators(**chosen),  # type: ignore[arg-type]  # checked against CHOICES
+        )
+        return Rules(self.name.text, base, tuple(spans), self.block.head)
+
+    def _quantity(self, scale: QuantityScale) -> RuleQuantity:
+        otherwise = None
+        if scale.otherwise is not None and scale.otherwise.phrase is not None:
+            phrase = scale.otherwise.phrase
+            if phrase.kind != "word":
+                self.findings.reject("TIS312", "otherwise names one word", phrase.span)
+            otherwise = read_word(phrase.words[0], scale.named, self.vocabulary.hedges, self.scope, in_conclusion=True)
+        return RuleQuantity(scale.named.scale.axis, otherwise)
+
+    def _operator(self, item: s.Item, chosen: dict[str, str]) -> None:
+        if not isinstance(item, s.Sentence) or item.name.key not in CHOICES or item.phrase is None:
+            text = item.name.text if isinstance(item, s.Sentence | s.Assign | s.Block) else "this"
+            self.findings.reject(
+                "TIS303", f'"{text}" is not an entry of rules', item.span, hint=alternatives(text, (*CHOICES, "if"), what="entries")
+            )
+        words = CHOICES[item.name.key]
+        # "centre of gravity" reads as a phrase with a clause behind it.
+        written = " ".join([item.phrase.span.text, *(clause.span.text for clause in item.clauses)])
+        choice = " ".join(written.lower().split())
+        if choice not in words:
+            self.findings.reject(
+                "TIS305", f'{item.name.text} cannot be "{written}"', item.phrase.span, hint=alternatives(choice, words, what="choices")
+            )
+        chosen[item.name.key] = choice
+
+    # --- rules ---------------------------------------------------------------------------------
+
+    def _rule(self, item: s.Rule) -> Rule:
+        condition = self._condition(item.condition)
+        conclusions = tuple(self._conclusion(part) for part in item.conclusions)
+        weight = 1.0
+        for clause in item.clauses:
+            if clause.word != "weighing":
+                self.findings.reject("TIS303", f'"{clause.word}" cannot stand in a rule', clause.span)
+            value = self.scope.number(clause.value)
+            self.scope.expect(value, NUMBER, clause.value.span, what="the weight of a rule")
+            weight = float(value.amount)
+            if not 0.0 < weight <= 1.0:
+                self.findings.reject("TIS308", f"the weight of a rule lies above 0 and up to 1, not {weight:g}", clause.value.span)
+        return Rule(condition, conclusions, weight)
+
+    def _condition(self, node: s.Expression) -> c.Condition:
+        match node:
+            case s.And(operands=operands):
+                return c.And(tuple(self._condition(part) for part in operands))
+            case s.Or(operands=operands):
+                return c.Or(tuple(self._condition(part) for part in operands))
+            case s.Not(operand=operand):
+                return c.Not(self._condition(operand))
+            case s.Is(subject=s.Name()):
+                return self._is(node)
+            case _:
+                self.findings.reject("TIS312", "a rule tests words: hardness is soft", node.span)
+
+    def _is(self, node: s.Is) -> c.Condition:
+        assert isinstance(node.subject, s.Name)
+        scale = find_property(node.subject, self.vocabulary, self.name.text, self.scope)
+        words = [self._word(name, scale) for name in node.phrase.words]
+        key = node.subject.key
+        match node.phrase.kind:
+            case "not":
+                return c.Not(c.Is(key, words[0]))
+            case "between":
+                self.findings.reject("TIS312", '"between" belongs to a tissue, not to a rule', node.phrase.span, hint="join two tests with or")
+            case _:
+                return c.Is(key, words[0])
+
+    def _word(self, name: s.Name, scale: NamedScale) -> Word:
+        return read_word(name, scale, self.vocabulary.hedges, self.scope)
+
+    def _conclusion(self, part: s.Conclusion) -> Conclusion:
+        key = part.quantity.key
+        if key in self.vocabulary.properties:
+            known = ", ".join(scale.named.name for scale in self.vocabulary.quantities.values())
+            self.findings.reject(
+                "TIS203",
+                f"{part.quantity.text} describes a tissue; a rule can only conclude a quantity",
+                part.quantity.span,
+                hint=f"quantities are: {known}",
+            )
+        if key not in self.vocabulary.quantities:
+            names = [scale.named.name for scale in self.vocabulary.quantities.values()]
+            self.findings.reject(
+                "TIS202",
+                f'"{part.quantity.text}" is not a quantity of vocabulary {self.name.text}',
+                part.quantity.span,
+                hint=alternatives(part.quantity.text, names, what="quantities"),
+            )
+        if part.phrase.kind != "word":
+            self.findings.reject("TIS312", "a rule concludes one word", part.phrase.span)
+        scale = self.vocabulary.quantities[key].named
+        word = read_word(part.phrase.words[0], scale, self.vocabulary.hedges, self.scope, in_conclusion=True)
+        return Conclusion(key, word)
+
+
+def find_property(name: s.Name, vocabulary: Vocabulary, rules: str, scope: Scope) -> NamedScale:
+    """Return the scale of a property, or reject the name."""
+    if name.key not in vocabulary.properties:
+        names = [scale.name for scale in vocabulary.properties.values()]
+        scope.findings.reject(
+            "TIS202",
+            f'"{name.text}" is not a property of vocabulary {rules}',
+            name.span,
+            hint=alternatives(name.text, names, what="properties"),
+        )
+    return vocabulary.properties[name.key]

@@ -1,0 +1,102 @@
+"""Hedges, and the reading of a phrase as a word of a scale."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+
+from tissuec.core.errors import Note, did_you_mean
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension
+from tissuec.fuzzy.hedges import Hedge, Power, Shift, has_effect, hedged
+from tissuec.fuzzy.scale import Scale
+from tissuec.fuzzy.sets import Powered, Word
+from tissuec.lang import syntax as s
+from tissuec.scene.expressions import Scope
+
+DIRECTIONS = ("outward", "inward")
+
+
+@dataclass(frozen=True, slots=True)
+class NamedScale:
+    """The words of a property or quantity, by lower-case name, and where they are declared."""
+
+    name: str
+    scale: Scale
+    dimension: Dimension
+    span: Span
+
+
+def read_hedge(item: s.Item, scope: Scope) -> Hedge:
+    """Return the hedge of ``hedge very = shift(50 %, outward)`` or ``= power(2)``."""
+    assert isinstance(item, s.Assign)
+    call = item.value
+    arguments = [argument.value for argument in call.arguments] if isinstance(call, s.Call) else []
+    try:
+        match call:
+            case s.Call(function=s.Name(key="shift")) if len(arguments) == 2:
+                direction = arguments[1].key if isinstance(arguments[1], s.Name) else ""
+                if direction in DIRECTIONS:
+                    return Shift(_plain(arguments[0], scope), direction)  # type: ignore[arg-type]
+            case s.Call(function=s.Name(key="power")) if len(arguments) == 1:
+                return Power(_plain(arguments[0], scope))
+            case _:
+                pass
+    except ValueError as error:
+        scope.findings.reject("TIS308", str(error), item.value.span)
+    scope.findings.reject(
+        "TIS312", "a hedge is shift(50 %, outward), shift(50 %, inward) or power(2)", item.value.span
+    )
+
+
+def _plain(node: s.Expression, scope: Scope) -> float:
+    value = scope.number(node)
+    scope.expect(value, NUMBER, node.span, what="the strength of a hedge")
+    return float(np.asarray(value.amount))
+
+
+def read_word(
+    name: s.Name, scale: NamedScale, hedges: Mapping[str, Hedge], scope: Scope, *, in_conclusion: bool = False
+) -> Word:
+    """Return the word of a scale that a phrase means, or reject it.
+
+    The whole phrase counts if it is declared as a word; else hedges are taken from the left
+    until the rest is one.
+    """
+    parts = name.key.split(" ")
+    for count in range(len(parts)):
+        front, rest = parts[:count], " ".join(parts[count:])
+        if rest not in scale.scale.words or any(part not in hedges for part in front):
+            continue
+        shape = scale.scale.words[rest]
+        chosen = [hedges[part] for part in front]
+        if in_conclusion and any(isinstance(hedge, Power) for hedge in chosen):
+            scope.findings.reject(
+                "TIS204",
+                f'"{name.text}": a power hedge cannot be concluded',
+                name.span,
+                hint="it would leave the centre where it is; use a hedge that shifts",
+            )
+        for part, hedge in zip(front, chosen, strict=True):
+            if not has_effect(hedge, shape, scale.scale.axis):
+                scope.findings.add("W205", f'"{part}" has no effect on "{rest}": it stands where it would be moved to', name.span)
+        shape = hedged(chosen, shape, scale.scale.axis)
+        reading = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
+        assert in_conclusion is False or not isinstance(shape, Powered)
+        return Word(reading, shape)
+    _unknown(name, scale, hedges, scope)
+
+
+def _unknown(name: s.Name, scale: NamedScale, hedges: Mapping[str, Hedge], scope: Scope) -> NoReturn:
+    near = did_you_mean(name.key, scale.scale.words)
+    listed = f"words for {scale.name}: {', '.join(scale.scale.words)}"
+    if hedges:
+        listed += f"; hedges: {', '.join(hedges)}"
+    scope.findings.reject(
+        "TIS201",
+        f'"{name.text}" is not a word for {scale.name}',
+        name.span,
+        hint="  ".join(part for part in (near, listed) if part),
+        notes=(Note(f"{scale.name} is declared at {scale.span.place}"),),
+    )

@@ -1,0 +1,51 @@
+"""``release``: the end of a hold or of a grip."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from tissuec.core.source import Span
+from tissuec.situation import Situation
+from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.verbs.holding import FIX, held_by, let_go, sentence
+
+
+@VERBS.member("release")
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Lets go of nodes: of a set from one tool or from whoever holds it, or of a whole grip.
+
+    Released nodes keep the velocity that they have: one that rests starts from rest, one that
+    is driven along a path flies on with the velocity of that path. Fixed nodes stay fixed
+    (``free`` ends that), and what is not held any more is left as it is.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("release SET", "release SET from TOOL", "release TOOL")
+    group: Group | None  # None: everything that the tool holds
+    tool: str | None  # None: whoever holds it
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        if not order.is_tool():
+            return cls(order.nodes(), order.tool("from"), order.span)
+        if order.has("from"):
+            order.reject(
+                "TIS306",
+                f'"{order.words}" is a tool and cannot be released from one',
+                hint="write: release SET from TOOL, or: release TOOL",
+                word="from",
+            )
+        return cls(None, order.mover().name, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if self.group is None:
+            nodes = held_by(situation, self.tool or "")
+        else:
+            nodes = self.group.indices
+        text = sentence(self.span)
+        if not len(let_go(situation, nodes, self._concerns)):
+            return (Happening("note", (), f"{text}: it is not held any more", self.span),)
+        return (Happening("release", (), text, self.span),)
+
+    def _concerns(self, holder: str) -> bool:
+        return holder != FIX if self.tool is None else holder == self.tool

@@ -1,0 +1,68 @@
+"""``turn``: nodes that are turned about an axis."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.source import Span
+from tissuec.courses import Course
+from tissuec.network import Floats
+from tissuec.situation import Situation
+from tissuec.situation import Turn as Path
+from tissuec.verbs import VERBS, Agenda, Happening, Mover, Order
+from tissuec.verbs.holding import sentence
+from tissuec.verbs.motion import EndMotion, driven_by, schedule, set_off
+from tissuec.verbs.move import nothing_to_move, refuse_jump
+
+
+@VERBS.member("turn")
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """Turns a set, or whatever a tool holds, about an axis by an angle times a profile.
+
+    The axis goes through the mean position of what is turned when the turn begins, or through
+    the point after ``through``; the turn is right-handed about the direction after ``around``.
+    Taking hold and what comes after are as with ``move``. A motion of the same mover carries
+    the axis along; a second turn begins where a first one is, and ends it.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "turn SET by ANGLE around VECTOR using PROFILE",
+        "turn TOOL by ANGLE around VECTOR through POINT using PROFILE",
+    )
+    mover: Mover
+    angle: float  # [rad]
+    axis: Floats  # unit vector, shape (3,)
+    centre: Floats | None  # [m], shape (3,); None: the mean position
+    course: Course
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        courses = order.courses(default="")
+        refuse_jump(order, courses)
+        return cls(
+            order.mover(),
+            order.number("by", units.NUMBER),
+            order.direction("around"),
+            order.vector("through", units.LENGTH) if order.has("through") else None,
+            courses[0],
+            order.duration,
+            order.span,
+        )
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        nodes = driven_by(situation, self.mover)
+        if not len(nodes):
+            return (nothing_to_move(self.mover, self.span),)
+        situation.place_held()
+        centre = situation.position[nodes].mean(axis=0) if self.centre is None else self.centre
+        (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
+        path = Path(centre, self.axis, self.angle, course)
+        set_off(situation, self.mover, self.span, turn=path)
+        if np.isfinite(stop):
+            agenda.add(stop, EndMotion(self.mover.name, stop, self.span))
+        return (Happening("turn", (), sentence(self.span), self.span),)
