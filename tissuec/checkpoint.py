@@ -84,7 +84,9 @@ def read_state(state: Mapping[str, Any], known: Iterable[object]) -> Any:
             case {"pairs": pairs}:
                 return {value(key): value(item) for key, item in pairs}
             case {"record": name, "fields": content}:
-                return _record_class(name)(**{key: value(item) for key, item in content.items()})
+                return _record_class(name)(
+                    **{key: value(item) for key, item in content.items()}
+                )
             case dict():
                 raise ValueError("this is not the checkpoint of a run")
         return data

@@ -32,7 +32,12 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     for body, _, ends in _bodies(compiled):
         count = int(topology.pieces(_size(body), ends).max(initial=-1)) + 1
         if count > 1 and len(ends):
-            yield Diagnostic("W301", f"{body.name} starts in {count} pieces", body.span, "join them with springs, or make them two bodies")
+            yield Diagnostic(
+                "W301",
+                f"{body.name} starts in {count} pieces",
+                body.span,
+                "join them with springs, or make them two bodies",
+            )
 
 
 def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -43,18 +48,27 @@ def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
         degree = np.bincount(ends.ravel(), minlength=_size(body))
         loose = int((degree == 0).sum())
         if loose:
-            yield Diagnostic("W302", f"{body.name} has {loose} nodes without springs", body.span, "they move freely; leave them out, or add springs")
+            yield Diagnostic(
+                "W302",
+                f"{body.name} has {loose} nodes without springs",
+                body.span,
+                "they move freely; leave them out, or add springs",
+            )
 
 
 def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
     """W303: ways to move that no spring resists."""
     network = compiled.network
-    held = fixed_from_the_start(compiled)
+    held = situation_at_start(compiled).held
     for body, part, ends in _bodies(compiled):
         if not len(ends):
             continue
         modes = topology.floppy_modes(
-            network.position[body.nodes], ends, network.stiffness[part], network.rest[part], held[body.nodes]
+            network.position[body.nodes],
+            ends,
+            network.stiffness[part],
+            network.rest[part],
+            held[body.nodes],
         )
         if modes.checked and modes.count:
             plural = "s" if modes.count > 1 else ""
@@ -69,11 +83,15 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
 def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network
-    length = np.linalg.norm(network.position[network.ends[:, 1]] - network.position[network.ends[:, 0]], axis=1)
+    length = np.linalg.norm(
+        network.position[network.ends[:, 1]] - network.position[network.ends[:, 0]], axis=1
+    )
     for body in network.bodies:
         zero = np.flatnonzero(length[body.springs] == 0.0)
         if len(zero):
-            ids = ", ".join(str(i) for i in network.spring_ids[body.springs][zero[:MOST_SPRINGS_NAMED]])
+            ids = ", ".join(
+                str(i) for i in network.spring_ids[body.springs][zero[:MOST_SPRINGS_NAMED]]
+            )
             yield Diagnostic(
                 "W304", f"{len(zero)} springs of {body.name} have no length and so no direction (ids {ids}…)", body.span,
                 "they exert no force until their ends part",
@@ -96,14 +114,24 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
     constants = compiled.scene.constants
     for key, declared in compiled.scene.declarations.of("param").items():
         if key not in constants.used:
-            yield Diagnostic("W501", f'the param "{declared.name.text}" is never used', declared.name.span)
+            yield Diagnostic(
+                "W501",
+                f'the param "{declared.name.text}" is never used',
+                declared.name.span,
+                "use it, or leave it out: setting it would change nothing",
+            )
 
 
 def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
     """W502: a set that no sentence names."""
     for key, declared in compiled.scene.declarations.of("set").items():
         if key not in compiled.groups.used and isinstance(declared.item, s.Assign):
-            yield Diagnostic("W502", f'the set "{declared.name.text}" is never used', declared.name.span)
+            yield Diagnostic(
+                "W502",
+                f'the set "{declared.name.text}" is never used',
+                declared.name.span,
+                "use it, or leave it out",
+            )
 
 
 def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -113,7 +141,11 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
         bad = np.flatnonzero(network.rest[body.springs] <= 0.0)
         if len(bad):
             shortest = show(float(network.rest[body.springs][bad].min()), LENGTH)
-            yield Diagnostic("W305", f"{len(bad)} springs of {body.name} have no rest length (down to {shortest})", body.span)
+            yield Diagnostic(
+                "W305",
+                f"{len(bad)} springs of {body.name} have no rest length (down to {shortest})",
+                body.span,
+            )
 
 
 CHECKS: tuple[Check, ...] = (
@@ -131,14 +163,14 @@ def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
     return tuple(tissues.values())
 
 
-def fixed_from_the_start(compiled: Compiled) -> NDArray[np.bool_]:
-    """Return which nodes the script holds at 0 s, shape (node,)."""
+def situation_at_start(compiled: Compiled) -> Situation:
+    """Return the situation after the events of the script at 0 s."""
     plan = compiled.plan
     situation = Situation.start(compiled.network, gravity=plan.gravity, drag=plan.drag)
     for event in plan.events:
         if event.time == 0.0:
             event.action.apply(situation, _Forgetful())
-    return situation.held
+    return situation
 
 
 class _Forgetful:
@@ -153,7 +185,11 @@ class _Forgetful:
 
 def _bodies(compiled: Compiled) -> Iterator[tuple[BodyPart, slice, NDArray[np.int32]]]:
     for body in compiled.network.bodies:
-        yield body, body.springs, compiled.network.ends[body.springs] - np.int32(body.nodes.start)
+        yield (
+            body,
+            body.springs,
+            compiled.network.ends[body.springs] - np.int32(body.nodes.start),
+        )
 
 
 def _size(body: BodyPart) -> int:

@@ -63,7 +63,9 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)])
     springs = np.cumsum([0, *(len(body.mesh.ends) for body in bodies)])
 
-    def every(pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type) -> NDArray:
+    def every(
+        pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type
+    ) -> NDArray:
         parts = [np.asarray(pick(body), dtype=kind) for body in bodies]
         return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts])
 
@@ -72,15 +74,26 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
         position=every(lambda b: b.mesh.position, (3,), np.float64),
         velocity=every(lambda b: b.velocity, (3,), np.float64),
         **{name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS},
-        ends=np.concatenate([np.zeros((0, 2), np.int32), *(b.mesh.ends + np.int32(n) for b, n in shifted)]),
-        skin=np.concatenate([np.zeros((0, 3), np.int32), *(b.mesh.skin + np.int32(n) for b, n in shifted)]),
+        ends=np.concatenate(
+            [np.zeros((0, 2), np.int32), *(b.mesh.ends + np.int32(n) for b, n in shifted)]
+        ),
+        skin=np.concatenate(
+            [np.zeros((0, 3), np.int32), *(b.mesh.skin + np.int32(n) for b, n in shifted)]
+        ),
         node_ids=every(lambda b: b.node_ids, (), np.int64),
         spring_ids=every(lambda b: b.spring_ids, (), np.int64),
         bodies=tuple(
-            BodyPart(body.body.name, slice(int(n), int(n2)), slice(int(p), int(p2)), body.body.span)
-            for body, n, n2, p, p2 in zip(bodies, nodes, nodes[1:], springs, springs[1:], strict=False)
+            BodyPart(
+                body.body.name, slice(int(n), int(n2)), slice(int(p), int(p2)), body.body.span
+            )
+            for body, n, n2, p, p2 in zip(
+                bodies, nodes, nodes[1:], springs, springs[1:], strict=False
+            )
         ),
-        provenance={name: _join_provenance([body.provenance[name] for body in bodies]) for name in ARRAYS},
+        provenance={
+            name: _join_provenance([body.provenance[name] for body in bodies])
+            for name in ARRAYS
+        },
     )
 
 
@@ -107,10 +120,14 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
     single = scene.declarations.single
     script = Script()
     if "script" in single:
-        reader = ScriptReader(groups, scene.tools, conditions, scene.constants, duration=duration)
+        reader = ScriptReader(
+            groups, scene.tools, conditions, scene.constants, duration=duration
+        )
         script = reader.read(single["script"].items)
         findings.diagnostics.extend(check_holds(script.events, certain=not script.triggers))
-    outputs = OutputReader(groups, conditions, scene.constants, nodes=network.node_count, duration=duration)
+    outputs = OutputReader(
+        groups, conditions, scene.constants, nodes=network.node_count, duration=duration
+    )
     output = outputs.read(single["output"].items if "output" in single else ())
     expectations: list[Expectation] = []
     for item in scene.declarations.expects:
@@ -127,4 +144,3 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         needs_ledger=conditions.needs_ledger,
         breakable=bool(np.isfinite(network.strength).any()),
     )
-

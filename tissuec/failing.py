@@ -7,7 +7,7 @@ from tissuec.network import Network
 from tissuec.situation import Situation
 
 if TYPE_CHECKING:
-    from tissuec.engine import Interruption
+    from tissuec.engine.method import Interruption
 
 
 def explain(failure: "Interruption", situation: Situation) -> str:
@@ -34,8 +34,8 @@ def describe_spring(situation: Situation, spring: int) -> str:
     first, second = network.node_ids[network.ends[spring]]
     constant = show(float(situation.stiffness[spring]), STIFFNESS)
     return (
-        f"spring {network.spring_ids[spring]}{_of_body(network, spring, 'springs')} between the "
-        f"nodes {first} and {second}, with a spring constant of {constant}"
+        f"spring {network.spring_ids[spring]}{_of_body(network, spring, 'springs')} between "
+        f"the nodes {first} and {second}, with a spring constant of {constant}"
         f"{_origin(network, 'stiffness', spring)}"
     )
 
@@ -45,7 +45,8 @@ def describe_node(situation: Situation, node: int) -> str:
     network = situation.network
     mass = show(float(situation.mass[node]), MASS)
     return (
-        f"node {network.node_ids[node]}{_of_body(network, node, 'nodes')}, with a mass of {mass}"
+        f"node {network.node_ids[node]}{_of_body(network, node, 'nodes')}, "
+        f"with a mass of {mass}"
         f"{_origin(network, 'mass', node)}"
     )
 

@@ -8,6 +8,7 @@ Every function takes states with any number of leading axes, written ``…`` in 
 that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
 """
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -91,7 +92,8 @@ def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> F
     """
     acting = pull(situation, position, velocity)
     forces = acting.tension[..., None] * acting.direction
-    flat = forces.reshape(-1, *forces.shape[-2:])
+    samples = forces.shape[:-2]
+    flat = forces.reshape(prod(samples), *forces.shape[-2:])
     first, second = situation.network.ends.T
     count = situation.network.node_count
     total = np.empty((len(flat), count, 3))
@@ -99,7 +101,7 @@ def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> F
         for axis in range(3):
             total[sample, :, axis] = np.bincount(first, force[:, axis], minlength=count)
             total[sample, :, axis] -= np.bincount(second, force[:, axis], minlength=count)
-    return total.reshape(*forces.shape[:-2], count, 3)
+    return total.reshape(*samples, count, 3)
 
 
 def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:

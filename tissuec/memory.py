@@ -21,7 +21,7 @@ class MemoryRecording:
     def __init__(self) -> None:
         self.events: list[Event] = []
         self.state: Mapping[str, Any] | None = None
-        self._rows: dict[str, list[tuple[Floats, ...]]] = {}
+        self._rows: dict[str, list[tuple[NDArray, ...]]] = {}
         self._alive: NDArray[np.bool_] = np.zeros(0, dtype=bool)
 
     def topology(self, alive: NDArray[np.bool_]) -> None:
@@ -47,7 +47,7 @@ class MemoryRecording:
     def checkpoint(self, state: Mapping[str, Any]) -> None:
         self.state = dict(state)
 
-    def frame_arrays(self) -> tuple[Floats, ...]:
+    def frame_arrays(self) -> tuple[NDArray, ...]:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
 
         Shapes (frame,), (frame, node, 3) three times, and (frame, spring) twice.
@@ -64,10 +64,10 @@ class MemoryRecording:
         time, rows = self._joined("energies")
         return time, rows
 
-    def _add(self, table: str, *columns: Floats) -> None:
+    def _add(self, table: str, *columns: NDArray) -> None:
         self._rows.setdefault(table, []).append(tuple(np.array(c) for c in columns))
 
-    def _joined(self, table: str) -> tuple[Floats, ...]:
+    def _joined(self, table: str) -> tuple[NDArray, ...]:
         """Return the columns of a table.
 
         Raises:

@@ -6,12 +6,13 @@ Each stage is one function of immutable values, so that any of them can be shown
     program = load(source, libraries, …)       syntax nodes, imports included
     scene   = resolve(program, …)              names bound, SI numbers
     compiled = compile_scene(scene, …)         arrays and a plan
-    outcome = run(compiled, …)                 motion, in one HDF5 file
+    outcome = simulate(compiled, path, …)      motion, in one HDF5 file
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from tissuec.checks import check_all
 from tissuec.compiler import Compiled, compile_scene
@@ -21,6 +22,10 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import load, read_source
 from tissuec.scene.model import Scene
 from tissuec.scene.resolve import Words, resolve, resolve_words
+
+if TYPE_CHECKING:
+    from tissuec.results.checkpoint import Checkpoint
+    from tissuec.run import Outcome
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +46,12 @@ class Request:
 
     @classmethod
     def file(
-        cls, path: Path, *, overrides: Sequence[str] = (), libraries: Sequence[Path] = (), strict: bool = False
+        cls,
+        path: Path,
+        *,
+        overrides: Sequence[str] = (),
+        libraries: Sequence[Path] = (),
+        strict: bool = False,
     ) -> "Request":
         """Return a request for a file; raises CompileError if it cannot be read."""
         return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
@@ -85,3 +95,93 @@ def check_request(request: Request) -> tuple[Compiled | None, tuple[Diagnostic, 
     if not words.declarations.of("body") and not words.declarations.single:
         return None, warnings
     return compile_request(request)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How a run ended and where its file is."""
+
+    outcome: "Outcome"
+    path: Path
+
+
+def simulate(
+    compiled: Compiled,
+    path: Path,
+    *,
+    request: Request,
+    resume: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """Run a compiled scene and write its result to ``path``.
+
+    Args:
+        resume: Go on from the checkpoint of an interrupted run of the same text.
+        progress: Told the simulated time [s] now and then.
+
+    Raises:
+        ResultError: The file cannot be written, or there is nothing to resume.
+    """
+    from tissuec.recording import Recorder, wishes
+    from tissuec.results.writer import ResultWriter
+    from tissuec.run import run
+
+    manifest = _manifest(compiled, request)
+    state = None
+    if resume:
+        checkpoint = _checkpoint(path, compiled, manifest)
+        writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
+    else:
+        wanted = wishes(compiled.network, compiled.plan)
+        writer = ResultWriter(
+            path, compiled.network, wanted, manifest, compiled.scene.source.text
+        )
+    with writer:
+        recorder = Recorder(compiled.network, compiled.plan, writer)
+        outcome = run(
+            compiled.network, compiled.plan, recorder, progress=progress, resume=state
+        )
+        facts = {
+            "statistics": asdict(outcome.statistics),
+            "failed_expectations": len(outcome.failures),
+        }
+        written = writer.close(outcome.message, outcome.kind == "done", facts)
+    return Result(outcome, written)
+
+
+def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
+    """Return what a result says of its origin: the whole text, and what was set."""
+    simulation = compiled.plan.simulation
+    return {
+        "scene": request.source.name,
+        "about": compiled.scene.about,
+        "sources": {source.name: source.text for source in compiled.scene.imports},
+        "overrides": list(request.overrides),
+        "integrator": simulation.integrator,
+        "tolerance": simulation.tolerance,
+        "step": simulation.step,
+        "duration": simulation.duration,
+    }
+
+
+def _checkpoint(path: Path, compiled: Compiled, manifest: Mapping[str, Any]) -> "Checkpoint":
+    """Return where an interrupted run of this very scene stopped."""
+    from tissuec.results.errors import ResultError
+    from tissuec.results.places import partial_path
+    from tissuec.results.trajectory import Trajectory
+
+    partial = partial_path(path)
+    if not partial.exists():
+        raise ResultError(f'there is no interrupted run "{partial}" to resume')
+    with Trajectory.open(partial) as begun:
+        same = begun.text == compiled.scene.source.text
+        if not same or any(
+            begun.manifest.get(key) != manifest[key] for key in ("sources", "overrides")
+        ):
+            raise ResultError(
+                f'"{partial}" was run from another text or other --set; run without --resume'
+            )
+        checkpoint = begun.checkpoint()
+    if checkpoint is None:
+        raise ResultError(f'"{partial}" holds no checkpoint; run without --resume')
+    return checkpoint

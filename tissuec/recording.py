@@ -6,7 +6,7 @@ asked for at a time is not computed.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,9 +17,10 @@ from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Network
 from tissuec.plan import Plan, times_every
 from tissuec.results.recording import LogChannel, Recording
-from tissuec.sampling import SAME, join_times, rows_at, rows_within
+from tissuec.sampling import SAME, join_times, rows_at
 from tissuec.situation import Situation
 from tissuec.verbs import Happening
+from tissuec.verdicts import Judge, Memory
 
 
 class Samples(Protocol):
@@ -52,79 +53,27 @@ class Writer(Protocol):
     def checkpoint(self, state: Mapping[str, Any]) -> None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """The first time at which an expectation did not hold.
-
-    Attributes:
-        expectation: Its place in the plan.
-        time: [s].
-        measured: What was measured instead, such as "gap(oviduct) = 0.2 mm".
-    """
-
-    expectation: int
-    time: float
-    measured: str
-
-
-@dataclass(slots=True, eq=False)
-class Memory:
-    """What a recorder must know to go on after an interruption.
-
-    Attributes:
-        next: The first sample that has not come yet.
-        scale: Largest energy so far [J].
-        pinned: Moments that expectations look back to.
-        failures: By the place of the expectation.
-    """
-
-    next: int
-    scale: float
-    pinned: dict[float, Moment]
-    failures: dict[int, Failure]
-
-
 class Recorder:
     """Receives samples and happenings of one run and passes on what the plan asks for.
 
-    Args:
-        network, plan: What is run.
-        writer: Where rows go.
+    Attributes:
+        times: When samples are wanted [s], ascending, shape (sample,).
+        memory: What is needed to go on after an interruption.
     """
 
     def __init__(self, network: Network, plan: Plan, writer: Writer):
-        self.network = network
-        self.plan = plan
-        self.writer = writer
-        self.memory = Memory(0, 0.0, {}, {})
-        self._situation: Situation | None = None
+        self.network, self.plan, self.writer = network, plan, writer
+        self.memory = Memory()
         self._ledger = Ledger()
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
+        self._situation: Situation | None = None
         self._alive: NDArray[np.bool_] | None = None
-        self._plan_times()
-
-    def _plan_times(self) -> None:
-        plan, duration = self.plan, self.plan.simulation.duration
-        output = plan.output
-        rates = {log.every for log in output.logs}
-        rates |= {output.every} if len(output.frames) else set()
-        rates |= {output.energy}
-        streams = {rate: times_every(rate, duration) for rate in sorted(rates) if np.isfinite(rate)}
-        expected = [time for e in plan.expectations for time in (e.start, e.stop, *e.pinned)]
-        anchors = np.array([event.time for event in plan.events])
+        duration = plan.simulation.duration
         near = SAME * duration
-        wanted = np.concatenate([*streams.values(), np.array(expected, dtype=float)])
-        self.times = join_times(np.minimum(wanted, duration), anchors, near)
-        self._near = near
+        streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
+        self.times = _all_times(plan, list(streams.values()), near)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
-        self._pinned_at = {
-            time: int(np.flatnonzero(rows_at(self.times, np.array([time]), near))[0])
-            for expectation in plan.expectations
-            for time in expectation.pinned
-        }
-        self._judged = [rows_within(self.times, e.start, e.stop, near) for e in plan.expectations]
-
-    # --- between events ------------------------------------------------------------------------
+        self._judge = Judge(plan.expectations, self.times, near)
 
     def enter(self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger) -> None:
         """State what holds for the samples to come, after the events of a time.
@@ -133,22 +82,20 @@ class Recorder:
             ruptured: Which springs broke by themselves until now, shape (spring,).
             ledger: Initial and switched energy; the samples bring work and dissipation.
         """
-        self._situation = frozen(situation)
-        for judged, expectation in zip(self._judged, self.plan.expectations, strict=True):
-            # An interval that ended here was judged before the events of this time.
-            if expectation.start < expectation.stop - self._near <= situation.time:
-                judged[self.times >= expectation.stop - 2.0 * self._near] = False
+        self._situation = _frozen(situation)
         self._ruptured, self._ledger = ruptured.copy(), ledger
+        self._judge.enter(situation.time)
         if self._alive is None or not np.array_equal(self._alive, situation.alive):
             self._alive = situation.alive.copy()
             self.writer.topology(self._alive)
 
     def leave(self, moment: Moment) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
-        for number, expectation in enumerate(self.plan.expectations):
-            ends_now = abs(expectation.stop - float(moment.time)) <= self._near
-            if ends_now and expectation.start < expectation.stop - self._near:
-                self._judge(number, self._looking_back(moment))
+        ledger = moment.ledger
+        if ledger is not None:
+            scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
+            moment = moment.with_ledger(replace(ledger, scale=scale))
+        self._judge.leave(moment, self.memory)
 
     def happened(self, time: float, happening: Happening) -> None:
         """Enter something into the event log."""
@@ -159,8 +106,6 @@ class Recorder:
     def checkpoint(self, state: Mapping[str, Any]) -> None:
         """Keep a state to go on from; every sample before it has been passed on."""
         self.writer.checkpoint(state)
-
-    # --- samples -------------------------------------------------------------------------------
 
     def record(self, samples: Samples) -> None:
         """Take in a batch of samples, the next ones of ``times``."""
@@ -180,8 +125,7 @@ class Recorder:
         self._write_frames(part)
         self._write_logs(part)
         self._write_energies(part)
-        self._pin(moment, first)
-        self._judge_batch(moment, rows)
+        self._judge.sample(moment, rows, self.memory)
 
     def _moment(self, samples: Samples, situation: Situation) -> Moment:
         state = samples.time, samples.position, samples.velocity
@@ -195,9 +139,10 @@ class Recorder:
         return moment.with_ledger(replace(ledger, scale=scale[1:]))
 
     def _write_frames(self, part: Callable[[float], Moment | None]) -> None:
-        if len(self.plan.output.frames) and (moment := part(self.plan.output.every)) is not None:
-            state = moment.time, moment.position, moment.velocity
-            self.writer.frames(*map(np.asarray, state), moment.node_force, moment.tension)
+        output = self.plan.output
+        if len(output.frames) and (moment := part(output.every)) is not None:
+            time, force = np.asarray(moment.time), moment.node_force
+            self.writer.frames(time, moment.position, moment.velocity, force, moment.tension)
 
     def _write_logs(self, part: Callable[[float], Moment | None]) -> None:
         for log in self.plan.output.logs:
@@ -208,39 +153,11 @@ class Recorder:
     def _write_energies(self, part: Callable[[float], Moment | None]) -> None:
         if (moment := part(self.plan.output.energy)) is None:
             return
-        assert moment.ledger is not None, "an energy table needs the ledger"
         ledger = moment.ledger
+        assert ledger is not None, "an energy table needs the ledger"
         switched = np.full(np.shape(moment.time), ledger.switched)
         columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
         self.writer.energies(np.asarray(moment.time), np.stack(columns, axis=-1))
-
-    def _pin(self, moment: Moment, first: int) -> None:
-        for time, place in self._pinned_at.items():
-            if first <= place < first + len(np.atleast_1d(moment.time)):
-                then = moment.pick(np.array([place - first])).pick(0)  # a copy of the state
-                self.memory.pinned[time] = replace(then, pinned={})
-
-    # --- expectations --------------------------------------------------------------------------
-
-    def _judge_batch(self, moment: Moment, rows: slice) -> None:
-        for number in range(len(self.plan.expectations)):
-            for sample in np.flatnonzero(self._judged[number][rows]):
-                if number in self.memory.failures:
-                    break
-                self._judge(number, moment.pick(int(sample)))
-
-    def _judge(self, number: int, moment: Moment) -> None:
-        expectation = self.plan.expectations[number]
-        if number not in self.memory.failures and not expectation.condition(moment):
-            failure = Failure(number, float(moment.time), expectation.describe(moment))
-            self.memory.failures[number] = failure
-
-    def _looking_back(self, moment: Moment) -> Moment:
-        if moment.ledger is None:
-            return replace(moment, pinned=self.memory.pinned)
-        size = float(moment.ledger.size(moment.energies))
-        ledger = replace(moment.ledger, scale=max(size, self.memory.scale))
-        return replace(moment.with_ledger(ledger), pinned=self.memory.pinned)
 
 
 def wishes(network: Network, plan: Plan) -> Recording:
@@ -267,7 +184,25 @@ def wishes(network: Network, plan: Plan) -> Recording:
     )
 
 
-def frozen(situation: Situation) -> Situation:
+def _rates(plan: Plan) -> list[float]:
+    """Return the distances in time at which anything is wanted [s], ascending."""
+    output = plan.output
+    rates = {log.every for log in output.logs} | {output.energy}
+    if len(output.frames):
+        rates.add(output.every)
+    return sorted(rate for rate in rates if np.isfinite(rate))
+
+
+def _all_times(plan: Plan, streams: list[Floats], near: float) -> Floats:
+    """Return all times at which a sample is wanted [s], shape (sample,)."""
+    expectations = plan.expectations
+    judged = [time for e in expectations for time in (e.start, e.stop, *e.pinned)]
+    wanted = np.concatenate([*streams, np.array(judged, dtype=float)])
+    anchors = np.array([event.time for event in plan.events])
+    return join_times(np.minimum(wanted, plan.simulation.duration), anchors, near)
+
+
+def _frozen(situation: Situation) -> Situation:
     """Return what a situation is now; arrays that later events replace are shared."""
     return replace(
         situation,

@@ -1,33 +1,30 @@
 """The run: from event to event, until the end, a failure or an interruption.
 
-At one time things happen in this order: expectations whose interval ends are judged, then come
-ends of motions and whatever else earlier actions have entered, then the events of the script as
-they are written, then the triggers that have become true; samples at that time see it all.
+At one time things happen in this order: expectations whose interval ends are judged; springs
+rupture; ends of motions come, and whatever else earlier actions have entered; then the events
+of the script as they are written; then the triggers that have become true. Samples at that time
+show what is after all of it.
 """
 
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from tissuec import mechanics
-from tissuec.agenda import Timetable
-from tissuec.checkpoint import read_state, write_state
 from tissuec.failing import explain
 from tissuec.interrupting import Interrupt, asked_to_stop
-from tissuec.measures.moment import Ledger, Moment
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import Floats, Network
 from tissuec.plan import Plan
-from tissuec.recording import Failure, Memory, Recorder
-from tissuec.sampling import SAME
+from tissuec.recording import Recorder
 from tissuec.situation import Situation
+from tissuec.staging import Stage
+from tissuec.standing import Standing, read_standing
 from tissuec.verbs import Happening
+from tissuec.verdicts import Failure
 
 if TYPE_CHECKING:
-    from tissuec.engine import Engine, Interruption, Statistics
+    from tissuec.engine.engine import Engine
+    from tissuec.engine.method import Statistics
 
 CHECKPOINT_EVERY = 5.0
 """Least wall time between checkpoints [s]."""
@@ -45,7 +42,7 @@ class Outcome:
         wall_time: Of this call [s].
         statistics: What the engine did.
         failures: Expectations that did not hold, in the order of the scene.
-        happenings: The event log, each with its time [s].
+        happenings: The event log, each entry with its time [s].
         situation: The state at the end.
     """
 
@@ -72,44 +69,39 @@ def run(
     Args:
         recorder: A new one, of the same network and plan.
         progress: Told the simulated time [s] now and then.
-        interrupt: Asked now and then; True ends the run at once, with a checkpoint. Ctrl-C
-            does the same.
+        interrupt: Asked now and then; True ends the run between two steps, with a checkpoint.
+            Ctrl-C does the same.
         resume: The checkpoint of an earlier run of the same plan, which goes on from there as
             if it had never stopped.
+
+    Raises:
+        ValueError: ``resume`` is not the checkpoint of a run.
     """
+    started = clock.monotonic()
     with asked_to_stop(interrupt) as stop:
-        course = _Run(network, plan, recorder, progress or (lambda time: None), stop)
+        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop)
         if resume is None:
-            course.begin()
+            loop.begin()
         else:
-            course.go_on(resume)
-        return course.finish()
+            loop.go_on(resume)
+        kind, message = loop.finish()
+    failures = recorder.memory.failures
+    return Outcome(
+        kind,
+        message,
+        clock.monotonic() - started,
+        loop.engine.statistics,
+        tuple(failures[number] for number in sorted(failures)),
+        tuple(loop.standing.happenings),
+        loop.standing.situation,
+    )
 
 
-@dataclass(slots=True, eq=False)
-class Standing:
-    """All that a run must know to go on, beside network and plan.
-
-    Attributes:
-        waiting: Triggers that have not fired, by their places in the plan.
-        ruptured: Which springs broke by themselves, shape (spring,).
-        initial, switched: Of the energy ledger [J].
-        engine: What the engine keeps.
-    """
-
-    situation: Situation
-    agenda: Timetable
-    waiting: list[int]
-    ruptured: Any
-    initial: float
-    switched: float
-    happenings: list[tuple[float, Happening]]
-    memory: Memory
-    engine: dict[str, Any]
-
-
-class _Run:
+class _Loop:
     """One run under way."""
+
+    standing: Standing
+    stage: Stage
 
     def __init__(
         self,
@@ -119,217 +111,95 @@ class _Run:
         progress: Progress,
         stop: Interrupt,
     ):
-        from tissuec.engine import Engine, Method  # loads compilers, which not all that imports this needs
-
         self.network, self.plan, self.recorder = network, plan, recorder
         self.progress, self.stop = progress, stop
-        self.started = self.kept = clock.monotonic()
-        simulation = plan.simulation
-        self.duration = simulation.duration
-        method = Method(
-            simulation.integrator,
-            simulation.tolerance,
-            simulation.step,
-            simulation.duration,
-            ledger=plan.needs_ledger,
-            watch_strength=plan.breakable,
-        )
-        self.engine: Engine = Engine(network, method, recorder.times, recorder.record)
-        self.became_true: list[int] = []
-
-    # --- beginning -----------------------------------------------------------------------------
+        self.engine = _make_engine(network, plan, recorder)
+        self.kept = clock.monotonic()
+        self.true: list[int] = []
 
     def begin(self) -> None:
         """Start at 0 s with the events of that time."""
-        situation = Situation.start(self.network, gravity=self.plan.gravity, drag=self.plan.drag)
-        agenda = Timetable(SAME * self.duration, written=[e.time for e in self.plan.events])
-        agenda.script(self.plan.events, 0.0)
-        springs, triggers = self.network.spring_count, len(self.plan.triggers)
-        self.standing = Standing(
-            situation,
-            agenda,
-            list(range(triggers)),
-            np.zeros(springs, dtype=bool),
-            0.0,
-            0.0,
-            [],
-            self.recorder.memory,
-            {},
-        )
-        self._happen()
-        if self.plan.needs_ledger:
-            self.standing.initial, self.standing.switched = self._energy(), 0.0
-        self._take_up()
+        self.standing = Standing.begin(self.network, self.plan, self.recorder.memory)
+        self.stage = Stage(self.network, self.plan, self.recorder, self.standing)
+        self.stage.begin()
+        self.engine.restart(self.standing.situation)
+        self.stage.enter()
 
     def go_on(self, state: Mapping[str, Any]) -> None:
         """Start from a checkpoint."""
-        self.standing = read_state(state, self._known())
+        self.standing = read_standing(state, self.network, self.plan)
         self.recorder.memory = self.standing.memory
-        self.engine.restart(self.standing.situation)
-        self.engine.restore(self.standing.engine)
-        self._enter()
+        self.stage = Stage(self.network, self.plan, self.recorder, self.standing)
+        self.engine.restore(self.standing.situation, self.standing.engine)
+        self.stage.enter()
 
-    # --- the loop ------------------------------------------------------------------------------
-
-    def finish(self) -> Outcome:
-        """Step to the end."""
-        standing = self.standing
+    def finish(self) -> tuple[Kind, str]:
+        """Step to the end; return how that went."""
+        situation, duration = self.standing.situation, self.plan.simulation.duration
         while True:
-            until = min(standing.agenda.next, self.duration)
-            watch = self._watch if standing.waiting else None
-            reason = self.engine.advance(standing.situation, until, watch, self._pause)
-            self.progress(standing.situation.time)
-            if reason.kind in ("diverged", "stuck"):
-                message = explain(reason, standing.situation)
-                return self._outcome("diverged" if reason.kind == "diverged" else "stuck", message)
+            until = min(self.standing.agenda.next, duration)
+            watch = self._watch if self.standing.waiting else None
+            reason = self.engine.advance(situation, until, watch, self._pause)
+            self.progress(situation.time)
+            if reason.kind == "diverged" or reason.kind == "stuck":
+                return reason.kind, explain(reason, situation)
             if reason.kind == "paused":
                 self._checkpoint()
                 if self.stop():
-                    return self._outcome("interrupted", self._interrupted())
+                    return "interrupted", self._interrupted()
                 continue
-            self.recorder.leave(self._moment())
-            if self._happen(reason.springs):
-                self._take_up()
-            if standing.situation.time >= self.duration:
-                self.engine.finish(standing.situation)
-                return self._outcome("done", f"done: {self.duration:g} s were simulated")
+            self.stage.leave(*self._sums())
+            true = self.true if reason.kind == "triggered" else None
+            if self.stage.happen(ruptured=reason.springs, true=true):
+                self.engine.restart(situation)
+                self.stage.enter()
+            if situation.time >= duration:
+                self.engine.finish(situation)
+                return "done", f"done: {duration:g} s were simulated"
 
     def _pause(self, time: float) -> bool:
         self.progress(time)
         return self.stop() or clock.monotonic() - self.kept >= CHECKPOINT_EVERY
 
     def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
-        self.became_true = self._true_triggers(self._moment(time, position, velocity))
-        return bool(self.became_true)
+        found = self.stage.true_triggers(self.stage.moment_at(time, position, velocity))
+        # The engine closes in on the earliest time that is true: the last such answer counts.
+        self.true = found or self.true
+        return bool(found)
 
-    # --- events --------------------------------------------------------------------------------
-
-    def _happen(self, ruptured: Indices | None = None) -> bool:
-        """Carry out what is due at the present time; return whether anything happened."""
-        standing = self.standing
-        before = len(standing.happenings)
-        with self._booked():
-            if ruptured is not None and len(ruptured):
-                self._rupture(ruptured)
-            self._carry_out()
-            while fired := self.became_true or self._true_triggers(self._moment()):
-                self.became_true = []
-                self._fire(fired)
-                self._carry_out()
-        return len(standing.happenings) > before
-
-    def _carry_out(self) -> None:
-        situation = self.standing.situation
-        for action in self.standing.agenda.due(situation.time):
-            for happening in action.apply(situation, self.standing.agenda):
-                self._log(happening)
-        situation.place_held()
-
-    def _rupture(self, springs: Indices) -> None:
-        standing = self.standing
-        standing.situation.alive = standing.situation.alive.copy()
-        standing.situation.alive[springs] = False
-        standing.ruptured[springs] = True
-        origins = self.network.provenance.get("strength")
-        groups: dict[Any, list[int]] = {}
-        for spring in springs.tolist():
-            origin = origins[spring].span if origins else self.plan.simulation.span
-            groups.setdefault(origin, []).append(spring)
-        for span, found in groups.items():
-            self._log(Happening("rupture", tuple(found), "the tension exceeded the fraction force", span))
-
-    def _fire(self, triggers: list[int]) -> None:
-        time = self.standing.situation.time
-        for number in triggers:
-            trigger = self.plan.triggers[number]
-            self.standing.waiting.remove(number)
-            cause = " ".join(trigger.span.text.split())
-            self._log(Happening("trigger", (), cause, trigger.span))
-            self.standing.agenda.script(trigger.events, time)
-
-    def _true_triggers(self, moment: Moment) -> list[int]:
-        return [n for n in self.standing.waiting if self.plan.triggers[n].condition(moment)]
-
-    def _log(self, happening: Happening) -> None:
-        time = self.standing.situation.time
-        self.standing.happenings.append((time, happening))
-        self.recorder.happened(time, happening)
-
-    # --- bookkeeping ---------------------------------------------------------------------------
-
-    @contextmanager
-    def _booked(self) -> Iterator[None]:
-        """Enter the energy that events put in or take out into the ledger."""
-        if not self.plan.needs_ledger:
-            yield
-            return
-        before = self._energy()
-        yield
-        self.standing.switched += self._energy() - before
-
-    def _energy(self) -> float:
-        situation = self.standing.situation
-        energies = mechanics.energies(situation, situation.position, situation.velocity)
-        return float(energies.total)
-
-    def _ledger(self) -> Ledger | None:
-        if not self.plan.needs_ledger:
-            return None
-        standing = self.standing
-        sums = self.engine.work, self.engine.dissipated
-        return Ledger(standing.initial, *sums, standing.switched, self.recorder.memory.scale)
-
-    def _moment(
-        self, time: float | None = None, position: Floats | None = None, velocity: Floats | None = None
-    ) -> Moment:
-        """Return the present moment, or one on the way that the engine shows."""
-        standing = self.standing
-        moment = replace(Moment.of(standing.situation), ruptured=standing.ruptured, ledger=self._ledger())
-        if time is None or position is None or velocity is None:
-            return moment
-        return replace(moment, time=time, position=position, velocity=velocity)
-
-    def _take_up(self) -> None:
-        self.engine.restart(self.standing.situation)
-        self._enter()
-
-    def _enter(self) -> None:
-        standing = self.standing
-        ledger = Ledger(standing.initial, switched=standing.switched)
-        self.recorder.enter(standing.situation, standing.ruptured, ledger)
-
-    # --- ends ----------------------------------------------------------------------------------
+    def _sums(self) -> tuple[float, float]:
+        """Return work and dissipated energy until now [J]; zero where they are not kept."""
+        state = self.engine.checkpoint() if self.plan.needs_ledger else None
+        return (
+            (0.0, 0.0)
+            if state is None
+            else (float(state["ledger"][0]), float(state["ledger"][1]))
+        )
 
     def _checkpoint(self) -> None:
-        self.standing.engine = self.engine.checkpoint()
-        self.recorder.checkpoint(write_state(self.standing, self._known()))
+        state = self.engine.checkpoint()
+        assert state is not None, "the engine pauses between steps only"
+        self.standing.engine = state
+        self.recorder.checkpoint(self.standing.write(self.network, self.plan))
         self.kept = clock.monotonic()
 
-    def _known(self) -> list[object]:
-        """Return what a checkpoint need not hold, always in the same order."""
-        network, plan = self.network, self.plan
-        arrays = [getattr(network, entry.name) for entry in fields(network)]
-        events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
-        actions = [event.action for event in events]
-        spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
-        spans += [plan.simulation.span, *(body.span for body in network.bodies)]
-        spans += [o.span for p in network.provenance.values() for o in p.origins]
-        sources = list({id(span.source): span.source for span in spans}.values())
-        return [network, *(a for a in arrays if isinstance(a, np.ndarray)), *actions, *sources]
-
     def _interrupted(self) -> str:
-        time = self.standing.situation.time
-        return f"interrupted at {time:g} s of {self.duration:g} s; the run can be resumed"
+        now, duration = self.standing.situation.time, self.plan.simulation.duration
+        return f"interrupted at {now:g} s of {duration:g} s; the run can be resumed"
 
-    def _outcome(self, kind: Kind, message: str) -> Outcome:
-        standing = self.standing
-        failures = self.recorder.memory.failures
-        return Outcome(
-            kind,
-            message,
-            clock.monotonic() - self.started,
-            self.engine.statistics,
-            tuple(failures[number] for number in sorted(failures)),
-            tuple(standing.happenings),
-            standing.situation,
-        )
+
+def _make_engine(network: Network, plan: Plan, recorder: Recorder) -> "Engine":
+    """Return a new engine; imported only here, because it brings much along."""
+    from tissuec.engine.engine import Engine
+    from tissuec.engine.method import Method
+
+    simulation = plan.simulation
+    method = Method(
+        simulation.integrator,
+        simulation.tolerance,
+        simulation.step,
+        simulation.duration,
+        ledger=plan.needs_ledger,
+        watch_strength=plan.breakable,
+    )
+    return Engine(network, method, recorder.times, recorder.record)

@@ -43,7 +43,8 @@ class Turn:
         turned = (
             along + (arm - along) * np.cos(theta) + np.cross(self.axis, arm) * np.sin(theta)
         )
-        return self.centre + turned, self.angle * rate * np.cross(self.axis, turned)
+        velocity = np.asarray(np.cross(self.axis, turned), dtype=float) * self.angle * rate
+        return self.centre + turned, velocity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +154,7 @@ class Situation:
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Return which nodes are held, grasped or driven and thus no unknowns, shape (node,)."""
+        """Return which nodes are held, grasped or driven: no unknowns, shape (node,)."""
         held = np.zeros(self.network.node_count, dtype=bool)
         for nodes in self.holders.values():
             held[nodes] = True

@@ -11,7 +11,7 @@ from tissuec.fuzzy.conflicts import Conflict, conflicts
 from tissuec.fuzzy.coverage import coverage
 from tissuec.fuzzy.inference import Inference, NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
-from tissuec.fuzzy.piecewise import points, triangle
+from tissuec.fuzzy.piecewise import points, trapezoid, triangle
 from tissuec.fuzzy.rulebase import RuleBase
 from tissuec.fuzzy.rules import Conclusion, Quantity, Rule
 from tissuec.fuzzy.scale import evenly, shaped
@@ -51,6 +51,11 @@ def test_a_single_silent_value_is_found_too():
     assert coverage(base(when("low"), when("high")), "q").hole == {"p": (0.5, 0.5)}
 
 
+def test_of_several_holes_alike_the_widest_is_given():
+    words = {"a": trapezoid(0.1, 0.2, 0.3, 0.4).within(0, 1)}
+    assert coverage(base(when("a", words=words)), "q").hole == {"p": (0.4, 1.0)}
+
+
 def test_a_hole_is_given_in_values_on_a_log_scale():
     axis = Axis("p", 1.0, 100.0, log=True)
     words = shaped(axis, {"low": triangle(1, 1, 10)}).words
@@ -59,7 +64,7 @@ def test_a_hole_is_given_in_values_on_a_log_scale():
     )
     hole = coverage(rules, "q").hole
     assert hole is not None
-    assert hole["p"] == pytest.approx((10.0, 100.0), rel=1e-14)
+    assert hole["p"] == pytest.approx((10.0, 100.0), rel=1e-14, abs=0)
 
 
 def test_a_quantity_without_rules_is_silent_everywhere():
@@ -86,11 +91,11 @@ def test_bells_and_powers_are_silent_only_where_nothing_is_left_of_them():
 
 
 def test_corners_that_differ_by_rounding_are_no_hole_with_a_width():
-    a, b = points([(0, 1), (0.3, 0)]), points([(0.1 + 0.2, 0), (1, 1)])
-    words = {"a": a.within(0, 1), "b": b.within(0, 1)}
-    hole = coverage(base(when("a", words=words), when("b", words=words)), "q").hole
-    assert hole is not None
-    assert hole["p"][1] - hole["p"][0] < 1e-15
+    a, b = points([(0, 1), (0.3, 0)]), triangle(0.1 + 0.2, 0.4, 0.6)
+    c = triangle(0.6, 0.7, 1.5)
+    words = {name: word.within(0, 1) for name, word in (("a", a), ("b", b), ("c", c))}
+    on_a, on_b, on_c = (when(name, words=words) for name in words)
+    assert coverage(base(on_a, on_b, And((on_a, on_c))), "q").hole == {"p": (0.7, 1.0)}
 
 
 def test_a_search_that_would_take_too_long_says_so():

@@ -1,5 +1,7 @@
 """Hedges: where they move words, and that every word stays a word."""
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -53,6 +55,23 @@ def test_slightly_moves_a_triangle_with_its_inner_foot_and_keeps_the_outer_foot(
     assert corners(hedged([SLIGHTLY], word, UNIT)) == close(
         [(0, 0), (0.5, 0), (0.6, 1), (0.9, 0), (1, 0)]
     )
+
+
+def test_slightly_stretches_the_outer_flank_between_core_and_foot():
+    word = points([(0, 0), (0.6, 0), (0.7, 1), (0.8, 0.5), (0.9, 0)]).within(0.0, 1.0)
+    assert corners(hedged([SLIGHTLY], word, UNIT)) == close(
+        [(0, 0), (0.5, 0), (0.6, 1), (0.75, 0.5), (0.9, 0), (1, 0)]
+    )
+
+
+def test_rounding_swaps_no_neighbours_of_a_shifted_word():
+    axis, edge = Axis("x", -3.0, 7.0), 2.365553393160996
+    beside = math.nextafter(edge, 7.0)
+    assert beside + 0.9 * (7.0 - beside) < edge + 0.9 * (7.0 - edge)  # the trap
+    word = points([(-3, 0), (2.1, 1), (edge, 1), (beside, 0.5), (7, 0)])
+    moved = hedged([Shift(0.9, "outward")], word, axis)
+    assert isinstance(moved, Piecewise)
+    assert list(moved.xs) == sorted(moved.xs)
 
 
 def test_hedges_chain_and_the_one_next_to_the_word_acts_first():
@@ -110,7 +129,7 @@ def test_squaring_a_symmetric_triangle_leaves_its_centre_where_a_shift_moves_it(
     moment = sum(
         simpson(lambda x: x * squared.degree(x), *part) for part in ((0.5, 0.7), (0.7, 0.9))
     )
-    assert moment / area == pytest.approx(0.7, rel=1e-14)
+    assert moment / area == pytest.approx(0.7, rel=1e-14, abs=0)
     moved = hedged([SLIGHTLY], word, UNIT)
     assert centre_of_gravity([(moved, 1.0)], 0.0, 1.0) < 0.69
 

@@ -15,6 +15,7 @@ AXES = [
     Axis("sign", -3.0, 7.0),
     Axis("stiffness", 2.0, 2000.0, log=True),
     Axis("wide", 1e-6, 1e6, log=True),
+    Axis("ends that exp(log) leaves", 5.0, 70.0, log=True),
 ]
 
 
@@ -50,9 +51,9 @@ def test_outer_even_words_stay_true_to_the_ends_and_stand_for_the_middle_of_that
     axis = Axis("hardness", 0.0, 1.0)
     words = evenly(axis, ["soft", "medium", "hard"]).words
     assert words["soft"].degree(0.0) == words["hard"].degree(1.0) == 1.0
-    assert axis.value_of(words["soft"]) == pytest.approx(1 / 12, rel=1e-15)
+    assert axis.value_of(words["soft"]) == pytest.approx(1 / 12, rel=1e-15, abs=0)
     assert axis.value_of(words["medium"]) == 0.5
-    assert axis.value_of(words["hard"]) == pytest.approx(11 / 12, rel=1e-15)
+    assert axis.value_of(words["hard"]) == pytest.approx(11 / 12, rel=1e-15, abs=0)
 
 
 def test_a_single_word_is_true_everywhere_and_stands_for_the_middle():
@@ -73,7 +74,9 @@ def test_words_are_needed_and_needed_once():
 def test_on_a_log_scale_the_middle_word_stands_for_the_geometric_mean():
     axis = Axis("stiffness", 2.0, 2000.0, log=True)
     words = evenly(axis, ["low", "medium", "high"]).words
-    assert axis.value_of(words["medium"]) == pytest.approx(math.sqrt(2.0 * 2000.0), rel=1e-14)
+    assert axis.value_of(words["medium"]) == pytest.approx(
+        math.sqrt(2.0 * 2000.0), rel=1e-14, abs=0
+    )
 
 
 def test_explicit_shapes_have_feet_in_values_and_straight_edges_in_the_logarithm():
@@ -88,7 +91,7 @@ def test_a_bell_on_a_log_scale_keeps_the_degrees_of_its_mean_and_of_one_sigma_ab
     axis = Axis("mass", 1.0, 100.0, log=True)
     bell = shaped(axis, {"medium": Gaussian(10.0, 5.0)}).words["medium"]
     assert bell.degree(math.log(10.0)) == 1.0
-    assert bell.degree(math.log(15.0)) == pytest.approx(math.exp(-0.5), rel=1e-14)
+    assert bell.degree(math.log(15.0)) == pytest.approx(math.exp(-0.5), rel=1e-14, abs=0)
 
 
 def test_a_shape_that_does_not_fit_is_refused_by_name():
@@ -123,6 +126,12 @@ def test_rounding_of_a_unit_conversion_does_not_put_an_end_out_of_range():
     assert Axis("share", 0.0, 0.3).to_scale(0.1 + 0.2) == 0.3  # 0.30000000000000004
     axis = Axis("mass", 1e-6, 1e-4, log=True)
     assert axis.to_scale(math.nextafter(1e-6, 0.0)) == axis.bounds[0]
+
+
+def test_rounding_of_a_unit_conversion_does_not_put_a_peak_out_of_range():
+    axis = Axis("share", 0.1, 0.3)
+    word = shaped(axis, {"high": triangle(0.2, 0.1 + 0.2, 0.1 + 0.2)}).words["high"]
+    assert word.core == (0.3, 0.3)
 
 
 @pytest.mark.parametrize("axis", AXES, ids=lambda axis: axis.name)
@@ -202,7 +211,7 @@ def test_gaps_are_reported_in_values_on_a_log_scale():
     ((low, high),) = gaps(
         shaped(axis, {"a": triangle(1, 1, 10), "b": triangle(100, 1000, 1000)})
     )
-    assert (low, high) == pytest.approx((10.0, 100.0), rel=1e-14)
+    assert (low, high) == pytest.approx((10.0, 100.0), rel=1e-14, abs=0)
 
 
 def test_touching_feet_overlapping_words_and_bells_leave_no_gap():
@@ -212,7 +221,15 @@ def test_touching_feet_overlapping_words_and_bells_leave_no_gap():
     assert gaps(shaped(axis, {"a": Gaussian(0.5, 0.1)})) == []
 
 
+def test_corners_that_differ_by_rounding_leave_no_gap():
+    axis = Axis("x", 0.0, 1.0)
+    words = {"a": triangle(0, 0, 0.3), "b": triangle(math.nextafter(0.1 + 0.2, 1.0), 1, 1)}
+    assert gaps(shaped(axis, words)) == []
+
+
 def test_half_way_between_two_words_is_half_way_on_the_scale():
     axis = Axis("x", 1.0, 10000.0, log=True)
     scale = shaped(axis, {"a": triangle(1, 1, 10), "b": triangle(10, 100, 1000)})
-    assert axis.halfway(scale.words["a"], scale.words["b"]) == pytest.approx(10.0, rel=1e-14)
+    assert axis.halfway(scale.words["a"], scale.words["b"]) == pytest.approx(
+        10.0, rel=1e-14, abs=0
+    )

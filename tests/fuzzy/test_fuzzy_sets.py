@@ -34,11 +34,12 @@ def test_beyond_its_points_a_set_keeps_the_degree_of_its_ends():
 
 
 def test_degrees_next_to_a_foot_keep_their_digits():
-    word = triangle(0.1, 0.4, 0.9)
-    for x in (0.1 + 1e-13, 0.9 - 1e-13, math.nextafter(0.9, 0.0), math.nextafter(0.1, 1.0)):
-        a, b, c = Fraction(0.1), Fraction(0.4), Fraction(0.9)
-        exact = (Fraction(x) - a) / (b - a) if x < 0.4 else (c - Fraction(x)) / (c - b)
-        assert word.degree(x) == pytest.approx(float(exact), rel=1e-15)  # a few roundings
+    word = triangle(0.1, 0.37, 0.93)
+    a, b, c = map(Fraction, word.xs)
+    for x in (0.1 + 1e-13, 0.93 - 1e-13, math.nextafter(0.93, 0.0), math.nextafter(0.1, 1.0)):
+        exact = (Fraction(x) - a) / (b - a) if x < b else (c - Fraction(x)) / (c - b)
+        few_roundings = pytest.approx(float(exact), rel=1e-15, abs=0)
+        assert word.degree(x) == few_roundings
 
 
 @pytest.mark.parametrize(
@@ -105,7 +106,9 @@ def test_a_word_must_have_its_peak_and_some_width_in_the_range():
 def test_a_bell_has_its_textbook_degrees():
     bell = Gaussian(2.0, 0.5)
     assert bell.degree(2.0) == 1.0
-    assert bell.degree(2.5) == bell.degree(1.5) == pytest.approx(math.exp(-0.5), rel=1e-15)
+    assert (
+        bell.degree(2.5) == bell.degree(1.5) == pytest.approx(math.exp(-0.5), rel=1e-15, abs=0)
+    )
     assert bell.core == (2.0, 2.0)
     low, high = bell.support
     assert bell.degree(low) == bell.degree(high) == 0.0

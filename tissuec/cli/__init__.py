@@ -48,7 +48,9 @@ class LazyGroup(click.Group):
             hint = did_you_mean(args[0], COMMANDS)
             if args[0].endswith(".tis"):
                 hint = f'did you mean "tissuec run {args[0]}"?'
-            raise click.UsageError(f'there is no command "{args[0]}"' + (f"; {hint}" if hint else ""))
+            raise click.UsageError(
+                f'there is no command "{args[0]}"' + (f"; {hint}" if hint else "")
+            )
         return super().resolve_command(ctx, args)
 
 

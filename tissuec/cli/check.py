@@ -14,7 +14,11 @@ from tissuec.core.errors import CompileError, Diagnostic
 @click.argument("scenes", nargs=-1, required=True, type=click.Path(path_type=Path))
 @scene_options
 def command(
-    settings: Settings, scenes: tuple[Path, ...], overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool
+    settings: Settings,
+    scenes: tuple[Path, ...],
+    overrides: tuple[str, ...],
+    libraries: tuple[Path, ...],
+    strict: bool,
 ) -> int:
     """Find mistakes in SCENES without simulating.
 
@@ -36,7 +40,9 @@ def command(
     return WRONG_TEXT if failed else DONE
 
 
-def _check(path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]) -> tuple[list[Diagnostic], str]:
+def _check(
+    path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]
+) -> tuple[list[Diagnostic], str]:
     from tissuec.pipeline import Request, check_request
 
     try:

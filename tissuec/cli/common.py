@@ -51,7 +51,9 @@ class Settings:
 
 def flag_options() -> list[click.Parameter]:
     """Return the global flags as options."""
-    return [click.Option(spellings, is_flag=True, help=text) for spellings, text in FLAGS.values()]
+    return [
+        click.Option(spellings, is_flag=True, help=text) for spellings, text in FLAGS.values()
+    ]
 
 
 class Command(click.Command):
@@ -69,13 +71,19 @@ class Command(click.Command):
 
 def scene_options(function: F) -> F:
     """Add what every command that compiles a scene takes."""
-    function = click.option("--strict", is_flag=True, help="Treat warnings as errors.")(function)
+    function = click.option("--strict", is_flag=True, help="Treat warnings as errors.")(
+        function
+    )
     function = click.option(
         "--library", "libraries", multiple=True, type=click.Path(path_type=Path, exists=True, file_okay=False),
         help="Also search this folder for what scenes use.", metavar="DIR",
     )(function)  # fmt: skip
     return click.option(
-        "--set", "overrides", multiple=True, metavar="NAME=VALUE", help='Give a param another value, such as "cut time=0.9 s".'
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help='Give a param another value, such as "cut time=0.9 s".',
     )(function)
 
 
@@ -116,7 +124,11 @@ def as_json(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
 
 def summary(errors: int, warnings: int) -> str:
     """Return "2 errors, 1 warning", or an empty string."""
-    parts = [f"{n} {word}{'s' if n > 1 else ''}" for n, word in ((errors, "error"), (warnings, "warning")) if n]
+    parts = [
+        f"{n} {word}{'s' if n > 1 else ''}"
+        for n, word in ((errors, "error"), (warnings, "warning"))
+        if n
+    ]
     return ", ".join(parts)
 
 

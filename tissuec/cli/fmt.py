@@ -11,10 +11,21 @@ from tissuec.core.errors import CompileError
 
 
 @click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path, allow_dash=True))
-@click.option("--check", "only_check", is_flag=True, help="Change nothing; exit with 1 if a file is not laid out so.")
-@click.option("--diff", "show_diff", is_flag=True, help="Print what would change, and change nothing.")
-def command(settings: Settings, files: tuple[Path, ...], only_check: bool, show_diff: bool) -> int:
+@click.argument(
+    "files", nargs=-1, required=True, type=click.Path(path_type=Path, allow_dash=True)
+)
+@click.option(
+    "--check",
+    "only_check",
+    is_flag=True,
+    help="Change nothing; exit with 1 if a file is not laid out so.",
+)
+@click.option(
+    "--diff", "show_diff", is_flag=True, help="Print what would change, and change nothing."
+)
+def command(
+    settings: Settings, files: tuple[Path, ...], only_check: bool, show_diff: bool
+) -> int:
     """Lay FILES out in the one canonical way, in place; comments stay. "-" is stdin to stdout."""
     changed: list[str] = []
     wrong = False
@@ -31,7 +42,10 @@ def command(settings: Settings, files: tuple[Path, ...], only_check: bool, show_
             changed.append(str(path))
             if show_diff:
                 names = (str(path), f"{path} (formatted)")
-                click.echo("".join(unified_diff(old.splitlines(True), new.splitlines(True), *names)), nl=False)
+                click.echo(
+                    "".join(unified_diff(old.splitlines(True), new.splitlines(True), *names)),
+                    nl=False,
+                )
             elif not only_check:
                 _replace(path, new)
                 settings.say(f"formatted {path}")
@@ -50,7 +64,9 @@ def _formatted(path: Path) -> tuple[str, str]:
     from tissuec.lang.printer import format_source
     from tissuec.scene.imports import read_source
 
-    source = normalise(sys.stdin.buffer.read(), "stdin") if str(path) == "-" else read_source(path)
+    source = (
+        normalise(sys.stdin.buffer.read(), "stdin") if str(path) == "-" else read_source(path)
+    )
     parse(source)
     written = source.text if str(path) == "-" else path.read_bytes().decode("utf-8")
     return written, format_source(source)

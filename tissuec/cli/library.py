@@ -58,7 +58,9 @@ def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
     try:
         target.write_bytes(Path(entry["file"]).read_bytes())
     except OSError as error:
-        raise TissueError(f'cannot write "{target}": {(error.strerror or str(error)).lower()}') from error
+        raise TissueError(
+            f'cannot write "{target}": {(error.strerror or str(error)).lower()}'
+        ) from error
     settings.say(f"copied {entry['kind']}/{entry['name']} to {target}")
     return DONE
 
@@ -89,4 +91,7 @@ def _find(name: str) -> dict[str, str]:
         if wanted in (entry["name"], f"{entry['kind']}/{entry['name']}"):
             return entry
     hint = did_you_mean(wanted, [entry["name"] for entry in entries])
-    raise TissueError(f'the library has no "{name}"' + (f"; {hint}" if hint else "; tissuec library lists what there is"))
+    raise TissueError(
+        f'the library has no "{name}"'
+        + (f"; {hint}" if hint else "; tissuec library lists what there is")
+    )

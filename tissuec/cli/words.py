@@ -67,7 +67,9 @@ def _scale(kind: str, named) -> dict:
 
 
 def _shown(axis, shape, dimension: Dimension) -> list[str]:
-    low, high = (axis.from_scale(min(max(end, axis.bounds[0]), axis.bounds[1])) for end in shape.support)
+    low, high = (
+        axis.from_scale(min(max(end, axis.bounds[0]), axis.bounds[1])) for end in shape.support
+    )
     return [show(value, dimension) for value in (axis.value_of(shape), low, high)]
 
 

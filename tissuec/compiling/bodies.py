@@ -67,7 +67,9 @@ class _Builder:
         self.regions = self._select_regions()
         self.materials = self._materials()
         self.node_material = self._node_materials()
-        self.lengths = np.linalg.norm(np.diff(self.mesh.position[self.mesh.ends], axis=1)[:, 0], axis=1)
+        self.lengths = np.linalg.norm(
+            np.diff(self.mesh.position[self.mesh.ends], axis=1)[:, 0], axis=1
+        )
         arrays: dict[str, Floats] = {}
         provenance: dict[str, Provenance] = {}
         arrays["mass"], provenance["mass"] = self._mass()
@@ -106,7 +108,12 @@ class _Builder:
             inside = scope.select(region.where)
             if not inside.any():
                 hint = extents(self.mesh.position)
-                self.findings.reject("TIS302", f'the region "{region.name}" holds no node', region.span, hint=hint)
+                self.findings.reject(
+                    "TIS302",
+                    f'the region "{region.name}" holds no node',
+                    region.span,
+                    hint=hint,
+                )
             for other in self.body.regions[: len(members)]:
                 common = int((inside & members[other.name.lower()]).sum())
                 if common:
@@ -123,7 +130,9 @@ class _Builder:
     def _materials(self) -> list[Material]:
         body = Material(self.body.name, self.body.tissue, None, self.body.span)
         return [body] + [
-            Material(region.name, region.tissue or self.body.tissue, region.prestress, region.span)
+            Material(
+                region.name, region.tissue or self.body.tissue, region.prestress, region.span
+            )
             for region in self.body.regions
         ]
 
@@ -150,7 +159,10 @@ class _Builder:
     def _missing(self, name: str, material: Material) -> None:
         if material.tissue is None:
             self.findings.reject(
-                "TIS304", f"{material.name} needs a tissue: nothing gives its {name}", material.span, hint="write tissue is …"
+                "TIS304",
+                f"{material.name} needs a tissue: nothing gives its {name}",
+                material.span,
+                hint="write tissue is …",
             )
         reason = material.tissue.missing.get(name, "no rule and no number gives it")
         self.findings.reject(
@@ -164,7 +176,9 @@ class _Builder:
     def _per_spring(self, name: str) -> tuple[Floats, Provenance]:
         """Return a quantity of every spring from tables, materials and the interface."""
         column = self.explicit.springs.get(name)
-        open_springs = np.ones(len(self.pairs), dtype=bool) if column is None else np.isnan(column)
+        open_springs = (
+            np.ones(len(self.pairs), dtype=bool) if column is None else np.isnan(column)
+        )
         used = np.unique(self.pairs[open_springs])
         given = self._given(name, used)
         first, second = (self._at(given, self.pairs[:, end], name) for end in (0, 1))
@@ -174,14 +188,24 @@ class _Builder:
         value = np.where(self.pairs[:, 0] == self.pairs[:, 1], first, self._join(first, second))
         return self._with_table(value, column, given, open_springs)
 
-    def _at(self, given: Sequence[Given | None], material: NDArray[np.int64], name: str) -> Floats:
+    def _at(
+        self, given: Sequence[Given | None], material: NDArray[np.int64], name: str
+    ) -> Floats:
         default = QUANTITIES[name].default
-        values = np.array([default if g is None else g.value for g in given], dtype=float)[material]
-        lengths = np.array([np.nan if g is None or g.length is None else g.length for g in given])[material]
+        values = np.array([default if g is None else g.value for g in given], dtype=float)[
+            material
+        ]
+        lengths = np.array(
+            [np.nan if g is None or g.length is None else g.length for g in given]
+        )[material]
         with np.errstate(divide="ignore"):
             scaled = values * (lengths / self.lengths) ** -QUANTITIES[name].scales
         if np.isinf(scaled).any():
-            self.findings.reject("TIS309", f"{name} is given for a length, but a spring of {self.body.name} has none", self.body.span)
+            self.findings.reject(
+                "TIS309",
+                f"{name} is given for a length, but a spring of {self.body.name} has none",
+                self.body.span,
+            )
         return np.where(np.isnan(lengths), values, scaled)
 
     def _join(self, first: Floats, second: Floats) -> Floats:
@@ -194,11 +218,17 @@ class _Builder:
                 return (first + second) / 2.0
 
     def _with_table(
-        self, value: Floats, column: Floats | None, given: Sequence[Given | None], open_springs: NDArray[np.bool_]
+        self,
+        value: Floats,
+        column: Floats | None,
+        given: Sequence[Given | None],
+        open_springs: NDArray[np.bool_],
     ) -> tuple[Floats, Provenance]:
         origins = [self._origin(g) for g in given]
         origins.append(Origin(self.body.span, f"interface {self.body.interface}"))
-        index = np.where(self.pairs[:, 0] == self.pairs[:, 1], self.pairs[:, 0], len(origins) - 1)
+        index = np.where(
+            self.pairs[:, 0] == self.pairs[:, 1], self.pairs[:, 0], len(origins) - 1
+        )
         if column is not None:
             assert self.body.tables is not None and self.body.tables.springs is not None
             origins.append(Origin(self.body.tables.springs.span, "table"))
@@ -224,7 +254,10 @@ class _Builder:
     def _strength(self) -> tuple[Floats, Provenance]:
         if self.body.may_rupture:
             return self._per_spring("fraction force")
-        unbreakable = Provenance(np.zeros(len(self.pairs), dtype=np.int32), (Origin(self.body.span, "rupture is not allowed"),))
+        unbreakable = Provenance(
+            np.zeros(len(self.pairs), dtype=np.int32),
+            (Origin(self.body.span, "rupture is not allowed"),),
+        )
         return np.full(len(self.pairs), np.inf), unbreakable
 
     def _mass(self) -> tuple[Floats, Provenance]:
@@ -234,10 +267,16 @@ class _Builder:
         if self.body.mass is not None:
             assert self.body.mass_span is not None
             values = np.full(nodes, self.body.mass / max(nodes, 1))
-            origins, index = [Origin(self.body.mass_span, "written")], np.zeros(nodes, dtype=np.int64)
+            origins, index = (
+                [Origin(self.body.mass_span, "written")],
+                np.zeros(nodes, dtype=np.int64),
+            )
         else:
             given = self._given("mass", np.unique(self.node_material[open_nodes]))
-            per_node = [0.0 if g is None else g.value / (nodes if g.spread == "whole body" else 1) for g in given]
+            per_node = [
+                0.0 if g is None else g.value / (nodes if g.spread == "whole body" else 1)
+                for g in given
+            ]
             values, index = np.array(per_node)[self.node_material], self.node_material
             origins = [self._origin(g) for g in given]
         if column is not None:

@@ -40,7 +40,9 @@ class Reading:
         """Return the number in SI units."""
         then = moment if self.time is None else moment.pinned[self.time]
         sample = self.measure.sample(self.subjects, then)
-        return float(sample @ self.along) if self.along is not None else self.measure.value(sample)
+        return (
+            float(sample @ self.along) if self.along is not None else self.measure.value(sample)
+        )
 
 
 class MeasureScope(Scope):
@@ -49,7 +51,11 @@ class MeasureScope(Scope):
     Without a moment every measure has the value 1, so that units and names can be checked.
     """
 
-    def __init__(self, readings: Mapping[int, Reading], constants: Scope, moment: Moment | None):
+    is_known = False
+
+    def __init__(
+        self, readings: Mapping[int, Reading], constants: Scope, moment: Moment | None
+    ):
         super().__init__(constants.findings)
         self.readings = readings
         self.constants = constants
@@ -77,7 +83,9 @@ class MeasureScope(Scope):
 class Conditions:
     """Turns conditions of ``when`` and ``expect`` into functions of a moment."""
 
-    def __init__(self, groups: Groups, tools: Mapping[str, Tool], scope: Scope, *, duration: float):
+    def __init__(
+        self, groups: Groups, tools: Mapping[str, Tool], scope: Scope, *, duration: float
+    ):
         self.groups = groups
         self.tools = tools
         self.scope = scope
@@ -90,7 +98,11 @@ class Conditions:
         readings = self._readings(node)
         for reading in readings.values():
             if reading.time is not None:
-                self.findings.reject("TIS702", "when looks at the present; it cannot ask for another time", node.span)
+                self.findings.reject(
+                    "TIS702",
+                    "when looks at the present; it cannot ask for another time",
+                    node.span,
+                )
         return self._decider(node, readings)
 
     def expectation(self, item: s.Expect) -> Expectation:
@@ -103,23 +115,32 @@ class Conditions:
         else:
             start, stop = self._interval(item)
         if pinned and pinned[-1] > start:
-            self.findings.reject("TIS703", f"{show(pinned[-1], TIME)} has not come yet at {show(start, TIME)}", item.condition.span)
+            self.findings.reject(
+                "TIS703",
+                f"{show(pinned[-1], TIME)} has not come yet at {show(start, TIME)}",
+                item.condition.span,
+            )
 
         def describe(moment: Moment) -> str:
             return ", ".join(
-                f"{r.text} = {show(r.value(moment), r.measure.dimension, digits=5)}" for r in readings.values()
+                f"{r.text} = {show(r.value(moment), r.measure.dimension, digits=5)}"
+                for r in readings.values()
             )
 
         return Expectation(decide, describe, start, stop, pinned, item.span)
 
-    def log_subjects(self, measure: type[Measure], names: Sequence[s.Name]) -> tuple[Subject, ...]:
+    def log_subjects(
+        self, measure: type[Measure], names: Sequence[s.Name]
+    ) -> tuple[Subject, ...]:
         """Return the subjects of a measure in an output sentence."""
         return tuple(self._subject(measure, name) for name in names)
 
     def _decider(self, node: s.Expression, readings: Mapping[int, Reading]) -> Condition:
         truth = MeasureScope(readings, self.scope, None).decide(node)
         if truth.ndim:
-            self.findings.reject("TIS312", "a condition is one truth, not one per component", node.span)
+            self.findings.reject(
+                "TIS312", "a condition is one truth, not one per component", node.span
+            )
         return lambda moment: bool(MeasureScope(readings, self.scope, moment).decide(node))
 
     # --- measures ------------------------------------------------------------------------------
@@ -128,19 +149,28 @@ class Conditions:
         """Return every measure in a condition by the identity of its node."""
         readings: dict[int, Reading] = {}
         for part in walk(node):
-            if isinstance(part, s.Name) and part.key in MEASURES and MEASURES[part.key].subjects == 0:
+            if (
+                isinstance(part, s.Name)
+                and part.key in MEASURES
+                and MEASURES[part.key].subjects == 0
+            ):
                 readings[id(part)] = self._read(part.key, part, ())
             elif isinstance(part, s.Call) and part.function.key not in FUNCTIONS:
                 readings[id(part)] = self._read(part.function.key, part, part.arguments)
         return readings
 
-    def _read(self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]) -> Reading:
+    def _read(
+        self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> Reading:
         if key == "count":
             key, arguments = self._counted(node, arguments)
         if key not in MEASURES:
             name = node.function if isinstance(node, s.Call) else node
             self.findings.reject(
-                "TIS701", f'"{name.text}" is not a measure', name.span, hint=alternatives(key, ("count", *MEASURES), what="measures")
+                "TIS701",
+                f'"{name.text}" is not a measure',
+                name.span,
+                hint=alternatives(key, ("count", *MEASURES), what="measures"),
             )
         self.needs_ledger |= key == LEDGER
         measure = MEASURES[key]
@@ -157,12 +187,18 @@ class Conditions:
             self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
         return Reading(measure, tuple(subjects), time, along, " ".join(node.span.text.split()))
 
-    def _counted(self, node: s.Call | s.Name, arguments: Sequence[s.Argument]) -> tuple[str, list[s.Argument]]:
+    def _counted(
+        self, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> tuple[str, list[s.Argument]]:
         """Return ``count(nodes of oviduct)`` as the measure "nodes" of oviduct."""
         first = arguments[0] if arguments else None
         what = first.value.key if first is not None and isinstance(first.value, s.Name) else ""
         if first is None or what not in COUNTED or [c.word for c in first.clauses] != ["of"]:
-            self.findings.reject("TIS702", "count is written count(nodes of A), count(springs of A) or count(pieces of A)", node.span)
+            self.findings.reject(
+                "TIS702",
+                "count is written count(nodes of A), count(springs of A) or count(pieces of A)",
+                node.span,
+            )
         return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
 
     def _is_subject(self, name: s.Name) -> bool:
@@ -174,18 +210,25 @@ class Conditions:
         known += [placed.built.body.name for placed in self.groups.bodies.values()]
         text = argument.value.span.text
         self.findings.reject(
-            "TIS301", f'there is no set, body or tool called "{text}"', argument.span, hint=alternatives(text, known, what="known")
+            "TIS301",
+            f'there is no set, body or tool called "{text}"',
+            argument.span,
+            hint=alternatives(text, known, what="known"),
         )
 
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
         none = np.zeros(0, dtype=np.int64)
         if name.key in self.tools:
             if measure.takes == "springs":
-                self.findings.reject("TIS702", f"{measure.form} is taken of springs, not of a tool", name.span)
+                self.findings.reject(
+                    "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
+                )
             return Subject(self.tools[name.key].name, None, none)
         if self.groups.is_springs(name):
             if measure.takes == "nodes":
-                self.findings.reject("TIS702", f"{measure.form} is taken of nodes, not of springs", name.span)
+                self.findings.reject(
+                    "TIS702", f"{measure.form} is taken of nodes, not of springs", name.span
+                )
             springs = self.groups.springs(name)
             return Subject(springs.name, none, springs.indices, is_springs=True)
         nodes = self.groups.nodes(name)
@@ -194,14 +237,27 @@ class Conditions:
     def _along(self, argument: s.Argument, key: str) -> Floats:
         clause = argument.clauses[0]
         value = self.scope.evaluate(clause.value)
-        if clause.word != "along" or len(argument.clauses) > 1 or not value.is_vector or not np.any(value.amount):
-            self.findings.reject("TIS702", f"behind {argument.value.span.text} only a direction can stand: along (0, 0, 1)", clause.span)
+        if (
+            clause.word != "along"
+            or len(argument.clauses) > 1
+            or not value.is_vector
+            or not np.any(value.amount)
+        ):
+            self.findings.reject(
+                "TIS702",
+                f"behind {argument.value.span.text} only a direction can stand: along (0, 0, 1)",
+                clause.span,
+            )
         if key not in ("force", "position"):
-            self.findings.reject("TIS702", f"{key} is one number and has no direction", clause.span)
+            self.findings.reject(
+                "TIS702", f"{key} is one number and has no direction", clause.span
+            )
         return value.amount / np.linalg.norm(value.amount)
 
     def _pinned(self, argument: s.Argument) -> float:
-        if isinstance(argument.value, s.Name) and argument.value.key not in getattr(self.scope, "declared", {}):
+        if isinstance(argument.value, s.Name) and argument.value.key not in getattr(
+            self.scope, "declared", {}
+        ):
             self._no_subject(argument)
         return self._time(argument.value)
 
@@ -233,7 +289,11 @@ class Conditions:
         self.scope.expect(value, TIME, node.span, what="a time")
         time = float(value.amount)
         if not 0.0 <= time <= self.duration * (1 + 1e-12):
-            self.findings.reject("TIS703", f"{show(time, TIME)} is not within the run of {show(self.duration, TIME)}", node.span)
+            self.findings.reject(
+                "TIS703",
+                f"{show(time, TIME)} is not within the run of {show(self.duration, TIME)}",
+                node.span,
+            )
         return min(time, self.duration)
 
 
@@ -258,4 +318,3 @@ def walk(node: s.Expression) -> list[s.Expression]:
         case _:
             pass
     return found
-

@@ -29,12 +29,18 @@ PROFILES: dict[str, CourseKind] = {
 _NEED_AN_END = ("ramp", "smooth")
 
 
-def read_courses(clause: s.Clause | None, default: str, columns: int, order: "SentenceOrder") -> tuple[Course, ...]:
+def read_courses(
+    clause: s.Clause | None, default: str, columns: int, order: "SentenceOrder"
+) -> tuple[Course, ...]:
     """Return the courses that a clause names, beginning at 0 s; one per column of a table."""
     written = "the default" if clause is None else clause.value.span.text
     name = default if clause is None else _profile_name(clause, order)
     if name not in PROFILES:
-        problem = f'there is no profile "{written}"' if name else "the profile of the motion is not written"
+        problem = (
+            f'there is no profile "{written}"'
+            if name
+            else "the profile of the motion is not written"
+        )
         order.reject(
             "TIS305" if name else "TIS304",
             problem,
@@ -44,7 +50,12 @@ def read_courses(clause: s.Clause | None, default: str, columns: int, order: "Se
     kind = PROFILES[name]
     stop = np.inf if order.duration is None else order.duration
     if kind in _NEED_AN_END and order.duration is None:
-        order.reject("TIS304", f"{name} needs an interval", hint="write from … to …: instead of at …:", word=clause.word if clause else None)
+        order.reject(
+            "TIS304",
+            f"{name} needs an interval",
+            hint="write from … to …: instead of at …:",
+            word=clause.word if clause else None,
+        )
     if kind == "sine":
         frequency = order.number("of", FREQUENCY)
         return (Course("sine", 0.0, stop, frequency),) * columns
@@ -62,7 +73,9 @@ def _profile_name(clause: s.Clause, order: "SentenceOrder") -> str:
     return clause.value.key
 
 
-def _table_courses(clause: s.Clause, columns: int, stop: float, order: "SentenceOrder") -> tuple[Course, ...]:
+def _table_courses(
+    clause: s.Clause, columns: int, stop: float, order: "SentenceOrder"
+) -> tuple[Course, ...]:
     assert isinstance(clause.value, s.Name)
     factor = 1.0
     if columns > 1:
@@ -70,16 +83,29 @@ def _table_courses(clause: s.Clause, columns: int, stop: float, order: "Sentence
     rows = _read_csv(clause.value, 1 + columns, order)
     times, values = rows[:, 0], rows[:, 1:] * factor
     if times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
-        order.reject("TIS313", f"the times in {clause.value.quoted} do not ascend from 0 s", word=clause.word)
+        order.reject(
+            "TIS313",
+            f"the times in {clause.value.quoted} do not ascend from 0 s",
+            word=clause.word,
+        )
     end = min(stop, float(times[-1]))
     return tuple(
-        Course("table", 0.0, end, 0.0, times, column, monotone_slopes(times, column)) for column in values.T.copy()
+        Course("table", 0.0, end, 0.0, times, column, monotone_slopes(times, column))
+        for column in values.T.copy()
     )
 
 
 def _length_unit(order: "SentenceOrder") -> float:
     """Return the metres in the unit of ``in mm``."""
-    text = order.text("in") if order.has("in") else order.reject("TIS304", "the unit of the path is not written", hint='for example: along table "path.csv" in mm')
+    text = (
+        order.text("in")
+        if order.has("in")
+        else order.reject(
+            "TIS304",
+            "the unit of the path is not written",
+            hint='for example: along table "path.csv" in mm',
+        )
+    )
     try:
         unit = parse_unit(text)
     except UnitError as error:
@@ -93,16 +119,22 @@ def _read_csv(name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
     """Return the numbers of a file beside the scene, shape (row, column), at least two rows."""
     path = PurePosixPath(name.quoted or "")
     if path.is_absolute() or ".." in path.parts:
-        order.reject("TIS603", f'"{path}" leads outside of the folder of the scene', word="using")
+        order.reject(
+            "TIS603", f'"{path}" leads outside of the folder of the scene', word="using"
+        )
     folder = name.span.source.path.parent if name.span.source.path else None
     if folder is None:
-        order.reject("TIS604", f'"{path}": a scene that is no file has no tables beside it', word="using")
+        order.reject(
+            "TIS604", f'"{path}": a scene that is no file has no tables beside it', word="using"
+        )
     try:
         text = read_source(folder / path, str(path)).text
     except CompileError as error:
         order.reject("TIS604", error.diagnostics[0].message, word="using")
     rows: list[list[float]] = []
-    for number, cells in enumerate(csv.reader(io.StringIO(text.replace(";", ",").replace("\t", ","))), start=1):
+    for number, cells in enumerate(
+        csv.reader(io.StringIO(text.replace(";", ",").replace("\t", ","))), start=1
+    ):
         if not cells or cells[0].lstrip().startswith("#"):
             continue
         try:
@@ -112,7 +144,11 @@ def _read_csv(name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
                 continue  # names of the columns
             order.reject("TIS313", f"{path}, line {number}: not a number", word="using")
         if len(row) < columns or not np.all(np.isfinite(row)):
-            order.reject("TIS313", f"{path}, line {number}: {columns} finite numbers are needed", word="using")
+            order.reject(
+                "TIS313",
+                f"{path}, line {number}: {columns} finite numbers are needed",
+                word="using",
+            )
         rows.append(row)
     if len(rows) < 2:
         order.reject("TIS313", f"{path} holds fewer than two rows of numbers", word="using")

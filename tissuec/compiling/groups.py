@@ -70,7 +70,9 @@ class Groups:
             return Group(name.text, self.bodies[name.key].nodes)
         chosen = self._find(name)
         if chosen.of_springs:
-            self.findings.reject("TIS312", f'"{name.text}" is a set of springs; nodes are needed here', name.span)
+            self.findings.reject(
+                "TIS312", f'"{name.text}" is a set of springs; nodes are needed here', name.span
+            )
         return chosen.group
 
     def springs(self, name: s.Name) -> Group:
@@ -78,7 +80,11 @@ class Groups:
         if name.key in self.bodies:
             return Group(name.text, self.bodies[name.key].springs)
         chosen = self._find(name)
-        return chosen.group if chosen.of_springs else Group(name.text, self.springs_inside(chosen.group.indices))
+        return (
+            chosen.group
+            if chosen.of_springs
+            else Group(name.text, self.springs_inside(chosen.group.indices))
+        )
 
     def is_springs(self, name: s.Name) -> bool:
         """Tell whether a name is a set of springs."""
@@ -87,19 +93,27 @@ class Groups:
     def springs_inside(self, nodes: Indices) -> Indices:
         """Return the springs with both ends among the nodes."""
         found = [
-            placed.springs[np.isin(placed.built.mesh.ends + placed.first_node, nodes).all(axis=1)]
+            placed.springs[
+                np.isin(placed.built.mesh.ends + placed.first_node, nodes).all(axis=1)
+            ]
             for placed in self.bodies.values()
         ]
         return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
 
     def _find(self, name: s.Name) -> NamedSet:
         if name.key not in self.declared:
-            known = [d.name.text for d in self.declared.values()] + [p.built.body.name for p in self.bodies.values()]
+            known = [d.name.text for d in self.declared.values()] + [
+                p.built.body.name for p in self.bodies.values()
+            ]
             lines = {d.name.text: d.name.span.line for d in self.declared.values()}
             hint = alternatives(name.text, known, what="sets and bodies")
             for text, line in lines.items():
-                hint = hint.replace(f'did you mean "{text}"?', f'did you mean "{text}" (line {line})?')
-            self.findings.reject("TIS301", f'there is no set called "{name.text}"', name.span, hint=hint)
+                hint = hint.replace(
+                    f'did you mean "{text}"?', f'did you mean "{text}" (line {line})?'
+                )
+            self.findings.reject(
+                "TIS301", f'there is no set called "{name.text}"', name.span, hint=hint
+            )
         self.used.add(name.key)
         return self._set(name)
 
@@ -119,7 +133,12 @@ class Groups:
         clauses = {clause.word: clause for clause in item.clauses}
         kind = item.value.key if isinstance(item.value, s.Name) else ""
         known = {"of", "where", "in"}
-        if kind not in ("nodes", "springs") or "of" not in clauses or len(clauses) < len(item.clauses) or set(clauses) - known:
+        if (
+            kind not in ("nodes", "springs")
+            or "of" not in clauses
+            or len(clauses) < len(item.clauses)
+            or set(clauses) - known
+        ):
             self.findings.reject(
                 "TIS312",
                 "a set is written: nodes of BODY where …, springs of BODY where …, nodes of BODY in [1, 2], or [A, B]",
@@ -130,7 +149,10 @@ class Groups:
             names = [placed.built.body.name for placed in self.bodies.values()]
             text = clauses["of"].value.span.text
             self.findings.reject(
-                "TIS301", f'there is no body called "{text}"', clauses["of"].value.span, hint=alternatives(text, names, what="bodies")
+                "TIS301",
+                f'there is no body called "{text}"',
+                clauses["of"].value.span,
+                hint=alternatives(text, names, what="bodies"),
             )
         placed = self.bodies[body.key]
         of_springs = kind == "springs"
@@ -152,19 +174,30 @@ class Groups:
 
     def _union(self, item: s.Assign, listing: s.Listing) -> NamedSet:
         if item.clauses:
-            self.findings.reject("TIS303", "a union of sets takes no further words", item.clauses[0].span)
+            self.findings.reject(
+                "TIS303", "a union of sets takes no further words", item.clauses[0].span
+            )
         parts: list[Group] = []
         kinds: set[bool] = set()
         for part in listing.items:
             if not isinstance(part, s.Name):
-                self.findings.reject("TIS312", "a union lists names of sets or bodies", part.span)
+                self.findings.reject(
+                    "TIS312", "a union lists names of sets or bodies", part.span
+                )
             kinds.add(self.is_springs(part))
             parts.append(self.springs(part) if self.is_springs(part) else self.nodes(part))
         if len(kinds) != 1:
-            self.findings.reject("TIS312", "a union is of nodes or of springs, not of both", listing.span)
-        return NamedSet(Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))), kinds.pop())
+            self.findings.reject(
+                "TIS312", "a union is of nodes or of springs, not of both", listing.span
+            )
+        return NamedSet(
+            Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
+            kinds.pop(),
+        )
 
-    def _by_ids(self, placed: Placed, of_springs: bool, node: s.Expression) -> NDArray[np.bool_]:
+    def _by_ids(
+        self, placed: Placed, of_springs: bool, node: s.Expression
+    ) -> NDArray[np.bool_]:
         if not isinstance(node, s.Listing):
             self.findings.reject("TIS312", "ids are listed: in [1, 2, 3]", node.span)
         ids = placed.built.spring_ids if of_springs else placed.built.node_ids
@@ -176,7 +209,12 @@ class Groups:
             if not hit.any():
                 what = "spring" if of_springs else "node"
                 span = f"ids run from {ids.min()} to {ids.max()}" if len(ids) else "it has none"
-                self.findings.reject("TIS302", f"{placed.built.body.name} has no {what} with id {float(value.amount):g}", item.span, hint=span)
+                self.findings.reject(
+                    "TIS302",
+                    f"{placed.built.body.name} has no {what} with id {float(value.amount):g}",
+                    item.span,
+                    hint=span,
+                )
             chosen |= hit
         return chosen
 
@@ -200,6 +238,8 @@ class Groups:
             self.scope,
             ends.mean(axis=1),
             columns={"id": plain(built.spring_ids), "length": length},
-            regions={name: inside[mesh.ends].all(axis=1) for name, inside in built.regions.items()},
+            regions={
+                name: inside[mesh.ends].all(axis=1) for name, inside in built.regions.items()
+            },
             surface=(lambda: on_surface[mesh.ends].all(axis=1)) if has_skin else None,
         )

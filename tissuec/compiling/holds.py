@@ -59,7 +59,10 @@ def check_holds(events: Sequence[Event], *, certain: bool) -> Iterator[Diagnosti
                 taken.append(Taken(tool, group.indices, event.time, span))
             case Hold(group=group, span=span):
                 taken.append(Taken(group.name, group.indices, event.time, span))
-            case Move(mover=mover, duration=duration, span=span) | Turn(mover=mover, duration=duration, span=span):
+            case (
+                Move(mover=mover, duration=duration, span=span)
+                | Turn(mover=mover, duration=duration, span=span)
+            ):
                 nodes = _moved(mover, taken)
                 taken.append(Taken(mover.name, nodes, event.time, span))
                 stop = event.time + (duration if duration is not None else np.inf)
@@ -75,7 +78,9 @@ def check_holds(events: Sequence[Event], *, certain: bool) -> Iterator[Diagnosti
 def _moved(mover: Mover, taken: Sequence[Taken]) -> Indices:
     if mover.nodes is not None:
         return mover.nodes
-    return np.unique(np.concatenate([_NOTHING, *(t.nodes for t in taken if t.holder == mover.name)]))
+    return np.unique(
+        np.concatenate([_NOTHING, *(t.nodes for t in taken if t.holder == mover.name)])
+    )
 
 
 def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:

@@ -40,18 +40,29 @@ class SentenceOrder:
         self.asked: set[str] = set()
         for clause in sentence.clauses:
             if clause.word in self.clauses:
-                scope.findings.reject("TIS307", f'"{clause.word}" is written twice', clause.span)
+                scope.findings.reject(
+                    "TIS307", f'"{clause.word}" is written twice', clause.span
+                )
             self.clauses[clause.word] = clause
 
     def finish(self) -> None:
         """Reject clauses that the verb did not ask for."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
-                self.reject("TIS303", f'"{word}" does not go with {self.verb}', word=clause.word)
+                self.reject(
+                    "TIS303", f'"{word}" does not go with {self.verb}', word=clause.word
+                )
 
-    def reject(self, code: str, message: str, *, hint: str = "", word: str | None = None) -> NoReturn:
+    def reject(
+        self, code: str, message: str, *, hint: str = "", word: str | None = None
+    ) -> NoReturn:
         span = self.clauses[word].span if word in self.clauses else self.span
-        self.scope.findings.reject(code, message, span, hint=hint or f"{self.verb} is written: {' | '.join(self.forms)}")
+        self.scope.findings.reject(
+            code,
+            message,
+            span,
+            hint=hint or f"{self.verb} is written: {' | '.join(self.forms)}",
+        )
 
     def has(self, word: str) -> bool:
         self.asked.add(word)
@@ -73,9 +84,16 @@ class SentenceOrder:
         name = self._object(after)
         if name.key in self.tools:
             return Mover(self.tools[name.key].name, None)
-        if not self.groups.is_known(name) and (near := alternatives(name.text, [t.name for t in self.tools.values()], what="tools")):
+        if not self.groups.is_known(name) and (
+            near := alternatives(name.text, [t.name for t in self.tools.values()], what="tools")
+        ):
             if near.startswith("did you mean"):
-                self.scope.findings.reject("TIS301", f'there is no set or tool called "{name.text}"', name.span, hint=near)
+                self.scope.findings.reject(
+                    "TIS301",
+                    f'there is no set or tool called "{name.text}"',
+                    name.span,
+                    hint=near,
+                )
         group = self.groups.nodes(name)
         return Mover(group.name, group.indices)
 
@@ -89,11 +107,16 @@ class SentenceOrder:
         if name.key not in self.tools:
             names = [tool.name for tool in self.tools.values()]
             self.scope.findings.reject(
-                "TIS301", f'there is no tool called "{name.text}"', name.span, hint=alternatives(name.text, names, what="tools")
+                "TIS301",
+                f'there is no tool called "{name.text}"',
+                name.span,
+                hint=alternatives(name.text, names, what="tools"),
             )
         tool = self.tools[name.key]
         if kind is not None and tool.kind != kind:
-            self.reject("TIS312", f"{tool.name} is {tool.kind}; {self.verb} needs {kind}", word=word)
+            self.reject(
+                "TIS312", f"{tool.name} is {tool.kind}; {self.verb} needs {kind}", word=word
+            )
         return tool.name
 
     def vector(self, word: str, dimension: Dimension) -> Floats:
@@ -101,20 +124,33 @@ class SentenceOrder:
         if not value.is_vector:
             self.reject("TIS312", f"a vector (x, y, z) is needed behind {word}", word=word)
         if np.any(value.amount) or not value.is_literal:
-            self.scope.expect(value, dimension, self.clauses[word].value.span, what=f"what stands behind {word}")
+            self.scope.expect(
+                value,
+                dimension,
+                self.clauses[word].value.span,
+                what=f"what stands behind {word}",
+            )
         return value.amount
 
     def number(self, word: str, dimension: Dimension) -> float:
         value = self._value(word)
         if value.is_vector:
-            self.reject("TIS312", f"one number is needed behind {word}, not a vector", word=word)
-        self.scope.expect(value, dimension, self.clauses[word].value.span, what=f"what stands behind {word}")
+            self.reject(
+                "TIS312", f"one number is needed behind {word}, not a vector", word=word
+            )
+        self.scope.expect(
+            value, dimension, self.clauses[word].value.span, what=f"what stands behind {word}"
+        )
         return float(value.amount)
 
     def direction(self, word: str) -> Floats:
         value = self._value(word)
         if not value.is_vector or value.dimension != NUMBER:
-            self.reject("TIS312", f"a direction without a unit, such as (0, 0, 1), is needed behind {word}", word=word)
+            self.reject(
+                "TIS312",
+                f"a direction without a unit, such as (0, 0, 1), is needed behind {word}",
+                word=word,
+            )
         length = float(np.linalg.norm(value.amount))
         if length == 0.0:
             self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
@@ -162,4 +198,3 @@ def _behind(name: s.Name, prefix: str) -> s.Name:
     start = name.span.text.find(marker, len(prefix))
     span = Span(name.span.source, name.span.start + max(start, 0), name.span.end)
     return s.Name(rest, name.quoted, span)
-

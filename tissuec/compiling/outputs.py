@@ -22,7 +22,15 @@ MOST_SAMPLES = 100_000_000
 class OutputReader:
     """Reads the items of an output block."""
 
-    def __init__(self, groups: Groups, conditions: Conditions, scope: Scope, *, nodes: int, duration: float):
+    def __init__(
+        self,
+        groups: Groups,
+        conditions: Conditions,
+        scope: Scope,
+        *,
+        nodes: int,
+        duration: float,
+    ):
         self.groups = groups
         self.conditions = conditions
         self.scope = scope
@@ -45,7 +53,9 @@ class OutputReader:
 
     def _item(self, item: s.Item) -> None:
         if not isinstance(item, s.Sentence):
-            self.findings.reject("TIS312", "an output is a sentence: force of forceps A every 1 ms", item.span)
+            self.findings.reject(
+                "TIS312", "an output is a sentence: force of forceps A every 1 ms", item.span
+            )
         key = item.name.key
         clauses = self._clauses(item)
         if key == "precision":
@@ -61,22 +71,33 @@ class OutputReader:
         else:
             known = ("trajectory", "precision", *MEASURES)
             self.findings.reject(
-                "TIS701", f'"{item.name.text}" is not an output', item.name.span, hint=alternatives(key, known, what="outputs")
+                "TIS701",
+                f'"{item.name.text}" is not an output',
+                item.name.span,
+                hint=alternatives(key, known, what="outputs"),
             )
 
     def _clauses(self, item: s.Sentence) -> dict[str, s.Clause]:
         clauses: dict[str, s.Clause] = {}
         for clause in item.clauses:
             if clause.word not in ("of", "to", "every") or clause.word in clauses:
-                self.findings.reject("TIS303", f'"{clause.word}" cannot stand in an output', clause.span)
+                self.findings.reject(
+                    "TIS303", f'"{clause.word}" cannot stand in an output', clause.span
+                )
             clauses[clause.word] = clause
         return clauses
 
     def _once(self, key: str, item: s.Sentence) -> None:
         if key in self.places:
             notes = (Note("first here", self.places[key]),)
-            hint = "list several bodies: trajectory of [A, B] every 10 ms" if key == "trajectory" else ""
-            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, hint=hint, notes=notes)
+            hint = (
+                "list several bodies: trajectory of [A, B] every 10 ms"
+                if key == "trajectory"
+                else ""
+            )
+            self.findings.reject(
+                "TIS307", f'"{key}" is written twice', item.span, hint=hint, notes=notes
+            )
         self.places[key] = item.span
 
     def _precision(self, item: s.Sentence) -> None:
@@ -97,9 +118,18 @@ class OutputReader:
 
     def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
         measure = MEASURES[item.name.key]
-        names = [name for word in ("of", "to") if word in clauses for name in self._names(clauses[word])]
+        names = [
+            name
+            for word in ("of", "to")
+            if word in clauses
+            for name in self._names(clauses[word])
+        ]
         if len(names) != measure.subjects:
-            self.findings.reject("TIS702", f"{item.name.text} takes {measure.subjects} of: {measure.form}", item.span)
+            self.findings.reject(
+                "TIS702",
+                f"{item.name.text} takes {measure.subjects} of: {measure.form}",
+                item.span,
+            )
         every = self._rate(item, clauses)
         subjects = self.conditions.log_subjects(measure, names)
         self.conditions.needs_ledger |= item.name.key == LEDGER
@@ -112,16 +142,27 @@ class OutputReader:
         parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)
         names = [part for part in parts if isinstance(part, s.Name)]
         if len(names) != len(parts):
-            self.findings.reject("TIS312", "a name, or a list of names, is needed here", clause.value.span)
+            self.findings.reject(
+                "TIS312", "a name, or a list of names, is needed here", clause.value.span
+            )
         return names
 
     def _rate(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> float:
         if "every" not in clauses:
-            self.findings.reject("TIS304", f'{item.name.text} needs "every"', item.span, hint=f"for example: {item.span.text} every 10 ms")
+            self.findings.reject(
+                "TIS304",
+                f'{item.name.text} needs "every"',
+                item.span,
+                hint=f"for example: {item.span.text} every 10 ms",
+            )
         node = clauses["every"].value
         value = self.scope.number(node)
         self.scope.expect(value, TIME, node.span, what="the time between outputs")
         every = float(value.amount)
         if every <= 0.0 or self.duration / every > MOST_SAMPLES:
-            self.findings.reject("TIS308", f"every {show(every, TIME)} makes too many samples of {show(self.duration, TIME)}", node.span)
+            self.findings.reject(
+                "TIS308",
+                f"every {show(every, TIME)} makes too many samples of {show(self.duration, TIME)}",
+                node.span,
+            )
         return every

@@ -37,7 +37,9 @@ class PointScope(Scope):
         super().__init__(constants.findings)
         self.constants = constants
         self.position = position
-        self.columns = {name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")}
+        self.columns = {
+            name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")
+        }
         self.columns.update(columns or {})
         self.regions = regions or {}
         self.surface = surface
@@ -68,7 +70,9 @@ class PointScope(Scope):
         radius, centre = self.number(node.radius), self.evaluate(node.centre)
         self.expect(radius, LENGTH, node.radius.span, what="the radius")
         if not centre.is_vector:
-            self.findings.reject("TIS312", "the centre is a point: (x, y, z) mm", node.centre.span)
+            self.findings.reject(
+                "TIS312", "the centre is a point: (x, y, z) mm", node.centre.span
+            )
         if np.any(centre.amount):
             self.expect(centre, LENGTH, node.centre.span, what="the centre")
         distance = np.linalg.norm(self.position - centre.amount, axis=1)

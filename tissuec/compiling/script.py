@@ -40,7 +40,13 @@ class ScriptReader:
     """Reads the items of a script block."""
 
     def __init__(
-        self, groups: Groups, tools: Mapping[str, Tool], conditions: Conditions, scope: Scope, *, duration: float
+        self,
+        groups: Groups,
+        tools: Mapping[str, Tool],
+        conditions: Conditions,
+        scope: Scope,
+        *,
+        duration: float,
     ):
         self.groups = groups
         self.tools = tools
@@ -74,12 +80,15 @@ class ScriptReader:
                 for inner in self._slots(item, slot):
                     self._body(item.body, inner, events)
             case s.Timed():
-                self.findings.reject("TIS312", "when stands outside of timed blocks", item.head)
+                self.findings.reject("TIS303", "when stands outside of timed blocks", item.head)
             case s.Sentence() if not slot.is_outermost:
                 events.append(Event(slot.start, self._action(item, slot.duration)))
             case s.Sentence():
                 self.findings.reject(
-                    "TIS304", "the time is missing", item.span, hint=f"for example: at 0 s: {item.span.text}"
+                    "TIS304",
+                    "the time is missing",
+                    item.span,
+                    hint=f"for example: at 0 s: {item.span.text}",
                 )
             case _:
                 self.findings.reject("TIS303", "this cannot stand in a script", item.span)
@@ -102,17 +111,33 @@ class ScriptReader:
             start, stop = outer.start + times[0], outer.start + times[1]
             if stop <= start:
                 text = f"{show(times[0], TIME)} to {show(times[1], TIME)}"
-                self.findings.reject("TIS403", f"the interval from {text} has no length", item.head)
+                self.findings.reject(
+                    "TIS403", f"the interval from {text} has no length", item.head
+                )
             if len(words) == 2:
                 return [self._checked(item, _Slot(start, stop - start))]
-            return [self._checked(item, slot) for slot in self._repetitions(item, start, stop, times[2])]
-        allowed = '"at T:", "from T to T:"' if outer.is_outermost else '"after T:", "from T to T:"'
-        self.findings.reject("TIS403", "these times do not fit here", item.head, hint=f'write {allowed} or "from T to T every T:"')
+            return [
+                self._checked(item, slot)
+                for slot in self._repetitions(item, start, stop, times[2])
+            ]
+        allowed = (
+            '"at T:", "from T to T:"' if outer.is_outermost else '"after T:", "from T to T:"'
+        )
+        self.findings.reject(
+            "TIS403",
+            "these times do not fit here",
+            item.head,
+            hint=f'write {allowed} or "from T to T every T:"',
+        )
 
-    def _repetitions(self, item: s.Timed, start: float, stop: float, every: float) -> list[_Slot]:
+    def _repetitions(
+        self, item: s.Timed, start: float, stop: float, every: float
+    ) -> list[_Slot]:
         """Return a slot for each beginning in [start, stop)."""
         if every <= 0.0 or (stop - start) / every > MOST_REPETITIONS:
-            self.findings.reject("TIS403", f"this repeats more than {MOST_REPETITIONS} times", item.head)
+            self.findings.reject(
+                "TIS403", f"this repeats more than {MOST_REPETITIONS} times", item.head
+            )
         count = int(np.ceil((stop - start) / every * (1 - 1e-12)))
         return [_Slot(start + k * every, None) for k in range(count)]
 
@@ -127,7 +152,9 @@ class ScriptReader:
         end = slot.start + (slot.duration or 0.0)
         if end > self.duration * (1 + 1e-12):
             self.findings.add(
-                "W402", f"this lasts until {show(end, TIME)}, but the run ends at {show(self.duration, TIME)}", item.head
+                "W402",
+                f"this lasts until {show(end, TIME)}, but the run ends at {show(self.duration, TIME)}",
+                item.head,
             )
         return slot
 
@@ -141,9 +168,13 @@ class ScriptReader:
                 hint=alternatives(verb, VERBS, what="verbs"),
             )  # fmt: skip
         if sentence.phrase is not None:
-            self.findings.reject("TIS312", '"is" does not belong into an order', sentence.phrase.span)
+            self.findings.reject(
+                "TIS303", '"is" does not belong into an order', sentence.phrase.span
+            )
         member = VERBS[verb]
-        order = SentenceOrder(sentence, verb, member.forms, duration, self.groups, self.tools, self.scope)
+        order = SentenceOrder(
+            sentence, verb, member.forms, duration, self.groups, self.tools, self.scope
+        )
         action = member.read(order)
         order.finish()
         return action

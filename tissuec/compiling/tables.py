@@ -66,19 +66,29 @@ def read_tables(body: Body, scope: Scope) -> ExplicitBody:
     else:
         springs = _Reader(body.tables.springs, SPRING_COLUMNS, ("a", "b"), scope).read()
         spring_ids = springs.ids()
-        ends = np.stack([springs.node_numbers(end, node_ids, body.name) for end in ("a", "b")], axis=1)
+        ends = np.stack(
+            [springs.node_numbers(end, node_ids, body.name) for end in ("a", "b")], axis=1
+        )
     try:
         mesh = Explicit(position, ends).build()
     except TableError as error:
         table = springs if error.table == "springs" and springs is not None else nodes
         scope.findings.reject("TIS313", str(error), cell_span(table.table, error.row, 0))
-    return ExplicitBody(mesh, node_ids, spring_ids, nodes.columns, springs.columns if springs else {})
+    return ExplicitBody(
+        mesh, node_ids, spring_ids, nodes.columns, springs.columns if springs else {}
+    )
 
 
 class _Reader:
     """One table: its header, and its cells in SI units."""
 
-    def __init__(self, table: s.Table, known: Mapping[str, Dimension | None], needed: Sequence[str], scope: Scope):
+    def __init__(
+        self,
+        table: s.Table,
+        known: Mapping[str, Dimension | None],
+        needed: Sequence[str],
+        scope: Scope,
+    ):
         self.table = table
         self.known = known
         self.needed = needed
@@ -92,15 +102,35 @@ class _Reader:
         clauses = {clause.word: clause for clause in self.table.clauses}
         header = clauses.get("with")
         value = header.value if header else None
-        if not isinstance(value, s.Name) or value.words.lower() != "columns" or value.quoted is None:
-            self.findings.reject("TIS304", "a table needs its columns", self.table.name.span, hint='for example: with columns "id x y z"')
+        if (
+            not isinstance(value, s.Name)
+            or value.words.lower() != "columns"
+            or value.quoted is None
+        ):
+            self.findings.reject(
+                "TIS304",
+                "a table needs its columns",
+                self.table.name.span,
+                hint='for example: with columns "id x y z"',
+            )
         if stray := set(clauses) - {"of", "in", "with"}:
             clause = clauses[stray.pop()]
-            self.findings.reject("TIS303", f'"{clause.word}" cannot stand in a table', clause.span)
-        length = self._unit(clauses["in"].value.span.text, LENGTH, clauses["in"]) if "in" in clauses else None
+            self.findings.reject(
+                "TIS303", f'"{clause.word}" cannot stand in a table', clause.span
+            )
+        length = (
+            self._unit(clauses["in"].value.span.text, LENGTH, clauses["in"])
+            if "in" in clauses
+            else None
+        )
         assert header is not None
         factors = self._header(value.quoted, length, header)
-        wanted = [Column(name, "whole" if self.known[name] is None else "number", optional=name in _OPEN) for name in self.names]
+        wanted = [
+            Column(
+                name, "whole" if self.known[name] is None else "number", optional=name in _OPEN
+            )
+            for name in self.names
+        ]
         try:
             cells = read_rows(self.table, wanted)
         except CompileError as error:
@@ -125,7 +155,9 @@ class _Reader:
         again = np.flatnonzero(np.diff(ids[order]) == 0)
         if len(again):
             row = int(order[again + 1].min())
-            self.findings.reject("TIS313", f"id {ids[row]} stands twice in the table", self._cell(row, ID))
+            self.findings.reject(
+                "TIS313", f"id {ids[row]} stands twice in the table", self._cell(row, ID)
+            )
         return ids
 
     def node_numbers(self, name: str, node_ids: Indices, body: str) -> Indices:
@@ -133,22 +165,33 @@ class _Reader:
         wanted = self.columns[name].astype(np.int64)
         order = np.argsort(node_ids)
         if not len(order):
-            self.findings.reject("TIS313", f"{body} has springs but no nodes", self.table.name.span)
+            self.findings.reject(
+                "TIS313", f"{body} has springs but no nodes", self.table.name.span
+            )
         place = np.clip(np.searchsorted(node_ids, wanted, sorter=order), 0, len(order) - 1)
         found = order[place]
         unknown = np.flatnonzero(node_ids[found] != wanted)
         if len(unknown):
             row = int(unknown[0])
-            self.findings.reject("TIS313", f"{body} has no node with id {wanted[row]}", self._cell(row, name))
+            self.findings.reject(
+                "TIS313", f"{body} has no node with id {wanted[row]}", self._cell(row, name)
+            )
         return found
 
-    def _header(self, text: str, length: float | None, clause: s.Clause) -> dict[str, float | None]:
+    def _header(
+        self, text: str, length: float | None, clause: s.Clause
+    ) -> dict[str, float | None]:
         """Read the header into ``names``; return the factor to SI of each column."""
         factors: dict[str, float | None] = {}
         words = text.replace(",", " ").split()
         while words:
             name = next(
-                (" ".join(words[:count]) for count in (2, 1) if " ".join(words[:count]).lower() in self.known), words[0]
+                (
+                    " ".join(words[:count])
+                    for count in (2, 1)
+                    if " ".join(words[:count]).lower() in self.known
+                ),
+                words[0],
             )
             words = words[len(name.split()) :]
             name = name.lower()
@@ -171,14 +214,23 @@ class _Reader:
             self.names.append(name)
         for name in self.needed:
             if name not in factors:
-                self.findings.reject("TIS304", f'the table needs a column "{name}"', clause.span)
+                self.findings.reject(
+                    "TIS304", f'the table needs a column "{name}"', clause.span
+                )
         return factors
 
-    def _default_factor(self, name: str, dimension: Dimension, length: float | None, clause: s.Clause) -> float:
+    def _default_factor(
+        self, name: str, dimension: Dimension, length: float | None, clause: s.Clause
+    ) -> float:
         if dimension == LENGTH and length is not None:
             return length
         example = f'"… {name} in {units.suggested_unit(dimension)}"'
-        self.findings.reject("TIS501", f"the column {name} is {describe(dimension)}; it has no unit", clause.span, hint=f"write {example}")
+        self.findings.reject(
+            "TIS501",
+            f"the column {name} is {describe(dimension)}; it has no unit",
+            clause.span,
+            hint=f"write {example}",
+        )
 
     def _unit(self, text: str, dimension: Dimension, clause: s.Clause) -> float:
         try:
@@ -186,16 +238,27 @@ class _Reader:
         except UnitError as error:
             self.findings.reject("TIS104", str(error), clause.span)
         if unit.dimension != dimension:
-            self.findings.reject("TIS502", f"{text} is {describe(unit.dimension)}; {describe(dimension)} is needed", clause.span)
+            self.findings.reject(
+                "TIS502",
+                f"{text} is {describe(unit.dimension)}; {describe(dimension)} is needed",
+                clause.span,
+            )
         return unit.factor
 
     def _check_sign(self, name: str, column: Floats) -> None:
-        bad = (column <= 0.0) if name in _ABOVE_ZERO else (column < 0.0) if name in _NOT_BELOW_ZERO else None
+        bad = (
+            (column <= 0.0)
+            if name in _ABOVE_ZERO
+            else (column < 0.0)
+            if name in _NOT_BELOW_ZERO
+            else None
+        )
         if bad is not None and bad.any():
             row = int(np.flatnonzero(bad)[0])
             wanted = "above zero" if name in _ABOVE_ZERO else "zero or more"
-            self.findings.reject("TIS308", f"the {name} in row {row + 1} must be {wanted}", self._cell(row, name))
+            self.findings.reject(
+                "TIS308", f"the {name} in row {row + 1} must be {wanted}", self._cell(row, name)
+            )
 
     def _cell(self, row: int, name: str) -> Span:
         return cell_span(self.table, row, self.names.index(name))
-

@@ -36,7 +36,10 @@ def cache_folder() -> Path | None:
 
     from platformdirs import user_cache_path
 
-    for folder in (user_cache_path("tissuec", appauthor=False), Path(tempfile.gettempdir()) / "tissuec-cache"):
+    for folder in (
+        user_cache_path("tissuec", appauthor=False),
+        Path(tempfile.gettempdir()) / "tissuec-cache",
+    ):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder):

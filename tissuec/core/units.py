@@ -66,7 +66,17 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     MASS / LENGTH**3: ("a density", "kg/m^3"),
 }
 
-_PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3, "M": 1e6, "G": 1e9}
+_PREFIXES = {
+    "": 1.0,
+    "n": 1e-9,
+    "u": 1e-6,
+    "m": 1e-3,
+    "c": 1e-2,
+    "d": 1e-1,
+    "k": 1e3,
+    "M": 1e6,
+    "G": 1e9,
+}
 _PREFIXED = {
     "m": (1.0, LENGTH),
     "g": (1e-3, MASS),

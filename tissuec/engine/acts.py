@@ -1,44 +1,52 @@
-"""Motions and loads written out as the tables that kernels read."""
+"""Motions and loads written out as the tables that kernels read, for one stretch of time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from tissuec.courses import Course
-from tissuec.kernels import acts as codes
 from tissuec.kernels.records import Acts
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Term
 
-KIND_CODES = {
-    "constant": codes.CONSTANT,
-    "ramp": codes.RAMP,
-    "smooth": codes.SMOOTH,
-    "sine": codes.SINE,
-    "table": codes.TABLE,
-}
+POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
+
+
+def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
+    """Return the times at which a course passes into another curve [s], ascending."""
+    terms = [term for motion in motions for term in motion.shifts]
+    terms += [term for load in loads for term in load.terms]
+    courses = [term.course for term in terms]
+    courses += [motion.turn.course for motion in motions if motion.turn is not None]
+    return np.unique(np.concatenate([*(course.knots for course in courses), np.zeros(0)]))
 
 
 def pack_acts(
-    motions: Sequence[Motion], loads: Sequence[Load], place: Indices, window: Floats
+    motions: Sequence[Motion],
+    loads: Sequence[Load],
+    place: Indices,
+    start: float,
+    until: float,
 ) -> Acts:
-    """Return motions and loads as tables.
+    """Return motions and loads as tables for a stretch of time without knots inside.
+
+    A velocity that jumps at an end of the stretch is the one within the stretch.
 
     Args:
         motions, loads: In the order in which they are applied.
         place: Where the engine keeps each node, shape (node,).
-        window: Open interval of time in which courses are evaluated [s], shape (2,); shared.
+        start, until: The stretch [s].
     """
     count = len(motions) + len(loads)
     courses: list[Course] = []
     terms: list[tuple[Term, ...]] = []
-    turn_course = np.full(count, -1)
+    turn_curve = np.full(count, -1)
     turn_centre, turn_axis = np.zeros((count, 3)), np.zeros((count, 3))
     turn_angle = np.zeros(count)
     for act, motion in enumerate(motions):
         terms.append(motion.shifts)
         if motion.turn is not None:
-            turn_course[act] = len(courses)
+            turn_curve[act] = len(courses)
             courses.append(motion.turn.course)
             turn_centre[act], turn_axis[act] = motion.turn.centre, motion.turn.axis
             turn_angle[act] = motion.turn.angle
@@ -46,34 +54,62 @@ def pack_acts(
     flat = [term for group in terms for term in group]
     nodes = [act.nodes for act in (*motions, *loads)]
     base = [motion.base for motion in motions] + [np.zeros((len(load.nodes), 3)) for load in loads]
-    term_course = len(courses) + np.arange(len(flat))
-    courses += [term.course for term in flat]
+    term_curve = len(courses) + np.arange(len(flat))
+    curves = [_curve(course, start, until) for course in (*courses, *(t.course for t in flat))]
     return Acts(
         motions=len(motions),
-        window=window,
         first=_offsets([len(group) for group in nodes]),
         nodes=place[np.concatenate([*nodes, np.zeros(0, dtype=np.int64)])],
         base=np.concatenate([*base, np.zeros((0, 3))]),
         term_first=_offsets([len(group) for group in terms]),
         term_vector=np.array([term.vector for term in flat], dtype=float).reshape(-1, 3),
-        term_course=term_course,
-        turn_course=turn_course,
+        term_curve=term_curve,
+        turn_curve=turn_curve,
         turn_centre=turn_centre,
         turn_axis=turn_axis,
         turn_angle=turn_angle,
-        course_kind=np.array([KIND_CODES[c.kind] for c in courses], dtype=np.int64),
-        course_start=np.array([c.start for c in courses], dtype=float),
-        course_stop=np.array([c.stop for c in courses], dtype=float),
-        course_frequency=np.array([c.frequency for c in courses], dtype=float),
-        knot_first=_offsets([len(c.times) for c in courses]),
-        knot_time=np.concatenate([*(c.times for c in courses), np.zeros(0)]),
-        knot_value=np.concatenate([*(c.values for c in courses), np.zeros(0)]),
-        knot_slope=np.concatenate([*(c.slopes for c in courses), np.zeros(0)]),
+        origin=np.array([origin for origin, _, _ in curves], dtype=float),
+        power=np.array([power for _, power, _ in curves], dtype=float).reshape(-1, POWERS),
+        amplitude=np.array([1.0 if angular else 0.0 for _, _, angular in curves]),
+        angular=np.array([angular for _, _, angular in curves], dtype=float),
     )
+
+
+def _curve(course: Course, start: float, until: float) -> tuple[float, Floats, float]:
+    """Return origin [s], coefficients and angular frequency [1/s] of a course in a stretch."""
+    power = np.zeros(POWERS)
+    middle = start + 0.5 * (until - start)
+    if course.kind == "constant" or not course.start < middle < course.stop:
+        power[0] = course.at(middle)[0]
+        return start, power, 0.0
+    if course.kind == "sine":
+        return course.start, power, 2.0 * np.pi * course.frequency
+    if course.kind == "table":
+        return _piece(course, middle, power)
+    length = course.stop - course.start
+    if course.kind == "ramp":
+        power[1] = 1.0 / length
+    else:
+        power[3:] = np.array([10.0, -15.0, 6.0]) / length ** np.arange(3.0, 6.0)
+    return course.start, power, 0.0
+
+
+def _piece(course: Course, middle: float, power: Floats) -> tuple[float, Floats, float]:
+    """Return the cubic of a table around a time."""
+    times = course.times
+    if not course.start + times[0] < middle < course.start + times[-1]:
+        power[0] = course.at(middle)[0]
+        return middle, power, 0.0
+    i = int(np.searchsorted(times, middle - course.start, side="right")) - 1
+    h = times[i + 1] - times[i]
+    a, b = course.values[i], course.values[i + 1]
+    ma, mb = course.slopes[i], course.slopes[i + 1]
+    power[0], power[1] = a, ma
+    power[2] = (3.0 * (b - a) / h - 2.0 * ma - mb) / h
+    power[3] = (2.0 * (a - b) / h + ma + mb) / (h * h)
+    return course.start + times[i], power, 0.0
 
 
 def _offsets(sizes: Sequence[int]) -> Indices:
     """Return where each group begins and, last, where all end."""
     return np.concatenate([[0], np.cumsum(np.array(sizes, dtype=np.int64))]).astype(np.int64)
-
-

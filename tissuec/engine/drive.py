@@ -110,13 +110,14 @@ def drive(
                 size = max(size, proposal) if h < 0.999999 * size else proposal
                 growing = True
             pending, prepared = 1, 0
-            if WATCHED and near:
+            suspect = WATCHED and near
+            if suspect or is_due(sample, time, end, buffer):
                 prepare(time, end, current, work, net)
                 evaluations += INSIDERS
                 prepared = 1
-                if surpasses(time, end, current, work, net):
-                    reason = SURPASSED
-                    break
+            if suspect and surpasses(time, end, current, work, net):
+                reason = SURPASSED
+                break
             if task.hold == 1:
                 reason = HELD
                 break
@@ -131,10 +132,6 @@ def drive(
                 x, v = work.x[current], work.v[current]
                 copy_sample(x, v, work.ledger[current], filled, buffer)
             else:
-                if prepared == 0:
-                    prepare(time, end, current, work, net)
-                    evaluations += INSIDERS
-                    prepared = 1
                 x, v = buffer.position[filled], buffer.velocity[filled]
                 look(when, time, end, current, x, v, buffer.ledger[filled], work, net)
             sample += 1
@@ -176,6 +173,14 @@ def landing(time: float, size: float, task: Task) -> float:
         # Uniform steps differ from their multiple by rounding only.
         return task.until if rest < 1.5 * size else time + size
     return time + (0.5 * rest if size > 0.5 * rest else size)
+
+
+def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
+    """Tell whether a sample is due after a time and before another."""
+    times = buffer.times
+    while sample < times.size and times[sample] <= time:
+        sample += 1
+    return sample < times.size and times[sample] < end
 
 
 def judge(

@@ -4,7 +4,6 @@ It owns no physics: integrators and kernels do the arithmetic, ``drive`` the loo
 here is what must be decided between calls of that loop.
 """
 
-import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -21,7 +20,12 @@ from tissuec.engine.state import (
     new_task,
     new_work,
 )
-from tissuec.engine.tiers import Features, Stepper, forced_tier, stepper, switching_point
+from tissuec.engine.tiers import (
+    bound_drive,
+    bound_inside,
+    forced_tier,
+    switching_point,
+)
 from tissuec.engine.within import RESOLUTION, Watch, Within, bisect
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import (
@@ -39,6 +43,9 @@ from tissuec.situation import Situation
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 # Compiled calls come back this often, so that an interrupt from the keyboard is heard.
 CALL_SPRINGS = 40_000_000
+CALL_EVALUATIONS = 4_000  # interpreted ones
+
+Pause = Callable[[float], bool]
 
 
 class Engine:
@@ -74,8 +81,6 @@ class Engine:
         self._layout = Layout(network, watched=method.watch_strength, ledger=method.ledger)
         self._buffer = new_buffer(sample_times, network.node_count)
         self._choice: Choice | None = None
-        self._stepper: Stepper | None = None
-        self._steppers: dict[tuple[Features, Tier], Stepper] = {}
         self._stale = True
         self._segment: float | None = None
 
@@ -117,7 +122,11 @@ class Engine:
             self._update(step=step)
 
     def advance(
-        self, situation: Situation, until: float, watch: Watch | None = None
+        self,
+        situation: Situation,
+        until: float,
+        watch: Watch | None = None,
+        pause: Pause | None = None,
     ) -> Interruption:
         """Step to ``until``, landed on exactly, or to the first interruption.
 
@@ -130,20 +139,23 @@ class Engine:
             watch: Condition of time [s], positions and velocities (shape (node, 3)); the first
                 time at which it holds interrupts. It is asked at the start, at the end of each
                 step, and within the step that made it true.
+            pause: Asked now and then between two steps, with the time [s]; True makes this
+                return "paused", to be called again with the same ``until``.
         """
         if self._stale or self._layout.situation is not situation:
             self.restart(situation)
         if (failure := self._refusal()) is not None:
             return failure
-        if until != self._segment:
-            self._begin_segment(until)
-            if (early := self._at_once(situation, watch)) is not None:
-                return early
+        if until < situation.time:
+            raise ValueError(f"cannot step back from {situation.time:g} s to {until:g} s")
+        resumed = self._segment is not None and self._progress.time < self._segment
+        if not resumed and (early := self._at_once(situation, watch)) is not None:
+            return early
         with np.errstate(all="ignore"):
-            result = self._advance(situation, watch)
+            result = self._advance(situation, until, watch, pause)
         self._synchronise(situation)
         self._flush()
-        self._stale = result.kind != "reached"
+        self._stale = result.kind not in ("reached", "paused")
         return result
 
     def finish(self, situation: Situation) -> None:
@@ -167,7 +179,7 @@ class Engine:
         return {
             **now._asdict(),
             "segment": np.nan if self._segment is None else self._segment,
-            "window": self._layout.window.copy(),
+            "stretch": self._layout.start,
             "acceleration": self._layout.outwards(work.a[now.current]),
             "origin": self._layout.outwards(work.origin),
             "ledger": work.ledger[now.current].copy(),
@@ -195,9 +207,9 @@ class Engine:
         work.v[0] = layout.inwards(situation.velocity)
         work.origin[:] = layout.inwards(np.asarray(state["origin"]))
         work.ledger[0], work.power[1] = state["ledger"], state["power"]
-        layout.window[:] = state["window"]
         segment = float(state["segment"])
         self._segment = None if np.isnan(segment) else segment
+        layout.start, layout.until = float(state["stretch"]), segment
         self._task = self._task._replace(bound=float(state["bound"]))
 
     def _begin(self, situation: Situation) -> None:
@@ -241,15 +253,15 @@ class Engine:
         return None
 
     def _begin_segment(self, until: float) -> None:
-        """Prepare a stretch between two events: uniform steps, one-sided courses."""
-        now = self._progress
-        if until < now.time:
-            raise ValueError(f"cannot step back from {now.time:g} s to {until:g} s")
+        """Prepare a stretch without knots inside: one curve per course, uniform steps."""
+        now, layout = self._progress, self._layout
         self._segment = until
-        self._layout.window[:] = np.nextafter(now.time, np.inf), np.nextafter(until, -np.inf)
-        features = self._layout.features
+        layout.start, layout.until = now.time, until
+        features = layout.features
         if features.moved or features.loaded:
+            # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
+            self._nets.clear()
         if self.method.step is not None and until > now.time:
             count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
             self._update(step=(until - now.time) / max(count, 1.0))
@@ -263,17 +275,19 @@ class Engine:
                 self._stale = True
                 return Interruption("ruptured", time, springs=broken)
         if watch is not None and watch(time, situation.position, situation.velocity):
-            self._segment = None
             return Interruption("triggered", time)
         return None
 
-    def _advance(self, situation: Situation, watch: Watch | None) -> Interruption:
+    def _advance(
+        self, situation: Situation, until: float, watch: Watch | None, pause: Pause | None
+    ) -> Interruption:
         """Call the loop over steps again and again until something interrupts."""
-        assert self._segment is not None
         while True:
-            reason = self._call(self._segment, watch is not None)
-            if reason == REACHED:
-                return Interruption("reached", self._progress.time)
+            if self._segment is None or self._progress.time >= self._segment:
+                if self._progress.time >= until:
+                    return Interruption("reached", self._progress.time)
+                self._begin_segment(self._layout.next_knot(self._progress.time, until))
+            reason = self._call(watch is not None)
             if reason == FULL:
                 self._synchronise(situation)
                 self._flush()
@@ -283,20 +297,22 @@ class Engine:
                     return found
             elif reason == OUTSIZE and failures.is_flight(self._work, self._progress, self._layout):
                 self._task = self._task._replace(bound=1e3 * self._task.bound)
-            elif reason != PAUSED:
+            elif reason not in (REACHED, PAUSED):
                 return failures.explain(reason, self._work, self._progress, self._layout)
+            if pause is not None and not self._progress.pending and pause(self._progress.time):
+                return Interruption("paused", self._progress.time)
 
-    def _call(self, until: float, hold: bool) -> int:
+    def _call(self, hold: bool) -> int:
         """Run the loop over steps once on the tier that is due."""
         tier = self._tier
-        limit = sys.maxsize
+        limit = self._progress.evaluations + CALL_EVALUATIONS
         if tier == "interpreted" and self.tier is None:
-            limit = self._switch
+            limit = min(limit, self._switch)
         elif tier == "compiled":
             calls = CALL_SPRINGS // max(1, len(self._layout.springs.ids)) + 12
             limit = self._progress.evaluations + calls
-        task = self._task._replace(until=until, evaluations=limit, hold=int(hold))
-        drive = self._bound(tier).drive
+        task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
+        drive = bound_drive(self._integrator, self._layout.features, tier)
         reason, progress = drive(self._progress, task, self._work, self._net(tier), self._buffer)
         self._progress = Progress(*progress)
         return reason
@@ -308,13 +324,6 @@ class Engine:
             return self.tier
         return "compiled" if self._progress.evaluations >= self._switch else "interpreted"
 
-    def _bound(self, tier: Tier) -> Stepper:
-        """Return the stepping code for what acts now."""
-        key = self._layout.features, tier
-        if key not in self._steppers:
-            self._steppers[key] = stepper(self._integrator, key[0], tier)
-        return self._steppers[key]
-
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""
         if tier not in self._nets:
@@ -324,8 +333,11 @@ class Engine:
 
     def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
         """Return the first rupture or trigger within the accepted step, and move there."""
+        if not surpassed and watch is not None and not self._holds_at_end(watch):
+            return None  # as nearly always, and without the cost of looking inside
         net = self._net("interpreted")
-        within = Within(self._bound("interpreted"), self._progress, self._work, net, self._layout)
+        inside = bound_inside(self._integrator, self._layout.features)
+        within = Within(inside, self._progress, self._work, net, self._layout)
         self._update(prepared=1)
         rupture = within.first_rupture(self._integrator.looks) if surpassed else None
         stop = within.end if rupture is None else rupture[0]
@@ -337,6 +349,10 @@ class Engine:
             return None
         self._cut(within, stop)
         return Interruption("ruptured", stop, springs=rupture[1])
+
+    def _holds_at_end(self, watch: Watch) -> bool:
+        work, other, outwards = self._work, 1 - self._progress.current, self._layout.outwards
+        return watch(self._progress.end, outwards(work.x[other]), outwards(work.v[other]))
 
     def _trigger(self, within: Within, watch: Watch, stop: float) -> float | None:
         """Return the first time up to ``stop`` at which the watched condition holds."""

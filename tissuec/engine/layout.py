@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.acts import pack_acts
+from tissuec.engine.acts import knots, pack_acts
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Net
+from tissuec.kernels.records import Acts, Net
 from tissuec.kernels.vector import VectorNet
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Load, Situation
@@ -54,7 +54,7 @@ class Layout:
         self.place = np.empty_like(self.order)
         self.place[self.order] = np.arange(len(self.order))
         self.watched, self.ledger = watched, ledger
-        self.window = np.array([-np.inf, np.inf])
+        self.start = self.until = 0.0
         ends = self.place[network.ends]
         self._low, self._high = ends.min(axis=1), ends.max(axis=1)
         self._sorted = np.lexsort((self._high, self._low))
@@ -151,15 +151,12 @@ class Layout:
             push=self.push,
             driven=self.driven,
             drag=float(self.situation.drag),
-            acts=pack_acts(
-                list(self.situation.motions.values()), self.timed, self.place, self.window
-            ),
+            acts=self.acts(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
         """Return what acts, for the interpreted tier."""
         springs = self.springs
-        motions = self.situation.motions.values()
         return VectorNet(
             low=springs.low,
             high=springs.high,
@@ -173,12 +170,18 @@ class Layout:
             push=self.push,
             driven=self.driven,
             drag=float(self.situation.drag),
-            window=self.window,
-            motions=[(self.place[motion.nodes], motion) for motion in motions],
-            loads=[(self.place[self._free(load.nodes)], load) for load in self.timed],
+            acts=self.acts(),
             watched=self.watched,
             ledger=self.ledger,
         )
 
-    def _free(self, nodes: Indices) -> Indices:
-        return nodes[~self.held[nodes]]
+    def acts(self) -> Acts:
+        """Return motions and loads for the present stretch of time."""
+        motions = list(self.situation.motions.values())
+        return pack_acts(motions, self.timed, self.place, self.start, self.until)
+
+    def next_knot(self, time: float, until: float) -> float:
+        """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""
+        times = knots(self.situation.motions.values(), self.timed)
+        later = times[(times > time) & (times < until)]
+        return float(later[0]) if len(later) else until

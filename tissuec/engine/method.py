@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.network import Floats, Indices
 
 Tier = Literal["interpreted", "compiled"]
-Kind = Literal["reached", "ruptured", "triggered", "diverged", "stuck"]
+Kind = Literal["reached", "paused", "ruptured", "triggered", "diverged", "stuck"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Interruption:
     """Why the engine came back, at ``time`` [s]; the situation stands there.
 
     Attributes:
-        kind: "reached" the end asked for; springs "ruptured" at this very time; a watched
+        kind: "reached" the end asked for; "paused" because the caller wished so; springs "ruptured" at this very time; a watched
             condition became true ("triggered"); the motion "diverged", and the situation keeps
             the last good state; the engine is "stuck", since steps became too small.
         springs: Those that ruptured, ascending.

@@ -7,6 +7,7 @@ a run gives the same bytes again. The constants of the cost model were measured.
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, cast
 
 from tissuec.engine import drive as loop
@@ -49,32 +50,39 @@ class Features:
 
 
 @dataclass(frozen=True, slots=True)
-class Stepper:
-    """Stepping code bound to an integrator, features and a tier."""
+class Inside:
+    """Interpreted code that evaluates an accepted step inside."""
 
-    drive: Callable[[Progress, Task, Work, Any, Buffer], tuple[int, Progress]]
     look: Callable[..., None]
     prepare: Callable[..., None]
 
 
-def stepper(integrator: type[Integrator], features: Features, tier: Tier) -> Stepper:
-    """Return the stepping code of an integrator for a tier."""
-    replaced: dict[str, Any] = {
-        name: getattr(integrator, name)
-        for name in ("step", "estimate", "finish", "prepare", "propose")
-    }
-    for name in ("trials", "closing", "insiders", "end_row", "looks", "control_order"):
-        replaced[name.upper()] = getattr(integrator, name)
-    for name in Features.__slots__:
-        replaced[name.upper()] = getattr(features, name)
-    if tier == "compiled":
-        replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
-    binder = Binder(replaced, compiled=tier == "compiled")
-    return Stepper(
-        drive=cast(Any, binder.bind(loop.drive)),
-        look=binder.bind(loop.look),
-        prepare=binder.bind(integrator.prepare),
-    )
+Drive = Callable[[Progress, Task, Work, Any, Buffer], tuple[int, Progress]]
+
+
+@cache
+def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) -> Drive:
+    """Return the loop over steps of an integrator for a tier."""
+    replaced = _replaced(integrator, features)
+    operations = OPERATIONS if tier == "compiled" else ()
+    replaced |= {name: getattr(scalar, name) for name in operations}
+    return cast(Drive, Binder(replaced, operations).bind(loop.drive))
+
+
+@cache
+def bound_inside(integrator: type[Integrator], features: Features) -> Inside:
+    """Return what looks into the steps of an integrator."""
+    binder = Binder(_replaced(integrator, features))
+    return Inside(look=binder.bind(loop.look), prepare=binder.bind(integrator.prepare))
+
+
+def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any]:
+    """Return what the names in the stepping code mean for an integrator and features."""
+    functions = ("step", "estimate", "finish", "prepare", "propose")
+    numbers = ("trials", "closing", "insiders", "end_row", "looks", "control_order")
+    replaced = {name: getattr(integrator, name) for name in functions}
+    replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
+    return replaced | {name.upper(): getattr(features, name) for name in Features.__slots__}
 
 
 def switching_point(spring_count: int) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tissuec.engine.layout import Layout, Springs
-from tissuec.engine.tiers import Stepper
+from tissuec.engine.tiers import Inside
 from tissuec.kernels.records import Progress, Work
 from tissuec.kernels.scalar import TINY
 from tissuec.kernels.vector import VectorNet, parabola_tops
@@ -23,7 +23,7 @@ class Within:
     """The accepted step that has not been taken over yet.
 
     Args:
-        stepper: Interpreted stepping code.
+        inside: Code that evaluates the step inside.
         progress: With a pending step.
         work: The arrays of the run.
         net: What acts, for the interpreted tier.
@@ -31,12 +31,12 @@ class Within:
     """
 
     def __init__(
-        self, stepper: Stepper, progress: Progress, work: Work, net: VectorNet, layout: Layout
+        self, inside: Inside, progress: Progress, work: Work, net: VectorNet, layout: Layout
     ):
-        self._look, self._work, self._net, self._layout = stepper.look, work, net, layout
+        self._look, self._work, self._net, self._layout = inside.look, work, net, layout
         self.start, self.end, self._current = progress.time, progress.end, progress.current
         if not progress.prepared:
-            stepper.prepare(self.start, self.end, self._current, work, net)
+            inside.prepare(self.start, self.end, self._current, work, net)
 
     def state(self, when: float) -> tuple[Floats, Floats, Floats]:
         """Return flat position, velocity and the ledger at a time in the step."""

@@ -37,15 +37,10 @@ def centre_of_gravity(
     Raises:
         ValueError: No word fires, or a set carries a power.
     """
-    firing = _firing(terms)
-    # Only proportions matter; heights near 1 keep the faintest degrees from underflowing.
-    strongest = max(degree for _, degree in firing)
     arcs: list[Arc] = []
-    for shape, degree in firing:
-        if implication == "minimum":
-            arcs.extend(_outline(shape, degree, 1.0 / strongest, low, high))
-        else:
-            arcs.extend(_outline(shape, 1.0, degree / strongest, low, high))
+    for shape, degree in _firing(terms):
+        cut, factor = (degree, 1.0) if implication == "minimum" else (1.0, degree)
+        arcs.extend(_outline(shape, cut, factor, low, high))
     area = moment = 0.0
     for arc, a, b in _upper(arcs):
         part, about_a = arc.integrals(a, b)

@@ -108,12 +108,10 @@ def gaps(scale: Scale) -> list[tuple[float, float]]:
     """Return the parts of the range that belong to no word, as values."""
     low, high = scale.axis.bounds
     corners = {min(max(x, low), high) for s in scale.words.values() for x in s.corners}
-    empty: list[tuple[float, float]] = []
-    for start, end in pairwise(sorted(corners | {low, high})):
-        if any(shape.degree(start + (end - start) / 2) > 0.0 for shape in scale.words.values()):
-            continue
-        if empty and empty[-1][1] == start:
-            empty.pop()
-        empty.append((start, end))
-    wide = [part for part in empty if part[1] - part[0] > _NEGLIGIBLE * (high - low)]
-    return [(scale.axis.from_scale(a), scale.axis.from_scale(b)) for a, b in wide]
+    wide = _NEGLIGIBLE * (high - low)
+    return [
+        (scale.axis.from_scale(start), scale.axis.from_scale(end))
+        for start, end in pairwise(sorted(corners | {low, high}))
+        if end - start > wide
+        and not any(s.degree(start + (end - start) / 2) for s in scale.words.values())
+    ]

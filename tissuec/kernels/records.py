@@ -17,29 +17,24 @@ class Acts(NamedTuple):
     """Prescribed motions and time-dependent loads as tables of numbers.
 
     Motions and loads share the layout: act ``i`` concerns ``nodes[first[i]:first[i + 1]]`` and
-    adds the terms ``term_first[i]:term_first[i + 1]``. Motions come first.
+    adds the terms from ``term_first[i]`` to ``term_first[i + 1]``. Motions come first.
     """
 
     motions: int  # acts below this number are motions, the others loads
-    window: Floats  # open interval of time in which courses are evaluated [s], shape (2,)
     first: Integers  # shape (act + 1,)
     nodes: Integers  # shape (entry,)
     base: Floats  # positions that the motions start from [m], shape (entry, 3)
     term_first: Integers  # shape (act + 1,)
     term_vector: Floats  # [m] or [N], shape (term, 3)
-    term_course: Integers  # shape (term,)
-    turn_course: Integers  # course of the rotation or -1, shape (act,)
+    term_curve: Integers  # shape (term,)
+    turn_curve: Integers  # of the rotation, -1 without one, shape (act,)
     turn_centre: Floats  # [m], shape (act, 3)
     turn_axis: Floats  # unit vectors, shape (act, 3)
     turn_angle: Floats  # [rad], shape (act,)
-    course_kind: Integers  # number of the kind, shape (course,)
-    course_start: Floats  # [s], shape (course,)
-    course_stop: Floats  # [s], shape (course,)
-    course_frequency: Floats  # [Hz], shape (course,)
-    knot_first: Integers  # shape (course + 1,)
-    knot_time: Floats  # after the start [s], shape (knot,)
-    knot_value: Floats  # shape (knot,)
-    knot_slope: Floats  # [1/s], shape (knot,)
+    origin: Floats  # time from which a curve counts [s], shape (curve,)
+    power: Floats  # coefficients, shape (curve, power)
+    amplitude: Floats  # of the sine, shape (curve,)
+    angular: Floats  # its angular frequency [1/s], zero without a sine, shape (curve,)
 
 
 class Net(NamedTuple):

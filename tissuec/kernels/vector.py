@@ -6,25 +6,12 @@ are reproducible.
 """
 
 from math import sqrt
-from typing import Protocol
 
 import numpy as np
 
-from tissuec.kernels.acts import inside
-from tissuec.kernels.records import Buffer, Floats, Integers
+from tissuec.kernels.acts import total, turning
+from tissuec.kernels.records import Acts, Buffer, Floats, Integers
 from tissuec.kernels.scalar import TINY
-
-
-class Path(Protocol):
-    """A prescribed motion."""
-
-    def at(self, time: float) -> tuple[Floats, Floats]: ...
-
-
-class Pull(Protocol):
-    """A force that changes in time."""
-
-    def at(self, time: float) -> Floats: ...
 
 
 class VectorNet:
@@ -39,9 +26,7 @@ class VectorNet:
         push: Constant loads on free nodes [N], shape (3 node,).
         driven: Nodes on prescribed paths.
         drag: Ambient damping [N s/m].
-        window: Open interval of time in which courses are evaluated [s], shape (2,).
-        motions: Driven nodes and their paths.
-        loads: Free loaded nodes and their forces.
+        acts: Motions and loads of the present stretch; may be replaced.
         watched: Whether springs may rupture.
         ledger: Whether work and dissipation are integrated.
     """
@@ -61,9 +46,7 @@ class VectorNet:
         push: Floats,
         driven: Integers,
         drag: float,
-        window: Floats,
-        motions: list[tuple[Integers, Path]],
-        loads: list[tuple[Integers, Pull]],
+        acts: Acts,
         watched: bool,
         ledger: bool,
     ):
@@ -75,7 +58,7 @@ class VectorNet:
         self.strength, self.near = strength, near
         self.inverse_mass = np.repeat(inverse_mass, 3)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
-        self.window, self.motions, self.loads = window, motions, loads
+        self.acts = acts
         self.watched, self.ledger = watched, ledger
         self.viscous = bool(np.any(damping))
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -116,7 +99,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     f = np.bincount(net.both, net.f.ravel(), a.size)
     if net.ledger:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
-    if net.loads:
+    if net.acts.first.size - 1 > net.acts.motions:
         power[0] += _pull(time, v, f, net)
     if net.drag:
         np.subtract(f, np.multiply(v, net.drag, out=net.node_scratch), out=f)
@@ -128,12 +111,14 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
 
 
 def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:
-    power = 0.0
-    time = inside(time, net.window)
-    for nodes, load in net.loads:
-        vector = load.at(time)
-        f.reshape(-1, 3)[nodes] += vector
-        power += float(np.sum(v.reshape(-1, 3)[nodes] @ vector))
+    """Add time-dependent loads to the forces; return their power on free nodes [W]."""
+    power, acts = 0.0, net.acts
+    for act in range(acts.motions, acts.first.size - 1):
+        nodes = acts.nodes[acts.first[act] : acts.first[act + 1]]
+        free = nodes[net.inverse_mass[3 * nodes] > 0.0]
+        vector = np.array(total(act, time, acts)[:3])
+        f.reshape(-1, 3)[free] += vector
+        power += float(np.sum(v.reshape(-1, 3)[free] @ vector))
     return power
 
 
@@ -157,9 +142,20 @@ def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
 
 def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
     """Put driven nodes where their motions have them at a time."""
-    for nodes, motion in net.motions:
-        position, velocity = motion.at(inside(time, net.window))
-        x.reshape(-1, 3)[nodes] = position
+    acts = net.acts
+    for act in range(acts.motions):
+        chosen = slice(acts.first[act], acts.first[act + 1])
+        nodes, position = acts.nodes[chosen], acts.base[chosen]
+        sums = total(act, time, acts)
+        velocity = np.array(sums[3:])
+        if acts.turn_curve[act] >= 0:
+            cosine, sine, spin = turning(act, time, acts)
+            axis, arm = acts.turn_axis[act], position - acts.turn_centre[act]
+            along = np.outer(arm @ axis, axis)
+            turned = along + (arm - along) * cosine + np.cross(axis, arm) * sine
+            position = turned + acts.turn_centre[act]
+            velocity = velocity + spin * np.cross(axis, turned)
+        x.reshape(-1, 3)[nodes] = position + np.array(sums[:3])
         v.reshape(-1, 3)[nodes] = velocity
 
 

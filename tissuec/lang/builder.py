@@ -57,8 +57,8 @@ class Builder:
 
     def _span(self, first: Any, last: Any) -> Span:
         """Return the span from one node or token to another."""
-        start = first.start_pos if isinstance(first, Token) else first.span.start
-        end = last.end_pos if isinstance(last, Token) else last.span.end
+        start = first.span.start if hasattr(first, "span") else first.start_pos
+        end = last.span.end if hasattr(last, "span") else last.end_pos
         return Span(self.source, start, end)
 
     def _report(self, code: str, message: str, token: Token, hint: str) -> None:
@@ -80,10 +80,10 @@ class Builder:
             self._report("TIS119", f'"{shown}" is too large a number', token, hint)
         return value
 
-    def NUMBER(self, token: Token) -> s.Number:  # noqa: N802 (the name of the terminal)
+    def NUMBER(self, token: Token) -> s.Number:
         return s.Number(self._value(token.value, token), self._span(token, token))
 
-    def QUANTITY(self, token: Token) -> s.Quantity:  # noqa: N802
+    def QUANTITY(self, token: Token) -> s.Quantity:
         number, unit = split_quantity(token.value)
         self._check_unit(unit, token)
         return s.Quantity(self._value(number, token), unit, self._span(token, token))
@@ -134,7 +134,8 @@ class Builder:
         return replace(operand, span=span)
 
     def power(self, children: list[Any]) -> s.Power:
-        return s.Power(*children, self._span(*children))
+        base, exponent = children
+        return s.Power(base, exponent, self._span(base, exponent))
 
     def product(self, children: list[Any]) -> s.Product:
         return s.Product(*self._chain(children), self._span(children[0], children[-1]))
@@ -153,7 +154,8 @@ class Builder:
         return s.Compare(left, sign.value, right, self._span(left, right))
 
     def is_test(self, children: list[Any]) -> s.Is:
-        return s.Is(*children, self._span(*children))
+        subject, phrase = children
+        return s.Is(subject, phrase, self._span(subject, phrase))
 
     def inside(self, children: list[Any]) -> s.Between:
         subject, low, high = children
@@ -235,7 +237,8 @@ class Builder:
         return s.Rule(condition, conclusions, clauses, self._span(first, children[-1]))
 
     def conclusion(self, children: list[Any]) -> s.Conclusion:
-        return s.Conclusion(*children, self._span(*children))
+        quantity, phrase = children
+        return s.Conclusion(quantity, phrase, self._span(quantity, phrase))
 
     def trigger(self, children: list[Any]) -> list[Any]:
         return children

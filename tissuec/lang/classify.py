@@ -4,6 +4,7 @@ Each function looks for one kind of mistake. The first that recognises it has th
 """
 
 import re
+from itertools import takewhile
 
 from lark import Token
 
@@ -107,12 +108,13 @@ def _near_unit(word: str) -> str:
 def _equals_as_test(m: Mistake) -> Diagnostic | None:
     if m.found.type != "EQUAL" or "COMPARISON" not in m.accepted:
         return None
-    left = m.before[-1]
-    if m.next == "WORD":
+    left = _words_before(m)
+    if not left:
+        hint = 'write "==" between numbers, "is" before a word'
+    elif m.next == "WORD":
         hint = f'write "{left} is {m.after[0]}" for a word, or "==" between numbers'
     else:
-        right = m.after[0].value if m.after else "…"
-        hint = f'write "{left} == {right}"'
+        hint = f'write "{left} == {m.after[0].value if m.after else "…"}"'
     return _finding(m, "TIS111", '"=" sets a value and does not compare', hint)
 
 
@@ -178,12 +180,7 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
 def _number_in_name(m: Mistake) -> Diagnostic | None:
     if m.found.type not in _NUMBERS or m.previous != "WORD":
         return None
-    words = []
-    for token in reversed(m.before):
-        if token.type != "WORD":
-            break
-        words.insert(0, token.value)
-    name = " ".join(words)
+    name = _words_before(m)
     if m.found.type == "QUANTITY" and "EQUAL" in m.accepted:
         hint = f"write {shown(f'{name} = {m.found}')}"
         return _finding(m, "TIS109", '"=" is missing between a name and its value', hint)
@@ -193,14 +190,21 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
     return _finding(m, "TIS109", "a number cannot stand inside a name", hint)
 
 
+def _words_before(m: Mistake) -> str:
+    """Return the words directly before the wrong token."""
+    words = takewhile(lambda token: token.type == "WORD", reversed(m.before))
+    return " ".join(reversed(list(words)))
+
+
 def _anything(m: Mistake) -> Diagnostic:
     """Say what was found and what could stand there."""
-    if m.found.type in ENDS:
-        message = (
-            "the statement ends too early" if m.before else f"{shown(m.found)} ends nothing"
-        )
+    ends = m.found.type in ENDS
+    if ends and m.before:
+        message = "the statement ends too early"
     else:
-        message = f"{shown(m.found.value)} cannot stand here"
+        message = (
+            "a statement is missing" if ends else f"{shown(m.found.value)} cannot stand here"
+        )
     hint = _special(m) or (expected(m.accepted) if m.before else _BEGINNINGS)
     return _finding(m, "TIS100", message, hint)
 

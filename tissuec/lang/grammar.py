@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from hashlib import sha256
-from typing import Any
+from typing import Any, cast
 
 import lark
 from lark import Lark, Token
-from lark.lexer import LexerThread
+from lark.lexer import Lexer, LexerThread
 from lark.utils import TextSlice
 
 from tissuec.core.resources import cache_folder, grammar
@@ -55,5 +55,5 @@ def tokens(parser: Lark, text: str, start: int, end: int) -> Iterator[Token]:
     Raises:
         lark.UnexpectedCharacters: A character begins no token.
     """
-    lexer = parser.parser.lexer  # type: ignore[attr-defined]
+    lexer = cast(Lexer, parser.parser.lexer)
     return LexerThread.from_text(lexer, TextSlice(text, start, end)).lex(None)

@@ -174,7 +174,8 @@ class _Scanner:
         while before and text[before - 1] in " \t":
             before -= 1
         lead = text[max(before - 3, 0) : start]
-        self.table = not self._in_bracket() and bool(_TABLE_PLACE.search(lead))
+        if not self._in_bracket() and _TABLE_PLACE.search(lead):
+            self.table = True
 
     def _suspect(self, _text: str, start: int, end: int) -> None:
         problem = odd_character(Span(self.source, start, end))

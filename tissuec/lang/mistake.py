@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import islice
 from typing import NamedTuple
 
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
@@ -12,6 +13,9 @@ from tissuec.lang.recovery import Statement, statement_at
 
 #: The type of a stand-in token for a character that begins no token.
 CHARACTER = "CHARACTER"
+
+#: As many tokens behind the wrong one are looked at.
+_ENOUGH = 100
 
 #: Types of tokens that end a statement and belong to no statement.
 ENDS = frozenset({"_NL", "$END", "RBRACE"})
@@ -91,9 +95,9 @@ def mistake_of(
     found = _found(error, text)
     place = found.start_pos or 0
     statement = statement_at(text, begin, place)
-    all_tokens = list(_readable(lark, text, statement))
-    before = tuple(token for token in all_tokens if (token.start_pos or 0) < place)
-    after = tuple(token for token in all_tokens if (token.start_pos or 0) > place)
+    before = tuple(_readable(lark, text, statement.start, place))
+    rest = _readable(lark, text, place, statement.end)
+    after = tuple(token for token in islice(rest, _ENOUGH) if token.start_pos != place)
     accepted = frozenset(error.interactive_parser.accepts())
     return Mistake(source, statement, before, found, after, accepted)
 
@@ -107,7 +111,7 @@ def _found(error: UnexpectedInput, text: str) -> Token:
     return Token("$END", "", len(text), end_pos=len(text))
 
 
-def _readable(lark: Lark, text: str, statement: Statement) -> Iterator[Token]:
-    """Yield the tokens of a statement, as far as they can be told."""
+def _readable(lark: Lark, text: str, start: int, end: int) -> Iterator[Token]:
+    """Yield the tokens of a stretch, as far as they can be told."""
     with suppress(UnexpectedCharacters):
-        yield from tokens(lark, text, *statement)
+        yield from tokens(lark, text, start, end)

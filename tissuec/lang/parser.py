@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from threading import Lock
+from typing import cast
 
 from lark import Lark, UnexpectedInput
 from lark.utils import TextSlice
@@ -86,7 +87,7 @@ def _parse(layout: Layout) -> tuple[Module | None, list[Diagnostic]]:
             text, begin = resume_after(text, mistake.statement)
             rule = "items"
         else:
-            return module, problems + _BUILDER.problems
+            return cast(Module, module), problems + _BUILDER.problems
     return None, problems
 
 

@@ -4,6 +4,7 @@ The parser knows shapes only; what a word means is decided in :mod:`tissuec.scen
 ignores spans and the spelling of numbers, so that ``parse(fmt(x)) == parse(x)``.
 """
 
+# ruff: noqa: RUF009 (the function only abbreviates a call of "field")
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 

@@ -138,7 +138,7 @@ def _converted(values: NDArray[np.float64], column: Column) -> NDArray[Any] | No
 
 def cell_span(table: Table, row: int, column: int) -> Span:
     """Return the place of a cell, both counted from 0, of rows that were read without error."""
-    return next(islice(_rows(table.rows_span), row, None))[column]
+    return _places(table.rows_span, {row})[row][column]
 
 
 # --- what is wrong ----------------------------------------------------------------------------

@@ -22,4 +22,6 @@ class Ruptured(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        return one_column(np.count_nonzero(moment.ruptured[moment.springs(subjects[0])]), moment)
+        return one_column(
+            np.count_nonzero(moment.ruptured[moment.springs(subjects[0])]), moment
+        )

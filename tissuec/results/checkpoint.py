@@ -44,7 +44,9 @@ def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
         if not isinstance(value, str) and np.asarray(value).dtype.kind not in "biuf":
             raise ValueError(f'"{name}" is no number, text or array of numbers')
         store.array(f"{CHECKPOINT}/state/{member}", value, "part of the state to go on from")
-        group[member].attrs["name"] = name
+        attributes = access.dataset(group, member).attrs
+        if "name" not in attributes:
+            attributes["name"] = name
     rows = json.dumps(checkpoint.rows)
     store.array(f"{CHECKPOINT}/rows", rows, "rows of every growing dataset, as JSON")
     store.array(f"{CHECKPOINT}/alive", checkpoint.alive, "which springs were alive")

@@ -22,6 +22,9 @@ class FrameRecorder:
         self._mesh = mesh
         self._file = file
         self._cells = file.parts.drawn
+        # All of them need no look-up.
+        whole = len(mesh.nodes) == network.node_count
+        self._nodes = slice(None) if whole else mesh.nodes
         self._last_time = file.last_time()
         self.alive: NDArray[np.bool_] | None = None
         self.waiting = 0
@@ -74,7 +77,7 @@ class FrameRecorder:
         data = np.asarray(data)
         _check_shape(data, (frames, self._network.node_count, 3), name)
         with np.errstate(over="ignore"):  # such a number is reported as not finite
-            return data[:, self._mesh.nodes].astype(self._file.kind, copy=False)
+            return np.array(data[:, self._nodes], dtype=self._file.kind)
 
     def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray:
         """Return a copy of the tensions of the lines, shape (frame, line)."""
@@ -82,7 +85,7 @@ class FrameRecorder:
         data = np.asarray(tension)
         _check_shape(data, (frames, self._network.spring_count), "tension")
         with np.errstate(over="ignore"):
-            return data[:, self._cells.springs].astype(self._file.kind, copy=False)
+            return np.array(data[:, self._cells.springs], dtype=self._file.kind)
 
 
 def _check_shape(data: NDArray, shape: tuple[int, ...], name: str) -> None:

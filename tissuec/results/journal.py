@@ -88,13 +88,13 @@ class JournaledFile(io.RawIOBase):
         """Change bytes from the present position on, in memory."""
         view = memoryview(data).cast("B")
         start, stop = self._position, self._position + len(view)
-        if stop > self._size:
-            self.truncate(stop)
+        if start > self._size:
+            self.truncate(start)
         split = max(start, min(stop, self._kept))
         self._write_kept(start, view[: split - start])
         if split < stop:
             self._tail[split - self._kept : stop - self._kept] = view[split - start :]
-        self._position = stop
+        self._position, self._size = stop, max(stop, self._size)
         return len(view)
 
     def truncate(self, size: int | None = None) -> int:

@@ -36,7 +36,7 @@ class Cells(NamedTuple):
 
     def same_as(self, other: "Cells | None") -> bool:
         """Return whether both draw the same."""
-        return other is not None and all(map(np.array_equal, self, other))
+        return other is self or (other is not None and all(map(np.array_equal, self, other)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

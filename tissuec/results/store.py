@@ -103,7 +103,8 @@ class Store:
             dataset = self.file.create_dataset(
                 path,
                 shape=(0, *row),
-                maxshape=(None, *row),
+                # HDF5 wants room in every chunk, also for rows without any number.
+                maxshape=(None, *(length or None for length in row)),
                 chunks=(chunk, *(max(1, length) for length in row)),
                 dtype=kind,
                 **(filters if compress else {}),
@@ -118,16 +119,15 @@ class Store:
         One of the same shape and kind is overwritten in place, so that a file in which the
         same things are written again and again does not grow.
         """
-        data = value if isinstance(value, str) else np.asarray(value)
-        kind = TEXT if isinstance(data, str) else data.dtype
-        shape = () if isinstance(data, str) else data.shape
+        data = _fixed_text(value) if isinstance(value, str) else np.asarray(value)
         former = self.file.get(path)
-        if isinstance(former, h5py.Dataset) and (former.shape, former.dtype) == (shape, kind):
+        kind = data.shape, data.dtype
+        if isinstance(former, h5py.Dataset) and (former.shape, former.dtype) == kind:
             former[()] = data
             return
         if former is not None:
             del self.file[path]
-        describe(self.file.create_dataset(path, data=data, dtype=kind), unit, description)
+        describe(self.file.create_dataset(path, data=data), unit, description)
 
     def append(self, rows: Mapping[Column, ArrayLike]) -> None:
         """Add rows to columns: to all of them or, if one does not fit, to none."""
@@ -196,6 +196,16 @@ class Store:
         return {path: column.rows for path, column in self.columns.items()}
 
 
+def _fixed_text(text: str) -> NDArray:
+    """Return a text that can be overwritten by others of about its length.
+
+    HDF5 gives back the space neither of texts of variable length nor of text attributes, so
+    that a text written again and again has a fixed length, filled up with zeros.
+    """
+    data = text.encode()
+    return np.array(data, dtype=h5py.string_dtype(length=512 * (len(data) // 512 + 1)))
+
+
 def describe(dataset: h5py.Dataset, unit: str, description: str) -> None:
     """Write the two attributes that every dataset has."""
     dataset.attrs["unit"] = unit
@@ -210,12 +220,18 @@ def member_name(name: str) -> str:
 
 def _no_space(path: Path, needed: int, error: OSError) -> str:
     free = shutil.disk_usage(path.parent).free
-    return (
-        f'cannot write "{path}": {error.strerror}; {_megabytes(needed)} were to be added and '
-        f"{_megabytes(free)} are free on that disk. The file holds everything up to the last "
-        "time it was written: make room, then resume the run"
+    message = (
+        f'cannot write "{path}": {error.strerror}; {_size(needed)} were to be added, and '
+        f"{_size(free)} are free on that disk"
     )
+    if not path.stat().st_size:
+        return message
+    return f"{message}. The file holds what was written before: make room, then resume the run"
 
 
-def _megabytes(count: int) -> str:
-    return f"{count / 1e6:.3g} MB"
+def _size(count: int) -> str:
+    unit, name = next(
+        ((unit, name) for unit, name in ((1e9, "GB"), (1e6, "MB")) if count >= unit),
+        (1e3, "kB"),
+    )
+    return f"{count / unit:.1f} {name}"

@@ -32,7 +32,7 @@ class LogTable:
             channel.description,
             unit=channel.unit,
             row=(width,),
-            chunk=max(1, 2048 // max(1, width)),
+            chunk=max(1, 1024 // max(1, width)),
         )
         if f"{path}/columns" not in store.file:
             group = store.group(path)

@@ -105,7 +105,7 @@ class Frames:
 
     def _read(self, low: int, high: int) -> NDArray:
         nodes = self.shape[1]
-        return self._dataset[low * nodes : high * nodes].reshape(-1, nodes, 3)
+        return self._dataset[low * nodes : high * nodes].reshape(high - low, nodes, 3)
 
 
 class Trajectory:

@@ -34,7 +34,11 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
 
 
 def read_body(
-    name: s.Name, item: s.Item, tissues: Mapping[str, Tissue], declarations: Declarations, scope: Scope
+    name: s.Name,
+    item: s.Item,
+    tissues: Mapping[str, Tissue],
+    declarations: Declarations,
+    scope: Scope,
 ) -> Body:
     """Return a body from its block, or reject it."""
     assert isinstance(item, s.Block)
@@ -44,7 +48,14 @@ def read_body(
 class _BodyReader:
     """One reading of one body block."""
 
-    def __init__(self, name: s.Name, block: s.Block, tissues: Mapping[str, Tissue], declarations: Declarations, scope: Scope):
+    def __init__(
+        self,
+        name: s.Name,
+        block: s.Block,
+        tissues: Mapping[str, Tissue],
+        declarations: Declarations,
+        scope: Scope,
+    ):
         self.name = name
         self.block = block
         self.tissues = tissues
@@ -69,7 +80,10 @@ class _BodyReader:
         tables = self._tables()
         if self.mesh is None and not self.is_explicit:
             self.findings.reject(
-                "TIS304", f'body {self.name.text} needs "mesh"', self.block.head, hint="for example: mesh is tube { … }"
+                "TIS304",
+                f'body {self.name.text} needs "mesh"',
+                self.block.head,
+                hint="for example: mesh is tube { … }",
             )
         if self.regions and "interface" not in self.rest:
             self.findings.reject(
@@ -134,11 +148,18 @@ class _BodyReader:
         if kind.key == EXPLICIT:
             self.is_explicit = True
             if isinstance(item, s.Block) and item.items:
-                self.findings.reject("TIS303", "an explicit mesh stands in tables, not in entries", item.items[0].span, hint=f"table nodes of {self.name.text} in mm with columns \"id x y z\" {{ … }}")
+                self.findings.reject(
+                    "TIS303",
+                    "an explicit mesh stands in tables, not in entries",
+                    item.items[0].span,
+                    hint=f'table nodes of {self.name.text} in mm with columns "id x y z" {{ … }}',
+                )
             return
         items = item.items if isinstance(item, s.Block) else ()
         where = item.head if isinstance(item, s.Block) else item.span
-        self.mesh, _ = schema.build(MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where)
+        self.mesh, _ = schema.build(
+            MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where
+        )
 
     def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
         name = _word(item, self.scope, example="tissue is fallopian tube")
@@ -150,17 +171,27 @@ class _BodyReader:
     def _rupture(self, item: s.Assign | s.Sentence | s.Block) -> bool:
         phrase = None if isinstance(item, s.Assign) else item.phrase
         if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
-            self.findings.reject("TIS312", "rupture is allowed, or rupture is not allowed", item.span)
+            self.findings.reject(
+                "TIS312", "rupture is allowed, or rupture is not allowed", item.span
+            )
         return phrase.kind == "word"
 
     def _region(self, name: s.Name, block: s.Block) -> Region:
         if [clause.word for clause in block.clauses] != ["where"]:
             self.findings.reject(
-                "TIS312", "a region needs one condition", block.head, hint=f"region {name.text} where z > 10 mm {{ tissue is … }}"
+                "TIS312",
+                "a region needs one condition",
+                block.head,
+                hint=f"region {name.text} where z > 10 mm {{ tissue is … }}",
             )
         for other in self.regions:
             if other.name.lower() == name.text.lower():
-                self.findings.reject("TIS503", f'region "{name.text}" is defined twice', name.span, notes=(Note("first here", other.span),))
+                self.findings.reject(
+                    "TIS503",
+                    f'region "{name.text}" is defined twice',
+                    name.span,
+                    notes=(Note("first here", other.span),),
+                )
         tissue: Tissue | None = None
         prestress: Given | None = None
         for item in block.items:
@@ -170,31 +201,64 @@ class _BodyReader:
             elif key == "prestress" and isinstance(item, s.Assign):
                 prestress = read_given("prestress", item, self.scope)
             else:
-                self.findings.reject("TIS303", "this is not an entry of a region", item.span, hint="entries: tissue, prestress")
+                self.findings.reject(
+                    "TIS303",
+                    "this is not an entry of a region",
+                    item.span,
+                    hint="entries: tissue, prestress",
+                )
         return Region(name.text, block.clauses[0].value, tissue, prestress, block.head)
 
     def _tables(self) -> Tables | None:
         mine: dict[str, s.Table] = {}
         for table in self.declarations.tables:
-            if table.clauses and table.clauses[0].word == "of" and isinstance(table.clauses[0].value, s.Name):
+            if (
+                table.clauses
+                and table.clauses[0].word == "of"
+                and isinstance(table.clauses[0].value, s.Name)
+            ):
                 if table.clauses[0].value.key == self.name.key:
                     if table.name.key in mine:
-                        self.findings.reject("TIS503", f"body {self.name.text} has two tables of {table.name.text}", table.name.span)
+                        self.findings.reject(
+                            "TIS503",
+                            f"body {self.name.text} has two tables of {table.name.text}",
+                            table.name.span,
+                        )
                     mine[table.name.key] = table
         if mine and not self.is_explicit:
             first = next(iter(mine.values()))
-            self.findings.reject("TIS306", f"body {self.name.text} has a mesh and a table", first.name.span, hint="write mesh is explicit")
+            self.findings.reject(
+                "TIS306",
+                f"body {self.name.text} has a mesh and a table",
+                first.name.span,
+                hint="write mesh is explicit",
+            )
         if not self.is_explicit:
             return None
         if "nodes" not in mine:
-            self.findings.reject("TIS304", f"body {self.name.text} needs a table of nodes", self.block.head, hint=f"table nodes of {self.name.text} in mm with columns \"id x y z\" {{ 1 0 0 0 }}")
+            self.findings.reject(
+                "TIS304",
+                f"body {self.name.text} needs a table of nodes",
+                self.block.head,
+                hint=f'table nodes of {self.name.text} in mm with columns "id x y z" {{ 1 0 0 0 }}',
+            )
         return Tables(mine["nodes"], mine.get("springs"))
 
 
 def _word(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
     """Return the single word behind ``is``."""
-    if isinstance(item, s.Assign) or item.phrase is None or item.phrase.kind != "word" or item.clauses:
-        scope.findings.reject("TIS312", f'"{item.name.text}" is chosen with a word', item.span, hint=f"for example: {example}")
+    if (
+        isinstance(item, s.Assign)
+        or item.phrase is None
+        or item.phrase.kind != "word"
+        or item.clauses
+    ):
+        scope.findings.reject(
+            "TIS312",
+            f'"{item.name.text}" is chosen with a word',
+            item.span,
+            hint=f"for example: {example}",
+        )
     return item.phrase.words[0]
 
 
@@ -206,10 +270,16 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
     quantity = QUANTITIES[name]
     low = {"at_least": 0.0} if quantity.may_be_zero and name != "prestress" else {"above": 0.0}
     limits = {"above": -10.0, "at_most": 0.99} if name == "prestress" else low
-    value = schema.read_value(Measure(quantity.dimension, **limits), item.value, scope, what=name)
+    value = schema.read_value(
+        Measure(quantity.dimension, **limits), item.value, scope, what=name
+    )
     length = None
     for clause in item.clauses:
         if clause.word != "per" or not quantity.scales:
-            scope.findings.reject("TIS303", f'"{clause.word}" cannot stand behind {name}', clause.span)
-        length = schema.read_value(Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length")
+            scope.findings.reject(
+                "TIS303", f'"{clause.word}" cannot stand behind {name}', clause.span
+            )
+        length = schema.read_value(
+            Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length"
+        )
     return Given(quantity, value, quantity.spreads[0], length, "written", item.span)

@@ -46,10 +46,11 @@ class Declarations:
         known = self.of(kind)
         if name.key not in known:
             names = [declared.name.text for declared in known.values()]
-            plural = {"property": "properties", "body": "bodies", "quantity": "quantities"}.get(kind, f"{kind}s")
+            plural = "rules" if kind == "rules" else f"{kind}s"
+            article = "are no" if kind == "rules" else "is no"
             findings.reject(
                 "TIS301",
-                f'there is no {kind} called "{name.text}"',
+                f'there {article} {kind} called "{name.text}"',
                 name.span,
                 hint=alternatives(name.text, names, what=plural),
             )
@@ -84,11 +85,15 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             _enter_single(item, to, findings)
         case s.Block() | s.Sentence() if (found := _named_kind(item.name)) is not None:
             if isinstance(item, s.Sentence):
-                findings.reject("TIS312", f"{found[0]} needs a block: {item.name.text} {{ … }}", item.span)
+                findings.reject(
+                    "TIS312", f"{found[0]} needs a block: {item.name.text} {{ … }}", item.span
+                )
             _declare(*found, item, to, findings)
         case s.Sentence() if item.name.words.lower() == "use":
             pass  # followed by the loader
-        case s.Sentence() if item.name.words.lower() == "about" and item.name.quoted is not None:
+        case s.Sentence() if (
+            item.name.words.lower() == "about" and item.name.quoted is not None
+        ):
             to.about = item.name.quoted if is_main else to.about
         case _:
             _reject_unknown(item, findings)
@@ -97,10 +102,16 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
 def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
     kind = item.name.key
     if item.clauses:
-        findings.reject("TIS303", f'"{item.clauses[0].word}" cannot stand behind {kind}', item.clauses[0].span)
+        findings.reject(
+            "TIS303",
+            f'"{item.clauses[0].word}" cannot stand behind {kind}',
+            item.clauses[0].span,
+        )
     if kind in to.single:
         first = to.single[kind].head
-        findings.reject("TIS503", f"{kind} is written twice", item.head, notes=(Note("first here", first),))
+        findings.reject(
+            "TIS503", f"{kind} is written twice", item.head, notes=(Note("first here", first),)
+        )
     to.single[kind] = item
 
 
@@ -125,12 +136,14 @@ def without(name: s.Name, word: str) -> s.Name | None:
     return s.Name(rest, name.quoted, span)
 
 
-def _declare(kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings) -> None:
+def _declare(
+    kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings
+) -> None:
     clauses = getattr(item, "clauses", ())
     if kind in ("tissue", "body", "tool", "rules", "learn") and clauses:
         clause = clauses[0]
         if not (kind == "tissue" and clause.word == "like" and len(clauses) == 1):
-            quoted = f'{name.text} {clause.span.text.partition("{")[0].strip()}'
+            quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"
             findings.reject(
                 "TIS115",
                 f'"{clause.word}" cannot stand inside a name',
@@ -139,12 +152,21 @@ def _declare(kind: str, name: s.Name, item: s.Item, to: Declarations, findings: 
             )
     if name.words in SYMBOLS and name.quoted is None and kind in _ONE_NAMESPACE:
         findings.reject("TIS507", f'"{name.text}" is a unit and cannot be a name', name.span)
-    kinds = _ONE_NAMESPACE if kind in _ONE_NAMESPACE else ("property", "quantity") if kind in ("property", "quantity") else (kind,)
+    kinds = (
+        _ONE_NAMESPACE
+        if kind in _ONE_NAMESPACE
+        else ("property", "quantity")
+        if kind in ("property", "quantity")
+        else (kind,)
+    )
     for other in kinds:
         if name.key in to.of(other):
             first = to.of(other)[name.key].name.span
             findings.reject(
-                "TIS503", f'"{name.text}" is defined twice', name.span, notes=(Note("first here", first),)
+                "TIS503",
+                f'"{name.text}" is defined twice',
+                name.span,
+                notes=(Note("first here", first),),
             )
     to.named.setdefault(kind, {})[name.key] = Declared(name, item)
 
@@ -152,9 +174,19 @@ def _declare(kind: str, name: s.Name, item: s.Item, to: Declarations, findings: 
 def _reject_unknown(item: s.Item, findings: Findings) -> None:
     match item:
         case s.Rule():
-            findings.reject("TIS312", "a rule stands inside a rules block", item.span, hint="rules soft tissue { if … then … }")
+            findings.reject(
+                "TIS303",
+                "a rule stands inside a rules block",
+                item.span,
+                hint="rules soft tissue { if … then … }",
+            )
         case s.Timed():
-            findings.reject("TIS312", "times stand inside the script block", item.head, hint="script { at 0 s: … }")
+            findings.reject(
+                "TIS303",
+                "times stand inside the script block",
+                item.head,
+                hint="script { at 0 s: … }",
+            )
         case s.Assign():
             text, span = item.name.text, item.name.span
             findings.reject(

@@ -26,8 +26,15 @@ _NUMERIC = {"sin": np.sin, "cos": np.cos}
 FUNCTIONS = ("sqrt", "sin", "cos", "abs", "min", "max")
 
 
+#: What overflows or has no value is found in the result.
+_quietly = np.errstate(all="ignore")
+
+
 class Scope:
     """Where names and calls are looked up; subclasses add nodes of a mesh or measures of a run."""
+
+    #: Whether values are known now; if they are measured in a run, none can be refused.
+    is_known = True
 
     def __init__(self, findings: Findings):
         self.findings = findings
@@ -42,7 +49,8 @@ class Scope:
             "TIS301",
             f'there is no function called "{call.function.text}"',
             call.function.span,
-            hint=did_you_mean(call.function.key, FUNCTIONS) or f"functions: {', '.join(FUNCTIONS)}",
+            hint=did_you_mean(call.function.key, FUNCTIONS)
+            or f"functions: {', '.join(FUNCTIONS)}",
         )
 
     def test(self, node: s.Expression) -> Truth:
@@ -60,7 +68,7 @@ class Scope:
                 return Value(np.asarray(node.value), NUMBER, is_literal=True)
             case s.Quantity():
                 unit = parse_unit(node.unit)
-                return Value(np.asarray(node.value * unit.factor), unit.dimension)
+                return self._finite(Value(np.asarray(node.value * unit.factor), unit.dimension), node.span)
             case s.Name():
                 return self.name(node)
             case s.Vector():
@@ -77,7 +85,9 @@ class Scope:
             case s.Call():
                 return self._call(node)
             case _:
-                self.findings.reject("TIS312", "a number is needed here, not a test or a list", node.span)
+                self.findings.reject(
+                    "TIS312", "a number is needed here, not a test or a list", node.span
+                )
 
     def number(self, node: s.Expression) -> Value:
         """Return the value of an expression that must not be a vector."""
@@ -86,34 +96,62 @@ class Scope:
             self.findings.reject("TIS312", "one number is needed here, not a vector", node.span)
         return value
 
+    @_quietly
     def _vector(self, node: s.Vector) -> Value:
         items = [self.number(item) for item in node.items]
+        if len(items) != 3:
+            hint = (
+                "decimals use a point"
+                if len(items) > 3
+                else "write 0 for a component that is not needed"
+            )
+            self.findings.reject(
+                "TIS312",
+                f"a vector has three components, not {len(items)}",
+                node.span,
+                hint=hint,
+            )
         if node.unit is not None:
             unit = parse_unit(node.unit)
             items = [
-                Value(item.amount * unit.factor, unit.dimension) if item.is_literal else item for item in items
+                Value(item.amount * unit.factor, unit.dimension) if item.is_literal else item
+                for item in items
             ]
         # A bare 0 among components with units could only mean none of them, so it is let through.
-        known = [item.dimension for item in items if not (item.is_literal and not np.any(item.amount))]
+        known = [
+            item.dimension
+            for item in items
+            if not (item.is_literal and not np.any(item.amount))
+        ]
         dimension = known[0] if known else NUMBER
         for item, part in zip(items, node.items, strict=True):
-            if item.dimension != dimension and not (item.is_literal and not np.any(item.amount)):
+            if item.dimension != dimension and not (
+                item.is_literal and not np.any(item.amount)
+            ):
                 self._mismatch("this vector mixes", dimension, item.dimension, part.span)
         literal = all(item.is_literal for item in items)
         stacked = np.stack(np.broadcast_arrays(*(item.amount for item in items)), axis=-1)
-        return Value(stacked, dimension, is_vector=True, is_literal=literal)
+        return self._finite(Value(stacked, dimension, is_vector=True, is_literal=literal), node.span)
 
+    @_quietly
     def _sum(self, node: s.Sum) -> Value:
         total = self.evaluate(node.first)
         for sign, part in node.rest:
             term = self.evaluate(part)
-            self._same("cannot add" if sign == "+" else "cannot subtract", total, term, part.span)
+            self._same(
+                "cannot add" if sign == "+" else "cannot subtract", total, term, part.span
+            )
             if total.is_vector != term.is_vector:
-                self.findings.reject("TIS312", "a vector and a number cannot be added", part.span)
+                self.findings.reject(
+                    "TIS312", "a vector and a number cannot be added", part.span
+                )
             amount = total.amount + term.amount if sign == "+" else total.amount - term.amount
-            total = Value(amount, total.dimension, total.is_vector, total.is_literal and term.is_literal)
+            total = Value(
+                amount, total.dimension, total.is_vector, total.is_literal and term.is_literal
+            )
         return self._finite(total, node.span)
 
+    @_quietly
     def _product(self, node: s.Product) -> Value:
         total = self.evaluate(node.first)
         for sign, part in node.rest:
@@ -121,8 +159,9 @@ class Scope:
             if term.is_vector and (sign == "/" or total.is_vector):
                 what = "divide by" if sign == "/" else "multiply two"
                 self.findings.reject("TIS312", f"cannot {what} vectors", part.span)
-            if sign == "/" and not np.all(term.amount):
-                self.findings.reject("TIS504", "division by zero", part.span)
+            if sign == "/" and self.is_known and not np.all(term.amount):
+                message = f'division by zero: "{part.span.text}" is 0'
+                self.findings.reject("TIS504", message, part.span)
             left, right = total.amount, term.amount
             if total.is_vector and right.ndim:
                 right = right[..., None]
@@ -130,34 +169,41 @@ class Scope:
                 left = left[..., None]
             total = Value(
                 left * right if sign == "*" else left / right,
-                total.dimension * term.dimension if sign == "*" else total.dimension / term.dimension,
+                total.dimension * term.dimension
+                if sign == "*"
+                else total.dimension / term.dimension,
                 total.is_vector or term.is_vector,
                 total.is_literal and term.is_literal,
             )
         return self._finite(total, node.span)
 
+    @_quietly
     def _power(self, node: s.Power) -> Value:
         base, exponent = self.number(node.base), self.number(node.exponent)
         if exponent.dimension != NUMBER or exponent.amount.ndim:
             self.findings.reject("TIS502", "an exponent is a plain number", node.exponent.span)
-        with np.errstate(all="ignore"):
-            amount = np.power(base.amount, exponent.amount)
-        return self._finite(Value(amount, base.dimension ** float(exponent.amount), False, base.is_literal), node.span)
+        amount = np.power(base.amount, exponent.amount)
+        return self._finite(
+            Value(amount, base.dimension ** float(exponent.amount), False, base.is_literal),
+            node.span,
+        )
 
+    @_quietly
     def _call(self, node: s.Call) -> Value:
         if node.function.key not in FUNCTIONS:
             return self.call(node)
         for argument in node.arguments:
             if argument.clauses:
-                self.findings.reject("TIS312", f"{node.function.text} takes plain numbers", argument.span)
+                self.findings.reject(
+                    "TIS312", f"{node.function.text} takes plain numbers", argument.span
+                )
         values = [self.number(argument.value) for argument in node.arguments]
         if not values or (len(values) > 1 and node.function.key not in ("min", "max")):
             self.findings.reject("TIS312", f"{node.function.text} takes one number", node.span)
         first = values[0]
         match node.function.key:
             case "sqrt":
-                with np.errstate(invalid="ignore"):
-                    result = Value(np.sqrt(first.amount), first.dimension**0.5)
+                result = Value(np.sqrt(first.amount), first.dimension**0.5)
             case "abs":
                 result = Value(np.abs(first.amount), first.dimension)
             case "min" | "max":
@@ -169,13 +215,16 @@ class Scope:
                     amount = pick(amount, value.amount)
                 result = Value(amount, first.dimension)
             case function:
-                self.expect(first, NUMBER, node.arguments[0].span, what=f"the argument of {function}")
+                self.expect(
+                    first, NUMBER, node.arguments[0].span, what=f"the argument of {function}"
+                )
                 result = Value(_NUMERIC[function](first.amount))
         return self._finite(result, node.span)
 
     def _finite(self, value: Value, span: Span) -> Value:
-        if not np.all(np.isfinite(value.amount)):
-            self.findings.reject("TIS504", f'"{span.text}" is not a finite number', span)
+        if self.is_known and not np.all(np.isfinite(value.amount)):
+            hint = "it is too large, or the root of a negative number"
+            self.findings.reject("TIS504", f'"{span.text}" is not a finite number', span, hint=hint)
         return value
 
     # --- conditions ----------------------------------------------------------------------------
@@ -194,11 +243,15 @@ class Scope:
                 self._same("cannot compare", left, right, node.right.span)
                 return np.asarray(_COMPARE[node.sign](left.amount, right.amount))
             case s.Between():
-                value, low, high = (self.number(part) for part in (node.subject, node.low, node.high))
+                value, low, high = (
+                    self.number(part) for part in (node.subject, node.low, node.high)
+                )
                 self._same("cannot compare", value, low, node.low.span)
                 self._same("cannot compare", value, high, node.high.span)
-                if np.any(low.amount > high.amount):
-                    self.findings.reject("TIS308", "the lower limit is above the upper one", node.low.span)
+                if self.is_known and np.any(low.amount > high.amount):
+                    self.findings.reject(
+                        "TIS308", "the lower limit is above the upper one", node.low.span
+                    )
                 return np.asarray((low.amount <= value.amount) & (value.amount <= high.amount))
             case _:
                 return self.test(node)
@@ -217,18 +270,34 @@ class Scope:
                 span,
                 hint=f'write "{span.text} {suggested_unit(dimension)}"?',
             )
-        self.findings.reject("TIS502", f"{what} is {wanted}; {span.text} is {describe(value.dimension)}", span)
+        unit = suggested_unit(dimension)
+        self.findings.reject(
+            "TIS502",
+            f"{what} is {wanted}; {span.text} is {describe(value.dimension)}",
+            span,
+            hint=f"write a unit like {unit}" if unit else "write a number without a unit",
+        )
 
     def _same(self, problem: str, left: Value, right: Value, span: Span) -> None:
         if left.dimension != right.dimension:
-            self._mismatch(problem, left.dimension, right.dimension, span, literal=right.is_literal)
+            self._mismatch(
+                problem, left.dimension, right.dimension, span, literal=right.is_literal
+            )
 
     def _mismatch(
-        self, problem: str, left: Dimension, right: Dimension, span: Span, *, literal: bool = False
+        self,
+        problem: str,
+        left: Dimension,
+        right: Dimension,
+        span: Span,
+        *,
+        literal: bool = False,
     ) -> None:
         hint = f'write "{span.text} {suggested_unit(left)}"?' if literal else ""
         code = "TIS501" if literal else "TIS502"
-        self.findings.reject(code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint)
+        self.findings.reject(
+            code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
+        )
 
 
 def _fold(join: Callable[[Truth, Truth], Truth], parts: list[Truth]) -> Truth:
@@ -236,4 +305,3 @@ def _fold(join: Callable[[Truth, Truth], Truth], parts: list[Truth]) -> Truth:
     for part in parts[1:]:
         result = join(result, part)
     return result
-

@@ -21,7 +21,13 @@ class Findings:
         self.diagnostics: list[Diagnostic] = []
 
     def add(
-        self, code: str, message: str, span: Span | None, *, hint: str = "", notes: tuple[Note, ...] = ()
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        hint: str = "",
+        notes: tuple[Note, ...] = (),
     ) -> None:
         """Record a finding and go on."""
         finding = Diagnostic(code, message, span, hint, notes)
@@ -29,7 +35,13 @@ class Findings:
             self.diagnostics.append(finding)
 
     def reject(
-        self, code: str, message: str, span: Span | None, *, hint: str = "", notes: tuple[Note, ...] = ()
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        hint: str = "",
+        notes: tuple[Note, ...] = (),
     ) -> NoReturn:
         """Record an error and leave the present item."""
         self.add(code, message, span, hint=hint, notes=notes)
@@ -58,5 +70,8 @@ class Findings:
     def raise_errors(self) -> None:
         """Raise a CompileError with all errors so far, in the order of the text, if any."""
         if self.errors:
-            ordered = sorted(self.errors, key=lambda d: (d.span.source.name, d.span.start) if d.span else ("", 0))
+            ordered = sorted(
+                self.errors,
+                key=lambda d: (d.span.source.name, d.span.start) if d.span else ("", 0),
+            )
             raise CompileError([*ordered[:LIMIT], *self.warnings])

@@ -44,7 +44,9 @@ def read_source(path: Path, name: str | None = None) -> Source:
         return normalise(path.read_bytes(), name, path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise CompileError([Diagnostic("TIS604", f'cannot read "{name}": {reason.lower()}', None)]) from error
+        raise CompileError(
+            [Diagnostic("TIS604", f'cannot read "{name}": {reason.lower()}', None)]
+        ) from error
 
 
 def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Program:
@@ -83,7 +85,12 @@ class _Loader:
         if not wanted or item.clauses or item.phrase:
             self.findings.reject("TIS312", 'write: use "tissues/fallopian_tube"', item.span)
         parts = PurePosixPath(wanted).parts
-        if ".." in parts or PurePosixPath(wanted).is_absolute() or "\\" in wanted or ":" in wanted:
+        if (
+            ".." in parts
+            or PurePosixPath(wanted).is_absolute()
+            or "\\" in wanted
+            or ":" in wanted
+        ):
             self.findings.reject(
                 "TIS603",
                 f'"{wanted}" leads outside of the folders that may be searched',
@@ -92,7 +99,11 @@ class _Loader:
             )
         path, name = self._find(wanted, item, source)
         if path.resolve() in chain:
-            self.findings.reject("TIS602", f'"{wanted}" uses this file again: the imports form a circle', item.span)
+            self.findings.reject(
+                "TIS602",
+                f'"{wanted}" uses this file again: the imports form a circle',
+                item.span,
+            )
         if path.resolve() not in self.seen:
             self.visit(read_source(path, name), chain)
 
@@ -102,7 +113,9 @@ class _Loader:
         hits = [place / file for place in places if (place / file).is_file()]
         if not hits:
             searched = tuple(Note(f"searched {place / file}") for place in places)
-            self.findings.reject("TIS601", f'there is no file "{file}" to use', item.span, notes=searched)
+            self.findings.reject(
+                "TIS601", f'there is no file "{file}" to use', item.span, notes=searched
+            )
         others = {hit.resolve() for hit in hits[1:]} - {hits[0].resolve()}
         if others:
             names = ", ".join(str(other) for other in sorted(others))

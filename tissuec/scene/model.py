@@ -138,6 +138,7 @@ class Scene:
     """A whole text, resolved. ``declarations`` still holds what needs meshes: sets, script, …"""
 
     source: Source
+    imports: tuple[Source, ...]  # files that it uses, in the order of reading
     about: str
     declarations: Declarations
     constants: Constants

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tissuec.core.errors import CompileError, Note, alternatives
-from tissuec.core.source import Source
 from tissuec.lang import syntax as s
+from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
@@ -26,9 +26,13 @@ class Parameter:
 class Constants(Scope):
     """The scope of ``param`` and ``let``; each is evaluated once, when first asked for."""
 
-    def __init__(self, declarations: Declarations, overrides: Mapping[str, s.Assign], findings: Findings):
+    def __init__(
+        self, declarations: Declarations, overrides: Mapping[str, s.Assign], findings: Findings
+    ):
         super().__init__(findings)
-        self.declared = {key: d.item for kind in ("param", "let") for key, d in declarations.of(kind).items()}
+        self.declared = {
+            key: d.item for kind in ("param", "let") for key, d in declarations.of(kind).items()
+        }
         self.overrides = overrides
         self.values: dict[str, Value | None] = {}
         self.used: set[str] = set()
@@ -36,7 +40,9 @@ class Constants(Scope):
 
     def name(self, name: s.Name) -> Value:
         if name.key not in self.declared:
-            texts = [item.name.text for item in self.declared.values() if isinstance(item, s.Assign)]
+            texts = [
+                item.name.text for item in self.declared.values() if isinstance(item, s.Assign)
+            ]
             self.findings.reject(
                 "TIS301",
                 f'there is no param or let called "{name.text}"',
@@ -58,14 +64,18 @@ class Constants(Scope):
         return [
             Parameter(item.name.text, value, key in self.overrides, item)
             for key, item in self.declared.items()
-            if isinstance(item, s.Assign) and item.keyword == "param" and (value := self.values.get(key)) is not None
+            if isinstance(item, s.Assign)
+            and item.keyword == "param"
+            and (value := self.values.get(key)) is not None
         ]
 
     def _value(self, name: s.Name) -> Value:
         key = name.key
         if key in self.chain:
             circle = " -> ".join([*self.chain[self.chain.index(key) :], key])
-            self.findings.reject("TIS506", f"these numbers need one another: {circle}", name.span)
+            self.findings.reject(
+                "TIS506", f"these numbers need one another: {circle}", name.span
+            )
         if key not in self.values:
             self.chain.append(key)
             self.values[key] = None  # stays None if the value is rejected: reported once only
@@ -82,15 +92,25 @@ class Constants(Scope):
         item = self.declared[key]
         assert isinstance(item, s.Assign)
         if item.clauses:
-            self.findings.reject("TIS312", "a number takes no further words", item.clauses[0].span)
+            self.findings.reject(
+                "TIS303", "a number takes no further words", item.clauses[0].span
+            )
         if item.bounds is not None and item.keyword == "let":
-            self.findings.reject("TIS312", "limits belong to a param; a let is computed", item.bounds.span)
+            self.findings.reject(
+                "TIS303", "limits belong to a param; a let is computed", item.bounds.span
+            )
         value = self.evaluate(item.value)
         if key in self.overrides:
             given = self.evaluate(self.overrides[key].value)
             if given.is_vector != value.is_vector:
-                self.findings.reject("TIS312", f"{item.name.text} is {'a vector' if value.is_vector else 'one number'}", self.overrides[key].value.span)
-            self.expect(given, value.dimension, self.overrides[key].value.span, what=item.name.text)
+                self.findings.reject(
+                    "TIS312",
+                    f"{item.name.text} is {'a vector' if value.is_vector else 'one number'}",
+                    self.overrides[key].value.span,
+                )
+            self.expect(
+                given, value.dimension, self.overrides[key].value.span, what=item.name.text
+            )
             value = given
         if item.bounds is not None:
             self._check_bounds(item, value, self.overrides.get(key, item))
@@ -110,27 +130,39 @@ class Constants(Scope):
             )
 
 
-def read_overrides(texts: Sequence[str], declarations: Declarations, findings: Findings) -> dict[str, s.Assign]:
+def read_overrides(
+    texts: Sequence[str], declarations: Declarations, findings: Findings
+) -> dict[str, s.Assign]:
     """Return the assignments of ``--set name=value`` by parameter name."""
     overrides: dict[str, s.Assign] = {}
     for text in texts:
-        source = Source(f'--set "{text}"', f"language 1\nparam {text}")
-        try:
-            items = parse(source).items
-        except CompileError as error:
-            findings.diagnostics.extend(error.diagnostics)
-            continue
-        item = items[0] if len(items) == 1 else None
         with findings.item():
-            if not isinstance(item, s.Assign) or item.clauses or item.bounds:
-                findings.reject("TIS505", f'cannot read --set "{text}"', None, hint='write --set "name = 0.9 s"')
+            item = _read_override(text, findings)
             known = [declared.name.text for declared in declarations.of("param").values()]
             if item.name.key not in declarations.of("param"):
-                what = "let is computed and cannot be set" if item.name.key in declarations.of("let") else "no such param"
+                is_let = item.name.key in declarations.of("let")
+                what = "it is a let, which is computed" if is_let else "there is no such param"
                 findings.reject(
-                    "TIS505", f'"{item.name.text}" cannot be set: {what}', None,
-                    hint=alternatives(item.name.text, known, what="params"),
+                    "TIS505",
+                    f'"{item.name.text}" cannot be set: {what}',
+                    None,
+                    hint=alternatives(item.name.text, known, what="params")
+                    or "the scene has no param",
                 )
             overrides[item.name.key] = item
     return overrides
 
+
+def _read_override(text: str, findings: Findings) -> s.Assign:
+    try:
+        # The text of a command line is as foreign as that of a file.
+        source = normalise(f"language 1\nparam {text}", f'--set "{text}"')
+        items = parse(source).items if "=" in text else ()
+    except CompileError as error:
+        findings.diagnostics.extend(error.diagnostics)
+        findings.stop()
+    item = items[0] if len(items) == 1 else None
+    if not isinstance(item, s.Assign) or item.clauses or item.bounds:
+        message = f'cannot read --set "{text}"'
+        findings.reject("TIS505", message, None, hint='write --set "name = 0.9 s"')
+    return item

@@ -36,10 +36,26 @@ class Quantity:
 QUANTITIES: dict[str, Quantity] = {
     quantity.name: quantity
     for quantity in (
-        Quantity("spring constant", units.STIFFNESS, "stiffness", ("each spring",), scales=-1, may_be_zero=True),
-        Quantity("viscosity", units.VISCOSITY, "damping", ("each spring",), scales=-1, may_be_zero=True),
+        Quantity(
+            "spring constant",
+            units.STIFFNESS,
+            "stiffness",
+            ("each spring",),
+            scales=-1,
+            may_be_zero=True,
+        ),
+        Quantity(
+            "viscosity",
+            units.VISCOSITY,
+            "damping",
+            ("each spring",),
+            scales=-1,
+            may_be_zero=True,
+        ),
         Quantity("mass", units.MASS, "mass", ("each node", "whole body")),
         Quantity("fraction force", units.FORCE, "strength", ("each spring",)),
-        Quantity("prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True),
+        Quantity(
+            "prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True
+        ),
     )
 }

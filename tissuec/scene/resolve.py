@@ -30,7 +30,9 @@ class Words:
 def resolve_words(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Words:
     """Return numbers, vocabulary and tissues of a program, which need not be a whole scene."""
     declarations = collect(program, findings)
-    constants = Constants(declarations, read_overrides(overrides, declarations, findings), findings)
+    constants = Constants(
+        declarations, read_overrides(overrides, declarations, findings), findings
+    )
     vocabulary = read_vocabulary(declarations, constants)
     tissues = read_tissues(declarations, vocabulary, constants)
     return Words(declarations, constants, vocabulary, tissues)
@@ -48,7 +50,9 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     tools: dict[str, Tool] = {}
     for key, declared in declarations.of("body").items():
         with findings.item():
-            bodies[key] = read_body(declared.name, declared.item, words.tissues, declarations, scope)
+            bodies[key] = read_body(
+                declared.name, declared.item, words.tissues, declarations, scope
+            )
     for key, declared in declarations.of("tool").items():
         with findings.item():
             tools[key] = read_tool(declared.name, declared.item, scope)
@@ -62,6 +66,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     assert environment is not None and simulation is not None
     return Scene(
         source=program.main.source,
+        imports=tuple(module.source for module in program.modules[:-1]),
         about=declarations.about,
         declarations=declarations,
         constants=scope,

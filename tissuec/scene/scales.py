@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, Dimension, describe, show
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.piecewise import points, trapezoid, triangle
@@ -67,14 +68,23 @@ class ScaleReader:
                     otherwise = item
                 case _:
                     words.append(item)
-        spread, length = (quantity.spreads[0], None) if applies is None else self._applies(applies)
+        spread, length = (
+            (quantity.spreads[0], None) if applies is None else self._applies(applies)
+        )
         if applies is None:
             example = f"applies to {quantity.spreads[0]}"
-            self.findings.reject("TIS304", f'quantity {self.name.text} needs "applies to"', self.block.head, hint=f"for example: {example}")
+            self.findings.reject(
+                "TIS304",
+                f'quantity {self.name.text} needs "applies to"',
+                self.block.head,
+                hint=f"for example: {example}",
+            )
         named = self._scale(words)
         if named.dimension != quantity.dimension:
             self.findings.reject(
-                "TIS502", f"{self.name.text} is {describe(quantity.dimension)}; this range is {describe(named.dimension)}", self.block.head
+                "TIS502",
+                f"{self.name.text} is {describe(quantity.dimension)}; this range is {describe(named.dimension)}",
+                self._range(),
             )
         return QuantityScale(named, spread, length, otherwise)
 
@@ -82,15 +92,29 @@ class ScaleReader:
         quantity = QUANTITIES[self.name.key]
         words = {clause.word: clause for clause in item.clauses}
         target = words["to"].value if "to" in words else None
-        if not isinstance(target, s.Name) or target.key not in quantity.spreads or set(words) - {"to", "of"}:
-            choices = list(quantity.spreads) + (["each spring of 1 mm"] if quantity.scales else [])
-            self.findings.reject("TIS305", f"{self.name.text} applies to: {', '.join(choices)}", item.span)
+        if (
+            not isinstance(target, s.Name)
+            or target.key not in quantity.spreads
+            or set(words) - {"to", "of"}
+        ):
+            choices = list(quantity.spreads) + (
+                ["each spring of 1 mm"] if quantity.scales else []
+            )
+            self.findings.reject(
+                "TIS305", f"{self.name.text} applies to: {', '.join(choices)}", item.span
+            )
         length = None
         if "of" in words:
             if not quantity.scales:
-                self.findings.reject("TIS305", f"{self.name.text} does not depend on the length of a spring", words["of"].span)
+                self.findings.reject(
+                    "TIS305",
+                    f"{self.name.text} does not depend on the length of a spring",
+                    words["of"].span,
+                )
             value = self.scope.number(words["of"].value)
-            self.scope.expect(value, LENGTH, words["of"].value.span, what="the length of a spring")
+            self.scope.expect(
+                value, LENGTH, words["of"].value.span, what="the length of a spring"
+            )
             length = float(value.amount)
         return next(spread for spread in quantity.spreads if spread == target.key), length
 
@@ -101,54 +125,102 @@ class ScaleReader:
         try:
             scale = self._words(items, axis, dimension)
         except ValueError as error:
-            self.findings.reject("TIS308", str(error), self.block.head)
+            self.findings.reject(
+                "TIS308", str(error), items[0].span if items else self.block.head
+            )
         for low, high in gaps(scale):
             self.findings.add(
                 "W201",
                 f"the part of {self.name.text} from {show(low, dimension)} to {show(high, dimension)} belongs to no word",
-                self.block.head,
+                self._range(),
+                hint="let the words beside it reach further, or add a word",
             )
         return NamedScale(self.name.text, scale, dimension, self.block.head)
 
     def _axis(self) -> tuple[Axis, Dimension]:
         words = {clause.word: clause for clause in self.block.clauses}
-        if not {"from", "to"} <= set(words) or set(words) - {"from", "to", "on"} or len(words) < len(self.block.clauses):
-            self.findings.reject("TIS312", "a range is written: from 0 to 1, or from 1 N to 9 N on log scale", self.block.head)
+        if (
+            not {"from", "to"} <= set(words)
+            or set(words) - {"from", "to", "on"}
+            or len(words) < len(self.block.clauses)
+        ):
+            self.findings.reject(
+                "TIS312",
+                "a range is written: from 0 to 1, or from 1 N to 9 N on log scale",
+                self.block.head,
+            )
         low, high = (self.scope.number(words[word].value) for word in ("from", "to"))
-        self.scope.expect(high, low.dimension, words["to"].value.span, what="the end of the range")
+        self.scope.expect(
+            high, low.dimension, words["to"].value.span, what="the end of the range"
+        )
         log = "on" in words
         if log and words["on"].value.span.text.lower() != "log scale":
-            self.findings.reject("TIS305", 'only "on log scale" can stand here', words["on"].span)
+            self.findings.reject(
+                "TIS305", 'only "on log scale" can stand here', words["on"].span
+            )
         try:
-            return Axis(self.name.text, float(low.amount), float(high.amount), log=log), low.dimension
+            return Axis(
+                self.name.text, float(low.amount), float(high.amount), log=log
+            ), low.dimension
         except ValueError as error:
-            self.findings.reject("TIS308", str(error), self.block.head)
+            self.findings.reject("TIS308", str(error), self._range())
+
+    def _range(self) -> Span:
+        """Return what is written behind the name: from … to …"""
+        clauses = self.block.clauses
+        return clauses[0].span.to(clauses[-1].span) if clauses else self.block.head
 
     def _words(self, items: Sequence[s.Item], axis: Axis, dimension: Dimension) -> Scale:
         match items:
             case [s.Assign(name=s.Name(key="evenly"), value=s.Listing(items=names))]:
                 if not all(isinstance(name, s.Name) for name in names):
-                    self.findings.reject("TIS312", "evenly lists words: [soft, medium, hard]", items[0].span)
+                    self.findings.reject(
+                        "TIS312", "evenly lists words: [soft, medium, hard]", items[0].span
+                    )
+                self._once([(name.span.text, name.span) for name in names])
                 return evenly(axis, [name.key for name in names if isinstance(name, s.Name)])
             case [s.Sentence(), *_]:
-                return plateaus(axis, [self._plateau(item, dimension) for item in items])
+                parts = [self._plateau(item, dimension) for item in items]
+                self._once(
+                    [(part.word, item.span) for part, item in zip(parts, items, strict=True)]
+                )
+                return plateaus(axis, parts)
             case [s.Assign(), *_]:
-                shapes: dict[str, Shape] = {}
-                for item in items:
-                    word, shape = self._shape(item, dimension)
-                    if word in shapes:
-                        self.findings.reject("TIS503", f'"{word}" is defined twice', item.span)
-                    shapes[word] = shape
-                return shaped(axis, shapes)
+                shapes = [self._shape(item, dimension) for item in items]
+                self._once(
+                    [(word, item.span) for (word, _), item in zip(shapes, items, strict=True)]
+                )
+                return shaped(axis, dict(shapes))
             case _:
                 self.findings.reject(
-                    "TIS304", f"{self.name.text} has no words", self.block.head, hint="for example: evenly = [low, medium, high]"
+                    "TIS304",
+                    f"{self.name.text} has no words",
+                    self.block.head,
+                    hint="for example: evenly = [low, medium, high]",
                 )
+
+    def _once(self, words: Sequence[tuple[str, Span]]) -> None:
+        """Reject a word that is declared a second time."""
+        first: dict[str, Span] = {}
+        for word, span in words:
+            key = " ".join(word.lower().split())
+            if key in first:
+                self.findings.reject(
+                    "TIS503",
+                    f'"{word}" is defined twice',
+                    span,
+                    notes=(Note("first here", first[key]),),
+                )
+            first[key] = span
 
     def _plateau(self, item: s.Item, dimension: Dimension) -> Plateau:
         if not isinstance(item, s.Sentence):
-            self.findings.reject("TIS306", "plateaus and other shapes cannot be mixed", item.span)
-        numbers = {clause.word: self._number(clause.value, dimension) for clause in item.clauses}
+            self.findings.reject(
+                "TIS306", "plateaus and other shapes cannot be mixed", item.span
+            )
+        numbers = {
+            clause.word: self._number(clause.value, dimension) for clause in item.clauses
+        }
         match sorted(numbers):
             case ["until"]:
                 return Plateau(item.name.key, None, numbers["until"])
@@ -158,20 +230,34 @@ class ScaleReader:
                 return Plateau(item.name.key, numbers["from"], numbers["to"])
             case _:
                 self.findings.reject(
-                    "TIS312", "plateaus are written: soft until 0.15; medium from 0.4 to 0.6; hard from 0.85", item.span
+                    "TIS312",
+                    "plateaus are written: soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",
+                    item.span,
                 )
 
     def _shape(self, item: s.Item, dimension: Dimension) -> tuple[str, Shape]:
-        if not isinstance(item, s.Assign) or not isinstance(item.value, s.Call) or item.value.function.key not in SHAPES:
+        if (
+            not isinstance(item, s.Assign)
+            or not isinstance(item.value, s.Call)
+            or item.value.function.key not in SHAPES
+        ):
             self.findings.reject("TIS312", f"a word is a shape: {', '.join(SHAPES)}", item.span)
         nodes = [argument.value for argument in item.value.arguments]
         try:
             return item.name.key, self._build(item.value.function.key, nodes, dimension)
         except (TypeError, ValueError) as error:
-            form = {"triangle": "(a, b, c)", "trapezoid": "(a, b, c, d)", "gaussian": "(mean, sigma)", "points": "(x, degree, x, degree, …)"}
+            form = {
+                "triangle": "(a, b, c)",
+                "trapezoid": "(a, b, c, d)",
+                "gaussian": "(mean, sigma)",
+                "points": "(x, degree, x, degree, …)",
+            }
             kind = item.value.function.key
-            reason = str(error) if isinstance(error, ValueError) else "wrong number of arguments"
-            self.findings.reject("TIS308", f"{kind}{form[kind]}: {reason}", item.value.span)
+            if isinstance(error, TypeError):
+                self.findings.reject(
+                    "TIS312", f"a {kind} is written {kind}{form[kind]}", item.value.span
+                )
+            self.findings.reject("TIS308", f"{kind}{form[kind]}: {error}", item.value.span)
 
     def _build(self, kind: str, nodes: Sequence[s.Expression], dimension: Dimension) -> Shape:
         if kind == "points":

@@ -64,7 +64,9 @@ def entries_of(cls: type) -> dict[str, Entry]:
         if not kinds:
             raise TypeError(f"{cls.__name__}.{field.name} has no entry kind")
         name = field.name.rstrip("_").replace("_", " ")
-        entries[name] = Entry(name, field.name, kinds[0], field.default, about.get(field.name, ""))
+        entries[name] = Entry(
+            name, field.name, kinds[0], field.default, about.get(field.name, "")
+        )
     return entries
 
 
@@ -98,7 +100,12 @@ def build(
             scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
     if len(scope.findings.errors) > errors:
         scope.findings.stop()
-    return cls(**values), places
+    try:
+        return cls(**values), places
+    except ValueError as error:  # entries that are right one by one and impossible together
+        named = [name for name in places if f'"{name}' in str(error)]
+        first = min(named, key=lambda name: str(error).index(f'"{name}'), default="")
+        scope.findings.reject("TIS309", f"{what}: {error}", places.get(first, where))
 
 
 def read(
@@ -150,7 +157,9 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
             return read_value(kind, item.value, scope, what=entry.name)
 
 
-def read_value(kind: Measure | Whole | Point, node: s.Expression, scope: Scope, *, what: str) -> Any:
+def read_value(
+    kind: Measure | Whole | Point, node: s.Expression, scope: Scope, *, what: str
+) -> Any:
     """Return an expression as a number, whole number or vector within its limits."""
     match kind:
         case Point(dimension=dimension):
@@ -165,9 +174,15 @@ def read_value(kind: Measure | Whole | Point, node: s.Expression, scope: Scope, 
             scope.expect(value, NUMBER, node.span, what=what)
             number = float(value.amount)
             if number != int(number):
-                scope.findings.reject("TIS308", f"{what} is a whole number, not {number:g}", node.span)
+                scope.findings.reject(
+                    "TIS308", f"{what} is a whole number, not {number:g}", node.span
+                )
             if not low <= number <= high:
-                scope.findings.reject("TIS308", f"{what} = {number:g} is not between {low} and {high}", node.span)
+                scope.findings.reject(
+                    "TIS308",
+                    f"{what} = {_grouped(number)} is not between {_grouped(low)} and {_grouped(high)}",
+                    node.span,
+                )
             return int(number)
         case Measure():
             return _read_measure(kind, node, scope, what=what)
@@ -185,13 +200,19 @@ def _read_measure(kind: Measure, node: s.Expression, scope: Scope, *, what: str)
     for broken, words, limit in limits:
         if broken and limit is not None:
             scope.findings.reject(
-                "TIS308", f"{what} must be {words} {show(limit, kind.dimension)}, not {value}", node.span
+                "TIS308",
+                f"{what} must be {words} {show(limit, kind.dimension)}, not {value}",
+                node.span,
             )
     return amount
 
 
 def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
-    if isinstance(item, s.Assign) or not isinstance(item, s.Sentence | s.Block) or item.phrase is None:
+    if (
+        isinstance(item, s.Assign)
+        or not isinstance(item, s.Sentence | s.Block)
+        or item.phrase is None
+    ):
         _wrong_form(entry, item, scope)
     _no_clauses(item, scope)
     if item.phrase.kind != "word" or item.phrase.words[0].key not in kind.words:
@@ -209,7 +230,9 @@ def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tup
     if not isinstance(item, s.Sentence) or [c.word for c in item.clauses] != ["from", "to"]:
         _wrong_form(entry, item, scope)
     point = Point(kind.dimension)
-    first, last = (read_value(point, clause.value, scope, what=entry.name) for clause in item.clauses)
+    first, last = (
+        read_value(point, clause.value, scope, what=entry.name) for clause in item.clauses
+    )
     return first, last
 
 
@@ -218,10 +241,19 @@ def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:
         clause = item.clauses[0]
         scope.findings.reject("TIS303", f'"{clause.word}" cannot stand here', clause.span)
     if isinstance(item, s.Assign) and (item.keyword or item.bounds):
-        scope.findings.reject("TIS312", "a param or let stands outside of blocks", item.span)
+        scope.findings.reject("TIS303", "a param or let stands outside of blocks", item.span)
+
+
+def _grouped(number: float) -> str:
+    """Return a whole number with its digits in groups: 100 000 000."""
+    return f"{number:,.12g}".replace(",", " ")
 
 
 def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> Any:
+    if isinstance(entry.kind, OneOf) and isinstance(item, s.Assign):
+        text = item.value.span.text
+        hint = f'write "{entry.name} is {text}"' if text in entry.kind.words else f"for example: {entry.example}"
+        scope.findings.reject("TIS312", 'a word is chosen with "is"; "=" sets a number', item.span, hint=hint)
     kind = describe(entry.kind.dimension) if isinstance(entry.kind, Measure) else ""
     scope.findings.reject(
         "TIS312",

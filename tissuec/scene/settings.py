@@ -51,7 +51,9 @@ class SimulateEntries:
 
     duration: Annotated[float, Measure(units.TIME, above=0.0)]
     integrator: Annotated[str, OneOf((AUTOMATIC,))] = AUTOMATIC
-    tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = DEFAULT_TOLERANCE
+    tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = (
+        DEFAULT_TOLERANCE
+    )
     step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
 
 
@@ -68,28 +70,49 @@ class ToolEntries:
 
 def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -> Environment:
     """Return the environment; rejects a scene without one, for gravity must be written."""
-    block = _single("environment", "environment { gravity = (0, 0, -9.81) m/s^2 }", declarations, main, scope.findings)
-    entries, _ = schema.build(EnvironmentEntries, block.items, scope, what="environment", where=block.head)
+    block = _single(
+        "environment",
+        "environment { gravity = (0, 0, -9.81) m/s^2 }",
+        declarations,
+        main,
+        scope.findings,
+    )
+    entries, _ = schema.build(
+        EnvironmentEntries, block.items, scope, what="environment", where=block.head
+    )
     return Environment(np.asarray(entries.gravity, dtype=float), entries.damping)
 
 
 def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) -> Simulation:
     """Return the simulate block; rejects contradictions between step and tolerance."""
-    block = _single("simulate", "simulate { duration = 1 s }", declarations, main, scope.findings)
+    block = _single(
+        "simulate", "simulate { duration = 1 s }", declarations, main, scope.findings
+    )
     entries = dict(schema.entries_of(SimulateEntries))
     values, places = schema.read(simulate_schema(), block.items, scope, what="simulate")
     if "duration" not in values:
         if "duration" not in places:
-            scope.findings.add("TIS304", 'simulate needs "duration"', block.head, hint=f"for example: {entries['duration'].example}")
+            scope.findings.add(
+                "TIS304",
+                'simulate needs "duration"',
+                block.head,
+                hint=f"for example: {entries['duration'].example}",
+            )
         scope.findings.stop()
     read = SimulateEntries(**values)
     if read.step is not None and "tolerance" in places:
         scope.findings.reject(
-            "TIS306", "a fixed step cannot promise a tolerance", places["tolerance"], hint="write step or tolerance, not both"
+            "TIS306",
+            "a fixed step cannot promise a tolerance",
+            places["tolerance"],
+            hint="write step or tolerance, not both",
         )
     if read.step is not None and read.integrator == AUTOMATIC:
         scope.findings.reject(
-            "TIS306", "a fixed step needs a named integrator", places["step"], hint="for example: integrator is velocity verlet"
+            "TIS306",
+            "a fixed step needs a named integrator",
+            places["step"],
+            hint="for example: integrator is velocity verlet",
         )
     tolerance = read.tolerance if read.step is None else None
     return Simulation(read.duration, read.integrator, tolerance, read.step, block.head)
@@ -99,18 +122,29 @@ def simulate_schema() -> dict[str, schema.Entry]:
     """Return the entries of simulate with the integrators there are."""
     entries = schema.entries_of(SimulateEntries)
     old = entries["integrator"]
-    entries["integrator"] = schema.Entry(old.name, old.field, OneOf((AUTOMATIC, *INTEGRATORS)), old.default, old.about)
+    entries["integrator"] = schema.Entry(
+        old.name, old.field, OneOf((AUTOMATIC, *INTEGRATORS)), old.default, old.about
+    )
     return entries
 
 
 def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     """Return a tool from its block."""
     assert isinstance(item, s.Block)
-    entries, _ = schema.build(ToolEntries, item.items, scope, what=f"tool {name.text}", where=item.head)
+    entries, _ = schema.build(
+        ToolEntries, item.items, scope, what=f"tool {name.text}", where=item.head
+    )
     return Tool(name.text, entries.kind, item.head)
 
 
-def _single(kind: str, example: str, declarations: Declarations, main: s.Module, findings: Findings) -> s.Block:
+def _single(
+    kind: str, example: str, declarations: Declarations, main: s.Module, findings: Findings
+) -> s.Block:
     if kind not in declarations.single:
-        findings.reject("TIS304", f"the scene has no {kind} block", whole(main), hint=f"for example: {example}")
+        findings.reject(
+            "TIS304",
+            f"the scene has no {kind} block",
+            whole(main),
+            hint=f"for example: {example}",
+        )
     return declarations.single[kind]

@@ -32,7 +32,9 @@ class _Written:
     numbers: dict[str, s.Assign] = field(default_factory=dict)
 
 
-def read_tissues(declarations: Declarations, vocabulary: Vocabulary, scope: Scope) -> dict[str, Tissue]:
+def read_tissues(
+    declarations: Declarations, vocabulary: Vocabulary, scope: Scope
+) -> dict[str, Tissue]:
     """Return every tissue by lower-case name; each mistake rejects one tissue only."""
     reader = TissueReader(declarations, vocabulary, scope)
     tissues: dict[str, Tissue] = {}
@@ -50,18 +52,31 @@ class TissueReader:
         self.vocabulary = vocabulary
         self.scope = scope
         self.findings = scope.findings
+        self.circles: set[str] = (
+            set()
+        )  # tissues of which it was said that they need one another
 
     def read(self, declared: Declared) -> Tissue:
         """Return a tissue with everything it inherits."""
         written = self._collect(declared, ())
         facts = tuple(self._fact(item, written.rules) for item in written.facts.values())
-        given = {key: read_given(key, item, self.scope) for key, item in written.numbers.items()}
+        given = {
+            key: read_given(key, item, self.scope) for key, item in written.numbers.items()
+        }
         missing: dict[str, str] = {}
         if written.rules is not None:
             self._infer(written.rules, facts, given, missing)
         assert isinstance(declared.item, s.Block)
         vocabulary = written.rules.name if written.rules else ""
-        return Tissue(declared.name.text, written.about, vocabulary, facts, given, missing, declared.item.head)
+        return Tissue(
+            declared.name.text,
+            written.about,
+            vocabulary,
+            facts,
+            given,
+            missing,
+            declared.item.head,
+        )
 
     # --- entries -------------------------------------------------------------------------------
 
@@ -69,9 +84,20 @@ class TissueReader:
         """Return the entries of a tissue over those of its parent."""
         block = declared.item
         assert isinstance(block, s.Block)
-        if declared.name.key in chain or len(chain) > MOST_PARENTS:
+        if len(chain) > MOST_PARENTS:
+            self.findings.reject(
+                "TIS116",
+                f"more than {MOST_PARENTS} tissues are like one another in a row",
+                block.head,
+            )
+        if declared.name.key in chain:
             circle = " -> ".join([*chain, declared.name.key])
-            self.findings.reject("TIS506", f"these tissues are like one another: {circle}", block.head)
+            if self.circles & set(chain):
+                raise Rejected  # reported at another tissue of the circle
+            self.circles |= set(chain)
+            self.findings.reject(
+                "TIS506", f"these tissues are like one another: {circle}", block.head
+            )
         written = _Written()
         for clause in block.clauses:
             if not isinstance(clause.value, s.Name):
@@ -91,12 +117,19 @@ class TissueReader:
             raise Rejected
         return written
 
-    def _entry(self, item: s.Item, written: _Written, entries: dict[str, Span], declared: Declared) -> None:
+    def _entry(
+        self, item: s.Item, written: _Written, entries: dict[str, Span], declared: Declared
+    ) -> None:
         if not isinstance(item, s.Sentence | s.Assign):
             self.findings.reject("TIS303", "this cannot stand in a tissue", item.span)
         key = "about" if item.name.words.lower() == "about" else item.name.key
         if key in entries:
-            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, notes=(Note("first here", entries[key]),))
+            self.findings.reject(
+                "TIS307",
+                f'"{key}" is written twice',
+                item.span,
+                notes=(Note("first here", entries[key]),),
+            )
         entries[key] = item.span
         if key == "about" and isinstance(item, s.Sentence):
             written.about = item.name.quoted or ""
@@ -111,7 +144,12 @@ class TissueReader:
                 hint = alternatives(key, known, what="entries")
                 if key in self.vocabulary.properties:
                     hint = 'write "described in …" first, naming the rules that know this word'
-                self.findings.reject("TIS303", f'"{item.name.text}" is not an entry of tissue {declared.name.text}', item.name.span, hint=hint)
+                self.findings.reject(
+                    "TIS303",
+                    f'"{item.name.text}" is not an entry of tissue {declared.name.text}',
+                    item.name.span,
+                    hint=hint,
+                )
             find_property(item.name, self.vocabulary, rules, self.scope)
             written.facts[key] = item
 
@@ -143,6 +181,11 @@ class TissueReader:
         return Fact(item.name.key, written, number, item.span)
 
     def _slider(self, item: s.Assign, scale: NamedScale) -> float:
+        if isinstance(item.value, s.Name) and item.value.key in scale.scale.words:
+            self.findings.reject(
+                "TIS312", 'a word is chosen with "is"; "=" sets a number', item.span,
+                hint=f'write "{item.name.text} is {item.value.text}"',
+            )  # fmt: skip
         value = self.scope.number(item.value)
         self.scope.expect(value, scale.dimension, item.value.span, what=scale.name)
         try:
@@ -153,23 +196,44 @@ class TissueReader:
 
     def _word(self, item: s.Sentence, scale: NamedScale) -> tuple[float, str]:
         if item.phrase is None or item.clauses:
-            self.findings.reject("TIS312", f"{item.name.text} is described with a word: {item.name.text} is …", item.span)
+            self.findings.reject(
+                "TIS312",
+                f"{item.name.text} is described with a word: {item.name.text} is …",
+                item.span,
+            )
         if item.phrase.kind == "not":
-            self.findings.reject("TIS312", "a tissue says what it is, not what it is not", item.phrase.span)
+            self.findings.reject(
+                "TIS312", "a tissue says what it is, not what it is not", item.phrase.span,
+                hint=f"write {item.name.text} is …, or {item.name.text} is between … and …",
+            )  # fmt: skip
         shapes = [
-            read_word(name, scale, self.vocabulary.hedges, self.scope).shape for name in item.phrase.words
+            read_word(name, scale, self.vocabulary.hedges, self.scope).shape
+            for name in item.phrase.words
         ]
         axis = scale.scale.axis
         if any(isinstance(shape, Powered) for shape in shapes):
-            self.findings.add("W205", f'"{item.phrase.span.text}": a power hedge does not move a word', item.phrase.span)
-        number = axis.value_of(shapes[0]) if len(shapes) == 1 else axis.halfway(shapes[0], shapes[1])
+            self.findings.add(
+                "W205", f'"{item.phrase.span.text}": a power hedge does not move a word', item.phrase.span,
+                hint="in a tissue it has no effect; use a hedge that shifts, or write a number",
+            )  # fmt: skip
+        number = (
+            axis.value_of(shapes[0]) if len(shapes) == 1 else axis.halfway(shapes[0], shapes[1])
+        )
         return number, " ".join(item.phrase.span.text.split())
 
     # --- inference -----------------------------------------------------------------------------
 
-    def _infer(self, rules: Rules, facts: tuple[Fact, ...], given: dict[str, Given], missing: dict[str, str]) -> None:
+    def _infer(
+        self,
+        rules: Rules,
+        facts: tuple[Fact, ...],
+        given: dict[str, Given],
+        missing: dict[str, str],
+    ) -> None:
         """Add what the rules conclude where nothing was written."""
-        for key, answer in rules.base.infer({fact.property: fact.number for fact in facts}).items():
+        for key, answer in rules.base.infer(
+            {fact.property: fact.number for fact in facts}
+        ).items():
             if key in given:
                 continue
             if isinstance(answer, NoRule):
@@ -186,7 +250,15 @@ class TissueReader:
         else:
             assert scale.otherwise is not None
             span = scale.otherwise.span
-        return Given(QUANTITIES[key], answer.value, scale.spread, scale.length, answer.source, span, shown)
+        return Given(
+            QUANTITIES[key],
+            answer.value,
+            scale.spread,
+            scale.length,
+            answer.source,
+            span,
+            shown,
+        )
 
     def _why(self, rules: Rules, answer: NoRule) -> str:
         if not answer.silent:
@@ -198,5 +270,8 @@ class TissueReader:
 
 def _atoms(firing: Firing) -> str:
     """Return the tests of a fired rule with their degrees: ``hardness soft 1.00, …``."""
-    return ", ".join(f"{atom.property} {atom.word} {atom.degree:.2f}" for atom in firing.atoms if atom.degree is not None)
-
+    return ", ".join(
+        f"{atom.property} {atom.word} {atom.degree:.2f}"
+        for atom in firing.atoms
+        if atom.degree is not None
+    )

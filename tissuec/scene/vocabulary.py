@@ -103,6 +103,7 @@ class RulesReader:
                 "W204",
                 f"two rules with the same condition conclude different words for {clash.quantity}",
                 spans[clash.second],
+                hint="leave one of them out, or let their conditions differ",
                 notes=(Note("the other rule", spans[clash.first]),),
             )
         base = RuleBase(
@@ -119,22 +120,42 @@ class RulesReader:
             phrase = scale.otherwise.phrase
             if phrase.kind != "word":
                 self.findings.reject("TIS312", "otherwise names one word", phrase.span)
-            otherwise = read_word(phrase.words[0], scale.named, self.vocabulary.hedges, self.scope, in_conclusion=True)
+            otherwise = read_word(
+                phrase.words[0],
+                scale.named,
+                self.vocabulary.hedges,
+                self.scope,
+                in_conclusion=True,
+            )
         return RuleQuantity(scale.named.scale.axis, otherwise)
 
     def _operator(self, item: s.Item, chosen: dict[str, str]) -> None:
-        if not isinstance(item, s.Sentence) or item.name.key not in CHOICES or item.phrase is None:
-            text = item.name.text if isinstance(item, s.Sentence | s.Assign | s.Block) else "this"
+        if (
+            not isinstance(item, s.Sentence)
+            or item.name.key not in CHOICES
+            or item.phrase is None
+        ):
+            text = (
+                item.name.text if isinstance(item, s.Sentence | s.Assign | s.Block) else "this"
+            )
             self.findings.reject(
-                "TIS303", f'"{text}" is not an entry of rules', item.span, hint=alternatives(text, (*CHOICES, "if"), what="entries")
+                "TIS303",
+                f'"{text}" is not an entry of rules',
+                item.span,
+                hint=alternatives(text, (*CHOICES, "if"), what="entries"),
             )
         words = CHOICES[item.name.key]
         # "centre of gravity" reads as a phrase with a clause behind it.
-        written = " ".join([item.phrase.span.text, *(clause.span.text for clause in item.clauses)])
+        written = " ".join(
+            [item.phrase.span.text, *(clause.span.text for clause in item.clauses)]
+        )
         choice = " ".join(written.lower().split())
         if choice not in words:
             self.findings.reject(
-                "TIS305", f'{item.name.text} cannot be "{written}"', item.phrase.span, hint=alternatives(choice, words, what="choices")
+                "TIS305",
+                f'{item.name.text} cannot be "{written}"',
+                item.phrase.span,
+                hint=alternatives(choice, words, what="choices"),
             )
         chosen[item.name.key] = choice
 
@@ -146,12 +167,18 @@ class RulesReader:
         weight = 1.0
         for clause in item.clauses:
             if clause.word != "weighing":
-                self.findings.reject("TIS303", f'"{clause.word}" cannot stand in a rule', clause.span)
+                self.findings.reject(
+                    "TIS303", f'"{clause.word}" cannot stand in a rule', clause.span
+                )
             value = self.scope.number(clause.value)
             self.scope.expect(value, NUMBER, clause.value.span, what="the weight of a rule")
             weight = float(value.amount)
             if not 0.0 < weight <= 1.0:
-                self.findings.reject("TIS308", f"the weight of a rule lies above 0 and up to 1, not {weight:g}", clause.value.span)
+                self.findings.reject(
+                    "TIS308",
+                    f"the weight of a rule lies above 0 and up to 1, not {weight:g}",
+                    clause.value.span,
+                )
         return Rule(condition, conclusions, weight)
 
     def _condition(self, node: s.Expression) -> c.Condition:
@@ -165,7 +192,9 @@ class RulesReader:
             case s.Is(subject=s.Name()):
                 return self._is(node)
             case _:
-                self.findings.reject("TIS312", "a rule tests words: hardness is soft", node.span)
+                self.findings.reject(
+                    "TIS312", "a rule tests words: hardness is soft", node.span
+                )
 
     def _is(self, node: s.Is) -> c.Condition:
         assert isinstance(node.subject, s.Name)
@@ -176,7 +205,12 @@ class RulesReader:
             case "not":
                 return c.Not(c.Is(key, words[0]))
             case "between":
-                self.findings.reject("TIS312", '"between" belongs to a tissue, not to a rule', node.phrase.span, hint="join two tests with or")
+                self.findings.reject(
+                    "TIS312",
+                    '"between" belongs to a tissue, not to a rule',
+                    node.phrase.span,
+                    hint="join two tests with or",
+                )
             case _:
                 return c.Is(key, words[0])
 
@@ -204,7 +238,9 @@ class RulesReader:
         if part.phrase.kind != "word":
             self.findings.reject("TIS312", "a rule concludes one word", part.phrase.span)
         scale = self.vocabulary.quantities[key].named
-        word = read_word(part.phrase.words[0], scale, self.vocabulary.hedges, self.scope, in_conclusion=True)
+        word = read_word(
+            part.phrase.words[0], scale, self.vocabulary.hedges, self.scope, in_conclusion=True
+        )
         return Conclusion(key, word)
 
 

@@ -32,7 +32,9 @@ def read_hedge(item: s.Item, scope: Scope) -> Hedge:
     """Return the hedge of ``hedge very = shift(50 %, outward)`` or ``= power(2)``."""
     assert isinstance(item, s.Assign)
     call = item.value
-    arguments = [argument.value for argument in call.arguments] if isinstance(call, s.Call) else []
+    arguments = (
+        [argument.value for argument in call.arguments] if isinstance(call, s.Call) else []
+    )
     try:
         match call:
             case s.Call(function=s.Name(key="shift")) if len(arguments) == 2:
@@ -46,7 +48,9 @@ def read_hedge(item: s.Item, scope: Scope) -> Hedge:
     except ValueError as error:
         scope.findings.reject("TIS308", str(error), item.value.span)
     scope.findings.reject(
-        "TIS312", "a hedge is shift(50 %, outward), shift(50 %, inward) or power(2)", item.value.span
+        "TIS312",
+        "a hedge is shift(50 %, outward), shift(50 %, inward) or power(2)",
+        item.value.span,
     )
 
 
@@ -57,7 +61,12 @@ def _plain(node: s.Expression, scope: Scope) -> float:
 
 
 def read_word(
-    name: s.Name, scale: NamedScale, hedges: Mapping[str, Hedge], scope: Scope, *, in_conclusion: bool = False
+    name: s.Name,
+    scale: NamedScale,
+    hedges: Mapping[str, Hedge],
+    scope: Scope,
+    *,
+    in_conclusion: bool = False,
 ) -> Word:
     """Return the word of a scale that a phrase means, or reject it.
 
@@ -80,7 +89,10 @@ def read_word(
             )
         for part, hedge in zip(front, chosen, strict=True):
             if not has_effect(hedge, shape, scale.scale.axis):
-                scope.findings.add("W205", f'"{part}" has no effect on "{rest}": it stands where it would be moved to', name.span)
+                scope.findings.add(
+                    "W205", f'"{part}" has no effect on "{rest}": it stands where it would be moved to', name.span,
+                    hint=f'write "{rest}" alone, or another word',
+                )  # fmt: skip
         shape = hedged(chosen, shape, scale.scale.axis)
         reading = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
         assert in_conclusion is False or not isinstance(shape, Powered)
@@ -88,8 +100,13 @@ def read_word(
     _unknown(name, scale, hedges, scope)
 
 
-def _unknown(name: s.Name, scale: NamedScale, hedges: Mapping[str, Hedge], scope: Scope) -> NoReturn:
-    near = did_you_mean(name.key, scale.scale.words)
+def _unknown(
+    name: s.Name, scale: NamedScale, hedges: Mapping[str, Hedge], scope: Scope
+) -> NoReturn:
+    words = scale.scale.words
+    near = did_you_mean(
+        name.key, [*words, *(f"{hedge} {word}" for hedge in hedges for word in words)]
+    )
     listed = f"words for {scale.name}: {', '.join(scale.scale.words)}"
     if hedges:
         listed += f"; hedges: {', '.join(hedges)}"

@@ -41,10 +41,8 @@ class Move:
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        if order.has("by"):
-            vectors = (order.vector("by", units.LENGTH),)
-        else:
-            vectors = tuple(np.eye(3))
+        is_shift = order.has("by")
+        vectors = (order.vector("by", units.LENGTH),) if is_shift else tuple(np.eye(3))
         courses = order.courses(default="", columns=len(vectors))
         refuse_jump(order, courses)
         return cls(order.mover(), vectors, courses, order.duration, order.span)

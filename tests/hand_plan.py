@@ -1,0 +1,82 @@
+"""Plans written by hand, and their runs with a recording in memory."""
+
+import numpy as np
+
+from tests.hand_net import order, span
+from tissuec.measures import MEASURES, Subject
+from tissuec.memory import MemoryRecording
+from tissuec.plan import Event, Expectation, Log, Output, Plan, Simulation, Trigger
+from tissuec.recording import Recorder
+from tissuec.run import run
+
+
+def event(time, sentence, groups=None, *, duration=None, tools=None, **clauses):
+    action = order(sentence, groups or {}, tools=tools, duration=duration, **clauses)
+    return Event(time, action)
+
+
+def make_plan(
+    network,
+    duration,
+    events=(),
+    *,
+    gravity=(0.0, 0.0, 0.0),
+    drag=0.0,
+    triggers=(),
+    logs=(),
+    every=np.inf,
+    energy=np.inf,
+    expectations=(),
+    integrator="dop853",
+    tolerance=1e-9,
+    step=None,
+    ledger=True,
+):
+    frames = np.arange(network.node_count if np.isfinite(every) else 0)
+    return Plan(
+        simulation=Simulation(duration, integrator, tolerance, step, span("simulate")),
+        gravity=np.array(gravity, dtype=float),
+        drag=drag,
+        events=tuple(sorted(events, key=lambda event: event.time)),
+        triggers=tuple(triggers),
+        output=Output(frames, every, False, tuple(logs), energy),
+        expectations=tuple(expectations),
+        needs_ledger=ledger,
+        breakable=bool(np.isfinite(network.strength).any()),
+    )
+
+
+def subject(name, nodes=None, springs=()):
+    found = None if nodes is None else np.asarray(nodes, dtype=np.int64)
+    return Subject(name, found, np.asarray(springs, dtype=np.int64))
+
+
+def log(measure, *subjects, every):
+    title = f"{measure} of {' to '.join(s.name for s in subjects)}"
+    return Log(title, MEASURES[measure], subjects, every, span(title))
+
+
+def value(measure, *subjects):
+    """Return a function of a moment."""
+    kind = MEASURES[measure]
+    return lambda moment: kind.value(kind.sample(subjects, moment))
+
+
+def when(condition, *events):
+    return Trigger(condition, tuple(events), span("when something holds"))
+
+
+def expect(condition, start, stop=None, *, pinned=()):
+    def describe(moment):
+        return f"at {float(moment.time):g} s"
+
+    return Expectation(
+        condition, describe, start, start if stop is None else stop, pinned, span("expect")
+    )
+
+
+def carry_out(network, plan, **options):
+    """Run and return the outcome and the recording."""
+    recording = MemoryRecording()
+    recorder = Recorder(network, plan, recording)
+    return run(network, plan, recorder, **options), recording

@@ -1,0 +1,167 @@
+"""Layout: what the grammar sees, brackets and characters, and time that grows with length."""
+
+from time import perf_counter
+
+import pytest
+
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.lang.characters import normalise
+from tissuec.lang.layout import DEEPEST, lay_out
+from tissuec.lang.parser import parse
+from tissuec.lang.words import CONTINUING
+
+
+def laid_out(text):
+    return lay_out(Source("x.tis", text))
+
+
+def seen(text):
+    """Return what the grammar sees, with single blanks."""
+    return "\n".join(" ".join(line.split()) for line in laid_out(text).text.split("\n"))
+
+
+# --- normalisation ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("raw", [b"\xef\xbb\xbfa\r\nb\rc", "\ufeffa\r\nb\rc", "a\nb\nc"])
+def test_marks_and_line_ends_are_normalised(raw):
+    assert normalise(raw, "x").text == "a\nb\nc"
+
+
+def test_composed_and_decomposed_letters_become_equal():
+    assert normalise("gro\u0308ße", "x").text == normalise("größe", "x").text == "größe"
+
+
+@pytest.mark.parametrize(
+    ("raw", "place"),
+    [(b"ab\r\n\xff", 3), ("é\n".encode() + b"\xe9 = 1", 2), (b"a\0b", 1), ("a\ud800", 1)],
+)
+def test_what_is_no_text_is_reported_at_its_place(raw, place):
+    with pytest.raises(CompileError) as caught:
+        normalise(raw, "x")
+    (finding,) = caught.value.diagnostics
+    assert (finding.code, finding.span.start) == ("TIS114", place)
+
+
+# --- what the grammar sees --------------------------------------------------------------------
+
+
+def test_layout_keeps_length_and_offsets():
+    text = 'a = (1,\n2) # c {\nb = "#x" # d\n  with c\ntable t {\n1 2 # e\n}\n'
+    laid = laid_out(text)
+    assert len(laid.text) == len(text)
+    assert all(new in (old, " ") for old, new in zip(text, laid.text, strict=True))
+
+
+def test_comments_are_collected_and_quotes_are_no_comments():
+    laid = laid_out('a "# no" # yes  \n# also "this\ntable t {\n 1 # row\n}')
+    assert [c.text for c in laid.comments] == ["# yes", '# also "this', "# row"]
+    assert all(c.span.text.rstrip() == c.text for c in laid.comments)
+    assert '"# no"' in laid.text
+
+
+@pytest.mark.parametrize("word", CONTINUING)
+@pytest.mark.parametrize("between", ["\n", "\n\n\n  ", " # why\n  # not\n\n", "\n\t"])
+def test_a_line_that_begins_with_a_joining_word_continues_the_line_above(word, between):
+    assert "\n" not in laid_out(f"a{between}{word} b").text
+
+
+@pytest.mark.parametrize("word", ["from", "at", "andes", "of_x", "basis", "if", "not", "until"])
+def test_other_lines_do_not_continue(word):
+    assert seen(f"a\n{word} b") == f"a\n{word} b"
+
+
+def test_line_ends_in_round_and_square_brackets_are_blanks():
+    assert seen("a = f(1,\n\n# c\n2) + [\n3\n]\nb") == "a = f(1, 2) + [ 3 ]\nb"
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["table t of net in mm", "law is table", "x\ntable t", "a; table t", "b { }\n table t",
+     'table "a b" on table "c"', "table t at (1, 2, f(3))", "table t # c\n with d"],
+)  # fmt: skip
+def test_rows_of_a_table_are_hidden_from_the_grammar(head):
+    laid = laid_out(head + ' {\n1 2; if "}" # }\n} rest')
+    assert laid.text.split("{")[-1].split()[:2] == ["}", "rest"]
+    assert len(laid.rows) == 1
+
+
+@pytest.mark.parametrize(
+    "head", ["this table", "tableau", "using table", "x = table", "(table"]
+)
+def test_the_word_table_elsewhere_hides_nothing(head):
+    assert not laid_out(f"{head} {{ a = 1 }}").rows
+
+
+# --- brackets and characters ------------------------------------------------------------------
+
+
+def codes(text):
+    try:
+        return [problem.code for problem in laid_out(text).problems]
+    except CompileError as error:
+        return [problem.code for problem in error.diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("a {\nb {\n}\n", ["TIS101"]),
+        ("a }\n", ["TIS102"]),
+        ("a = (1, 2\nb", ["TIS102"]),
+        ("a = [1, 2)\nb", ["TIS102"]),
+        ("a { b = (1 }\nc = 2)", ["TIS102", "TIS102"]),
+        ('a "b\nc "d"', ["TIS113"]),
+        ("a “b”", ["TIS114", "TIS114"]),
+        ("a\u00a0b \x0b", ["TIS114", "TIS114"]),
+        ("table t {\n1 2", ["TIS101"]),
+        ("table t {\n1 2\nb {\n}", ["TIS101"]),
+        ('"“\u00a0\x0b" # “\u00a0', []),
+        ("größe µ Ω m·s 名", []),
+    ],
+)
+def test_bracket_and_character_problems_have_codes(text, expected):
+    assert codes(text) == expected
+
+
+def test_the_block_that_lacks_its_brace_is_told_by_indentation():
+    problem = laid_out("a {\n  b {\n    c\n}\nd { }\n").problems[0]
+    assert problem.notes[0].span.line == 2
+    assert problem.span.line == 5
+
+
+def test_brackets_as_deep_as_allowed_parse_and_one_deeper_is_reported():
+    def nested(depth):
+        return normalise(f"language 1\nlet a = {'(' * depth}1{')' * depth}", "x")
+
+    assert parse(nested(DEEPEST)).items
+    with pytest.raises(CompileError) as caught:
+        parse(nested(DEEPEST + 1))
+    assert [d.code for d in caught.value.diagnostics] == ["TIS116"]
+
+
+# --- time -------------------------------------------------------------------------------------
+
+MILLION = 1_000_000
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["(" * MILLION, "}" * MILLION, ")" * MILLION, "[" * MILLION, "{" * MILLION,
+     "\n" * 10 * MILLION, " " * MILLION, '"' * MILLION, "“" * MILLION, "#" * MILLION, "\n(" * MILLION,
+     "table x { " * 100_000, "is table " * 100_000, "x = 1 " + " " * MILLION + "y",
+     "a = " + "-" * 100_000 + "1", "expect " + "not " * 100_000 + "a", "1" * MILLION,
+     "a = 1 " + "m*" * 100_000 + "m", "a = 1 m^" + "9" * 100_000, "a = 1e" + "9" * MILLION],
+    ids=lambda text: text[:12].strip() + "…",
+)  # fmt: skip
+def test_hostile_texts_take_about_a_second_at_most(text):
+    start = perf_counter()
+    findings = []
+    try:
+        parse(normalise("language 1\n" + text, "x"))
+    except CompileError as error:
+        findings = error.diagnostics
+    assert all(len(d.message) < 300 and len(d.hint) < 400 for d in findings)
+    # A quadratic pass over a million characters would take minutes; the rest is a slow machine.
+    assert perf_counter() - start < 5.0

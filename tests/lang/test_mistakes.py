@@ -1,0 +1,233 @@
+"""Each mistake is named by its code, marked at its place, and met with a remedy."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tissuec.core.errors import CompileError
+from tissuec.lang.characters import normalise
+from tissuec.lang.parser import parse
+
+EXAMPLES = Path(__file__).parent / "examples"
+
+
+def findings(text):
+    with pytest.raises(CompileError) as caught:
+        parse(normalise(text, "bad.tis"))
+    return caught.value.diagnostics
+
+
+def only(text):
+    (finding,) = findings(f"language 1\n{text}")
+    return finding
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "marked", "hint"),
+    [
+        ("TIS103", "If a is b then c is d", "If", 'write "if"'),
+        ("TIS103", "if a is b Then c is d", "Then", 'write "then"'),
+        ("TIS103", "if a is b\n  Then c is d", "Then", 'write "then"'),
+        ("TIS103", "At 0 s: fix a", "At", 'write "at"'),
+        ("TIS103", "Param a = 1", "Param", 'write "param"'),
+        ("TIS103", "Expect force(a) < 2 N", "Expect", 'write "expect"'),
+        ("TIS104", "radius = 3 mmm", "mmm", 'did you mean "mm"?'),
+        ("TIS104", "radius = 3 MM", "MM", 'did you mean "mm"?'),
+        ("TIS104", "radius = 3 parsec", "parsec", "units are"),
+        ("TIS104", "at 3 mss: fix a", "mss", 'did you mean "ms"?'),
+        ("TIS104", "a = (1, 2, 3) mmm", "mmm", 'did you mean "mm"?'),
+        ("TIS104", "a = (b + c) mm", ") mm", "behind each number"),
+        ("TIS104", "a = [1, 2] mm", "mm", "behind each number"),
+        ("TIS104", "a = 3 kg m", "m", '"kg*m"'),
+        ("TIS104", "a = 1 km^999", "1 km^999", "exponents"),
+        ("TIS104", "a = 1 mm^999", "1 mm^999", "exponents"),
+        ("TIS105", "at 0.10 s   grasp waist with forceps A", "grasp",
+         'write "at 0.10 s: grasp waist with forceps A"'),
+        ("TIS105", "at cut time cut waist", "", 'write "at cut time cut waist: …"'),
+        ("TIS105", "from 0 s to 1 s move a by (1, 2, 3) mm", "move", "to 1 s: move a by"),
+        ("TIS105", "when force(a) > 2 N release a", "release", "2 N: release a"),
+        ("TIS105", "at 0 s { fix a }", "{", ": {"),
+        ("TIS107", "rings = 16 sides = 10", "sides", 'before "sides"'),
+        ("TIS107", "mesh is tube radius = 3 mm", "=", '";"'),
+        ("TIS107", "body a { } body b { }", "body", 'before "body"'),
+        ("TIS107", "radius = 3 mm let a = 2", "let", 'before "let"'),
+        ("TIS107", "if a is b then c is d if e is f then g is h", "if", 'before "if"'),
+        ("TIS108", "radius = 3,5 mm", ",", 'write "radius = 3.5 mm"'),
+        ("TIS108", "prestress = 0,04", ",", 'write "prestress = 0.04"'),
+        ("TIS109", "grasp waist with forceps 2", "2", '"forceps 2"'),
+        ("TIS109", "tool forceps 2 { }", "2", '"tool forceps 2"'),
+        ("TIS109", "rings 16", "16", 'write "rings = 16"'),
+        ("TIS109", "radius 3 mm", "3 mm", 'write "radius = 3 mm"'),
+        ("TIS111", "if hardness = soft then a is b", "=", '"hardness is soft"'),
+        ("TIS111", "set a = nodes of b where x = 3 mm", "=", 'write "x == 3 mm"'),
+        ("TIS111", "if spring constant = low then a is b", "=", '"spring constant is low"'),
+        ("TIS111", "expect count(a) = 160", "=", '"=="'),
+        ("TIS112", "if a is b c is d", "is", '"if … then …"'),
+        ("TIS112", "if a is b", "", '"if … then …"'),
+        ("TIS113", 'about "no end', '"no end', '"'),
+        ("TIS114", "a = 3\u00a0mm", "\u00a0", "ordinary blank"),
+        ("TIS114", "a = 3 − 2", "−", "type -"),
+        ("TIS114", "a = 3 m/s²", "²", "type ^2"),
+        ("TIS114", "a | b", "|", "type or"),
+        ("TIS114", "a \\\n  with b", "\\", "joining word"),
+        ("TIS114", "about 'x", "'", "double quotes"),
+        ("TIS115", "let head of pancreas = 3", "of", '"head of pancreas"'),
+        ("TIS115", "head of pancreas = 3", "of", '"head of pancreas"'),
+        ("TIS115", "let where = 2 mm", "where", '"where"'),
+        ("TIS115", "x and y = 3", "and", '"x and y"'),
+        ("TIS115", "tissue is like", "like", '"like"'),
+        ("TIS119", "a = 1e999", "1e999", "1.8e308"),
+        ("TIS119", "a = -1e400 mm", "1e400 mm", "1.8e308"),
+        ("TIS100", "a = 2^3^4", "^", "a^(b^c)"),
+        ("TIS100", "expect 1 < x < 2", "<", '"and"'),
+        ("TIS100", "a = .5", ".", '"0.5"'),
+        ("TIS100", "a = 5.", ".", '"0.5"'),
+        ("TIS100", "expect a ! b", "!", '"!="'),
+        ("TIS100", "a = % 5", "%", '"5 %"'),
+        ("TIS100", "a = b · c", "·", '"*"'),
+        ("TIS100", "body x\n{ }", "{", '"{" on the line'),
+        ("TIS100", "if x, then y is z", ",", 'remove the ","'),
+        ("TIS100", "at 0 s:\n", "\n", "on the line of its time"),
+        ("TIS100", "a =", "", "a name, a number"),
+        ("TIS100", "a b\nc = 2 with\nd", "\n", "a name"),
+        ("TIS100", "at 0 s: = 3", "=", "a name"),
+    ],
+)  # fmt: skip
+def test_mistakes_have_code_place_and_remedy(code, text, marked, hint):
+    finding = only(text)
+    assert finding.code == code, finding
+    assert finding.span.text == marked
+    assert hint in finding.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "hint"),
+    [
+        ("", "TIS117", 'write "language 1"'),
+        ("# remark\n\nbody a { }", "TIS117", 'write "language 1"'),
+        ("language\nbody a { }", "TIS117", 'write "language 1"'),
+        ("language one", "TIS117", 'write "language 1"'),
+        ("language 1mm", "TIS117", 'write "language 1"'),
+        ("Language 1", "TIS103", 'write "language 1"'),
+        ("language 2\nfoo [bar] baz = 3", "TIS118", 'it reads "language 1"'),
+        ("language 1.5", "TIS118", 'it reads "language 1"'),
+    ],
+)
+def test_the_first_line_names_the_version(text, code, hint):
+    (finding,) = findings(text)
+    assert finding.code == code
+    assert hint in finding.hint
+
+
+def test_a_missing_first_line_does_not_hide_other_mistakes():
+    assert [f.code for f in findings("about x\na = 3,5")] == ["TIS117", "TIS108"]
+
+
+# --- several mistakes -------------------------------------------------------------------------
+
+
+def codes_and_lines(text):
+    return [(f.code, f.span.line) for f in findings(f"language 1\n{text}")]
+
+
+def test_one_run_reports_several_mistakes_in_order_and_no_cascades():
+    text = """body a {
+  mesh is tube { radius = 3,5 mm; rings = 16 sides = 10 }
+  tissue = is soft
+}
+script {
+  at 0 s fix a
+  at 1 s: free a
+  If b is c then d is e
+}
+let x = 1e999
+expect count(a) = 3
+"""
+    assert codes_and_lines(text) == [
+        ("TIS108", 3), ("TIS107", 3), ("TIS100", 4), ("TIS105", 7), ("TIS103", 9),
+        ("TIS119", 11), ("TIS111", 12),
+    ]  # fmt: skip
+
+
+def test_the_inside_of_a_block_with_a_bad_head_is_looked_at():
+    assert codes_and_lines("body is = {\n a = 3,5\n b { c = 1 }\n}\nd = 4,5\n") == [
+        ("TIS100", 2), ("TIS108", 3), ("TIS108", 6),
+    ]  # fmt: skip
+
+
+def test_the_rows_of_a_table_with_a_bad_head_are_not_taken_for_sentences():
+    assert codes_and_lines("table 3 of x {\n 1 2 3\n 4 5 6\n}\nd = 4,5\n") == [
+        ("TIS100", 2), ("TIS108", 6),
+    ]  # fmt: skip
+
+
+def test_an_unclosed_bracket_spoils_its_own_line_only():
+    assert codes_and_lines("a = (1, 2\nb = 3,5\nc { d = [1 }\ne = 1\n") == [
+        ("TIS102", 2), ("TIS108", 3), ("TIS102", 4),
+    ]  # fmt: skip
+
+
+def test_a_missing_brace_is_reported_once_with_both_places():
+    text = "language 1\nbody a {\n  mesh is tube {\n    radius = 3 mm\n}\nscript { }\n"
+    (finding,) = findings(text)
+    assert finding.code == "TIS101"
+    assert finding.span.start == len(text.rstrip())
+    assert [note.span.line for note in finding.notes] == [3]
+
+
+def test_mistakes_beside_odd_characters_and_quotes_are_not_reported_twice():
+    assert codes_and_lines('a = “b of c”\nd "e of = 3\n') == [
+        ("TIS114", 2), ("TIS114", 2), ("TIS113", 3),
+    ]  # fmt: skip
+
+
+def test_ten_mistakes_are_reported_at_most():
+    assert codes_and_lines("a = 3,5\n" * 30) == [("TIS108", n) for n in range(2, 12)]
+    assert len(findings("language 1\n" + "“\n" * 30)) == 10
+
+
+def test_reporting_mistakes_in_a_long_text_does_not_parse_it_ten_times(monkeypatch):
+    # Each mistake resumes behind itself: tokens read in all stay near the length of the text.
+    from tissuec.lang import recovery
+
+    starts = []
+    resume = recovery.resume_after
+
+    def noted(text, statement):
+        result = resume(text, statement)
+        starts.append(result[1])
+        return result
+
+    monkeypatch.setattr("tissuec.lang.parser.resume_after", noted)
+    findings("language 1\n" + ("a = 1 mm\n" * 50 + "b = 3,5\n") * 5)
+    assert starts == sorted(starts)
+    assert len(set(starts)) == len(starts) == 5
+
+
+# --- words of messages ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a = ", "a b is", "at", "expect", "if", "a { b = }", "a = [1, ]]", "a = f(,)", "= 3",
+     "a = 1 <", "from 1 s: 3", "a is not", "a is between b", "a = x is y", "]", "a ^", "let",
+     "let a", ", a"],
+)  # fmt: skip
+def test_no_message_holds_names_of_the_grammar(text):
+    internal = re.compile(r"\b[A-Z_]{3,}\b|\$END|_NL|Token|__")
+    for finding in findings(f"language 1\n{text}"):
+        assert not internal.search(f"{finding.message} {finding.hint}")
+        assert finding.hint
+
+
+def test_examples_with_one_character_missing_never_give_more_than_three_findings():
+    # One slip of the finger is one mistake; a missing brace or quote may show twice.
+    text = (EXAMPLES / "indentation.tis").read_text(encoding="utf-8")
+    for place in range(0, len(text), 7):
+        found = ()
+        try:
+            parse(normalise(text[:place] + text[place + 1 :], "x"))
+        except CompileError as error:
+            found = error.diagnostics
+        assert len(found) <= 3, (place, text[place], found)

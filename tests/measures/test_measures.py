@@ -1,0 +1,188 @@
+"""Measures against numbers worked out by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.hand_net import chain, make_net, start
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.gap import smallest_gap
+from tissuec.measures.moment import Ledger, Moment
+
+NOTHING = np.zeros(0, dtype=np.int64)
+
+
+def nodes(*numbers, network=None):
+    found = np.array(numbers, dtype=np.int64)
+    springs = (
+        NOTHING if network is None else np.flatnonzero(np.isin(network.ends, found).all(axis=1))
+    )
+    return Subject("some nodes", found, springs)
+
+
+def springs(*numbers):
+    return Subject("some springs", NOTHING, np.array(numbers, dtype=np.int64), is_springs=True)
+
+
+def tool(name):
+    return Subject(name, None, NOTHING)
+
+
+def sample(name, moment, *subjects):
+    return MEASURES[name].sample(subjects, moment)
+
+
+def value(name, moment, *subjects):
+    return MEASURES[name].value(sample(name, moment, *subjects))
+
+
+@pytest.fixture
+def moment():
+    """A chain of four, spread to x = 0, 2, 3, 5: the springs are stretched by 1, 0 and 1."""
+    network = chain(4, mass=[1, 2, 3, 4], stiffness=[10, 20, 30], damping=[0, 0, 2])
+    situation = start(network)
+    situation.position[:, 0] = [0, 2, 3, 5]
+    situation.velocity[3] = (1.0, 0.0, 2.0)
+    situation.holders["forceps"] = np.array([2, 3])
+    return Moment.of(situation)
+
+
+def test_nodes_of_sets_and_of_grips_are_counted(moment):
+    assert value("nodes", moment, nodes(0, 1, 3)) == 3
+    assert value("nodes", moment, tool("forceps")) == 2
+    assert value("nodes", moment, tool("empty")) == 0
+
+
+def test_only_springs_that_are_left_are_counted(moment):
+    moment.situation.alive = np.array([True, False, True])
+    assert value("springs", moment, springs(0, 1)) == 1
+    assert value("springs", moment, tool("forceps")) == 1
+
+
+def test_pieces_are_counted_through_the_whole_net(moment):
+    assert value("pieces", moment, nodes(0, 3)) == 1
+    moment.situation.alive = np.array([True, False, True])
+    whole = Moment.of(moment.situation)
+    assert value("pieces", whole, nodes(0, 3)) == 2
+    assert value("pieces", whole, nodes(0, 1)) == 1
+
+
+def test_the_support_force_is_minus_the_pull_of_the_springs(moment):
+    # Spring 2 pulls node 3 back with c e + d w = 30 · 1 + 2 · 1 = 32.
+    assert sample("force", moment, nodes(3)).tolist() == [32.0, 0.0, 0.0]
+    assert value("force", moment, nodes(3)) == 32.0
+    # Inside the grip springs cancel; spring 1 is at rest.
+    assert sample("force", moment, tool("forceps")) == pytest.approx(np.zeros(3))
+    # On nodes 1 and 2 together spring 0 pulls with -10 and spring 2 with 32.
+    assert sample("force", moment, nodes(1, 2)).tolist() == [-22.0, 0.0, 0.0]
+    assert MEASURES["force"].columns((), moment) == ("x", "y", "z")
+
+
+def test_the_force_on_an_empty_grip_is_none(moment):
+    assert sample("force", moment, tool("empty")).tolist() == [0, 0, 0]
+
+
+def test_length_strain_and_tension_are_those_of_live_springs(moment):
+    assert value("length", moment, springs(0, 1, 2)) == 5.0
+    assert value("strain", moment, springs(0, 1, 2)) == 1.0
+    assert sample("tension", moment, springs(0, 1, 2)).tolist() == [10.0, 0.0, 32.0]
+    assert value("tension", moment, springs(0, 1, 2)) == 32.0
+    assert MEASURES["tension"].columns((springs(0, 2),), moment) == ("spring 500", "spring 502")
+    moment.situation.alive = np.array([False, True, True])
+    assert value("length", moment, springs(0, 1, 2)) == 3.0
+    assert sample("tension", moment, springs(0)).tolist() == [0.0]
+    assert value("strain", moment, springs(0, 1)) == 0.0
+
+
+def test_strain_counts_compression_and_passes_over_rest_lengths_of_zero():
+    situation = start(chain(3, rest=[4.0, 0.0]))
+    assert value("strain", Moment.of(situation), springs(0, 1)) == 0.75
+
+
+def test_place_distance_and_speed(moment):
+    assert sample("position", moment, nodes(1, 3)).tolist() == [3.5, 0, 0]
+    assert value("distance", moment, nodes(0, 1), tool("forceps")) == 3.0
+    assert value("speed", moment, nodes(0, 1, 2, 3)) == pytest.approx(np.sqrt(5))
+    assert value("speed", moment, tool("empty")) == 0.0
+    assert np.isnan(value("distance", moment, nodes(0), tool("empty")))
+
+
+def test_energies_are_of_free_nodes_and_live_springs(moment):
+    network = moment.situation.network
+    assert value("elastic energy", moment, springs(0, 1, 2)) == 20.0
+    assert value("kinetic energy", moment, nodes(2, 3)) == 0.0  # both are held
+    moment.situation.holders.clear()
+    everything = nodes(0, 1, 2, 3, network=network)
+    assert value("kinetic energy", Moment.of(moment.situation), everything) == 0.5 * 4 * 5
+    assert value("energy", Moment.of(moment.situation), everything) == 30.0
+
+
+def test_ruptured_counts_springs_that_broke_by_themselves(moment):
+    broken = replace(moment, ruptured=np.array([True, False, True]))
+    assert value("ruptured", broken, springs(0, 1, 2)) == 2
+    assert value("ruptured", broken, springs(1)) == 0
+
+
+def test_energy_drift_is_what_is_missing_over_the_largest_energy(moment):
+    moment.situation.holders.clear()
+    energy = 30.0
+    ledger = Ledger(initial=10.0, work=25.0, dissipated=3.0, switched=-4.0, scale=50.0)
+    drift = value("energy drift", replace(moment, ledger=ledger))
+    assert drift == pytest.approx(abs(energy - (10 + 25 - 3 - 4)) / 50)
+    assert value("energy drift", replace(moment, ledger=Ledger())) == 0.0
+    with pytest.raises(ValueError, match="ledger"):
+        value("energy drift", moment)
+
+
+def test_the_gap_is_the_smallest_distance_between_pieces_and_none_for_one_piece():
+    position = [(0, 0, 0), (1, 0, 0), (1, 3, 4), (2, 3, 4), (50, 0, 0)]
+    network = make_net(position, [(0, 1), (2, 3)])
+    moment = Moment.of(start(network))
+    assert value("gap", moment, nodes(0, 1, 2, 3, 4)) == 5.0
+    assert value("gap", moment, nodes(0, 1)) == 0.0
+    assert value("gap", moment, nodes(0, 4)) == 50.0
+
+
+@pytest.mark.parametrize("count", [3, 64, 65, 300])
+def test_the_gap_is_found_whatever_the_order_of_the_nodes(count):
+    random = np.random.default_rng(count)
+    position = random.normal(size=(count, 3)) * [1, 20, 1]
+    piece = random.integers(0, 3, count).astype(np.int32)
+    piece[:2] = [0, 1]
+    apart = np.linalg.norm(position[:, None] - position[None], axis=2)
+    expected = apart[piece[:, None] != piece[None]].min()
+    assert smallest_gap(position, piece) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", sorted(MEASURES))
+def test_a_batch_of_moments_gives_what_each_of_them_gives(name):
+    network = chain(5, stiffness=3.0, damping=0.5)
+    situation = start(network, gravity=(0, 0, -9.81))
+    situation.alive = np.array([True, False, True, True])
+    random = np.random.default_rng(4)
+    state = random.normal(size=(3, 5, 3)), random.normal(size=(3, 5, 3))
+    ledger = Ledger(
+        1.0, np.array([1.0, 2, 3]), np.array([0.5, 1, 2]), 0.3, np.array([4.0, 5, 6])
+    )
+    ruptured = np.zeros(4, dtype=bool)
+    batch = Moment(situation, np.array([1.0, 2, 3]), *state, ruptured, ledger)
+    everything = nodes(*range(5), network=network)
+    subjects = (everything, nodes(1, 2))[: MEASURES[name].subjects]
+    rows = MEASURES[name].sample(subjects, batch)
+    assert rows.shape == (3, len(MEASURES[name].columns(subjects, batch)))
+    for number in range(3):
+        single = MEASURES[name].sample(subjects, batch.pick(number))
+        assert rows[number] == pytest.approx(single, rel=1e-14)
+    assert np.array_equal(
+        MEASURES[name].sample(subjects, batch.pick(np.array([0, 2]))), rows[[0, 2]]
+    )
+
+
+@pytest.mark.parametrize("name", sorted(MEASURES))
+def test_every_measure_says_how_it_is_written_and_what_it_is(name):
+    measure = MEASURES[name]
+    assert measure.__doc__
+    assert measure.takes in ("nodes", "springs", "any")
+    assert name in measure.form
+    assert measure.form.count(",") == max(measure.subjects - 1, 0)

@@ -1,0 +1,160 @@
+"""Exports hold the numbers of the file."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from tissuec.results.errors import ResultError
+from tissuec.results.export import export_csv, export_obj, export_vtu
+from tissuec.results.info import summary
+from tissuec.results.trajectory import Trajectory
+
+
+@pytest.fixture
+def read(tmp_path, example):
+    with Trajectory.open(example.saved(tmp_path / "a.vtkhdf", method="dop853")) as trajectory:
+        yield trajectory
+
+
+def table(trajectory, names):
+    stream = io.StringIO()
+    export_csv(trajectory, names, stream)
+    return list(csv.reader(io.StringIO(stream.getvalue())))
+
+
+def test_a_log_comes_back_from_csv_to_the_last_digit(read, example):
+    head, *rows = table(read, "force of forceps A")
+    assert head == ["time [s]", *(f"force of forceps A {axis} [N]" for axis in "xyz")]
+    numbers = np.array(rows, dtype=float)
+    assert np.array_equal(numbers[:, 0], example.time)
+    assert np.array_equal(numbers[:, 1:], example.force[:, 0])
+
+
+def test_energies_and_several_logs_share_a_table(read, example):
+    head, *rows = table(read, ["energies", "tension of a/b"])
+    assert head[1] == "energies kinetic [J]"
+    assert head[7:] == ["tension of a/b 3 [N]", "tension of a/b 7 [N]"]
+    numbers = np.array(rows, dtype=float)
+    assert np.array_equal(numbers[:, 1:7], example.tension[:, :6])
+    assert np.array_equal(numbers[:, 7:], example.tension[:, 3:5])
+
+
+def test_logs_of_other_times_leave_fields_empty_and_repeated_times_stay(tmp_path, example):
+    force, tension = (channel.name for channel in example.recording.logs)
+    with example.open(tmp_path / "b.vtkhdf") as writer:
+        writer.log(force, [0.0, 0.2], [[1, 2, 3], [4, 5, 6]])
+        writer.log(tension, [0.1, 0.2, 0.2], [[7, 8], [9, 10], [11, np.nan]])
+        path = writer.close("done", finished=True)
+    with Trajectory.open(path) as trajectory:
+        rows = table(trajectory, [force, tension])[1:]
+    assert rows == [
+        ["0.0", "1.0", "2.0", "3.0", "", ""],
+        ["0.1", "", "", "", "7.0", "8.0"],
+        ["0.2", "4.0", "5.0", "6.0", "9.0", "10.0"],
+        ["0.2", "", "", "", "11.0", "nan"],
+    ]
+
+
+def test_events_name_springs_as_the_scene_does(read):
+    assert table(read, "events") == [
+        ["time [s]", "kind", "springs", "cause", "place"],
+        [
+            "0.68",
+            "cut",
+            "tube:25 tube:26 tube:27 tube:28",
+            "cut tube with shears",
+            "scene.tis:8",
+        ],
+        ["1.16", "rupture", "tube:1", "tension above 2 N", "scene.tis:3"],
+    ]
+
+
+def test_an_unknown_log_is_an_error_with_the_known_ones(read):
+    with pytest.raises(
+        ResultError, match=r'no log "forc of forceps A".*did you mean "force of'
+    ):
+        table(read, "forc of forceps A")
+
+
+@pytest.mark.parametrize("frame", [0, 20, -1])
+def test_a_vtu_file_holds_a_frame(tmp_path, read, example, frame):
+    xml = pytest.importorskip("vtkmodules.vtkIOXML")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    path = tmp_path / "frame.vtu"
+    export_vtu(read, frame, path)
+    reader = xml.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    grid = reader.GetOutput()
+
+    def of(data, name):
+        return vtk_to_numpy(data.GetArray(name))
+
+    assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), example.position[frame])
+    for name in ("velocity", "force"):
+        assert np.array_equal(of(grid.GetPointData(), name), getattr(example, name)[frame])
+    assert np.array_equal(of(grid.GetPointData(), "node_id"), example.network.node_ids)
+    assert of(grid.GetFieldData(), "TimeValue") == [example.time[frame]]
+    cells = read.cells(frame)
+    assert grid.GetNumberOfCells() == cells.total
+    kinds = vtk_to_numpy(grid.GetCellTypes()).tolist()
+    assert kinds == [3] * len(cells.lines) + [5] * len(cells.triangles)
+    connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+    expected = np.concatenate([cells.lines.ravel(), cells.triangles.ravel()])
+    assert np.array_equal(connectivity, expected)
+    force = of(grid.GetCellData(), "spring_force")
+    assert np.array_equal(force[cells.line_rows], example.tension[frame, cells.springs])
+    assert np.isnan(force[len(cells.lines) :]).all()
+    ids = of(grid.GetCellData(), "spring_id")
+    assert np.array_equal(ids[cells.line_rows], example.network.spring_ids[cells.springs])
+
+
+def test_an_obj_file_holds_a_frame(tmp_path, read, example):
+    path = tmp_path / "frame.obj"
+    export_obj(read, 20, path)
+    lines = [line.split() for line in path.read_text().splitlines()]
+
+    def of(letter):
+        return np.array([line[1:] for line in lines if line[0] == letter], dtype=float)
+
+    assert np.array_equal(of("v"), example.position[20])
+    assert np.array_equal(of("l") - 1, read.cells(20).lines)
+    assert np.array_equal(of("f") - 1, read.cells(20).triangles)
+
+
+@pytest.mark.parametrize("export", [export_vtu, export_obj])
+def test_exports_say_what_is_wrong(tmp_path, read, export):
+    with pytest.raises(IndexError, match="frame 99 of 40"):
+        export(read, 99, tmp_path / "frame")
+    with pytest.raises(ResultError, match="No such file or directory"):
+        export(read, 0, tmp_path / "missing" / "frame")
+
+
+def test_the_summary_counts_what_the_file_holds(read, example):
+    short = summary(read)
+    assert short["frames"] == {
+        "count": 40,
+        "nodes": 23,
+        "springs": 42 - 4,
+        "precision": "double",
+        "first_time": 0.0,
+        "last_time": example.time[-1],
+    }
+    assert short["events"] == {"cut": 1, "rupture": 1}
+    assert short["logs"]["tension of a/b"]["columns"] == [3, 7]
+    assert short["energies"]["rows"] == 40
+    assert short["network"] == {"nodes": 23, "springs": 38, "bodies": ["tube", "rod"]}
+    assert (short["method"], short["finished"], short["can_resume"]) == ("dop853", True, False)
+    assert short["versions"]["numpy"] == np.__version__
+
+
+def test_the_summary_of_an_empty_run_has_no_times(tmp_path, example):
+    path = example.recorded(energies=False, logs=()).open(tmp_path / "b.vtkhdf")
+    with Trajectory.open(path.close("nothing happened", finished=True)) as trajectory:
+        short = summary(trajectory)
+    assert short["frames"]["first_time"] is None
+    assert short["energies"] is None
+    assert short["events"] == {}

@@ -1,0 +1,173 @@
+"""A run that was interrupted and gone on with leaves the file of an uninterrupted one."""
+
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from tissuec.results.errors import ResultError
+from tissuec.results.trajectory import Trajectory
+from tissuec.results.writer import ResultWriter
+
+CHECKPOINTS = (5, 12, 17, 23, 29, 33)
+
+
+def content(path):
+    """Return every dataset by path; the manifest without the time it took."""
+    found = {}
+    with h5py.File(path, "r") as file:
+
+        def visit(name, member):
+            if isinstance(member, h5py.Dataset):
+                found[name] = member[()]
+
+        file.visititems(visit)
+        found["steps"] = file["VTKHDF/Steps"].attrs["NSteps"]
+    manifest = json.loads(found.pop("tissuec/manifest"))
+    assert found.pop("tissuec/checkpoint/wall_time") > 0
+    found["manifest"] = {name: manifest[name] for name in manifest if name != "wall_time"}
+    return found
+
+
+def assert_same(one, other):
+    first, second = content(one), content(other)
+    assert set(first) == set(second)
+    for name in first:
+        np.testing.assert_equal(first[name], second[name], err_msg=name)
+
+
+def uninterrupted(folder, example):
+    with example.open(folder / "whole.vtkhdf", method="dop853") as writer:
+        example.write(writer, checkpoints=CHECKPOINTS)
+        return writer.close("done", finished=True)
+
+
+def go_on(example, path):
+    """Resume the file at ``path`` and write the rest of it."""
+    with Trajectory.open(path) as read:
+        checkpoint = read.checkpoint()
+    with ResultWriter.resume(path, checkpoint) as writer:
+        first = checkpoint.state["frame"]
+        assert np.array_equal(checkpoint.state["position"], example.position[first])
+        example.write(writer, first=first, checkpoints=CHECKPOINTS)
+        return writer.close("done", finished=True)
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("last", [6, 12, 16, 17, 18, 22, 28, 29, 31, 39])
+def test_an_interrupted_run_gone_on_with_equals_an_uninterrupted_one(
+    tmp_path, example, last, single
+):
+    example = example.recorded(single=single)
+    with example.open(tmp_path / "a.vtkhdf", method="dop853") as writer:
+        example.write(writer, last=last, batch=4, checkpoints=CHECKPOINTS)
+        partial = writer.close("interrupted", finished=False)
+    assert_same(go_on(example, partial), uninterrupted(tmp_path, example))
+
+
+def test_a_run_can_be_gone_on_with_again_and_again(tmp_path, example):
+    with example.open(tmp_path / "a.vtkhdf", method="dop853") as writer:
+        example.write(writer, last=6, checkpoints=CHECKPOINTS)
+        path = writer.close("interrupted", finished=False)
+    for last in (14, 20, 31):
+        with Trajectory.open(path) as read:
+            checkpoint = read.checkpoint()
+        with ResultWriter.resume(tmp_path / "a.vtkhdf", checkpoint) as writer:
+            first = checkpoint.state["frame"]
+            example.write(writer, first=first, last=last, checkpoints=CHECKPOINTS)
+            writer.close("interrupted", finished=False)
+    assert_same(go_on(example, path), uninterrupted(tmp_path, example))
+
+
+def test_a_cut_that_no_frame_has_shown_is_not_forgotten(tmp_path, example):
+    with example.open(tmp_path / "a.vtkhdf") as writer:
+        example.write(writer, last=17)
+        writer.topology(example.alive(17))
+        writer.checkpoint({"frame": 17})
+        path = writer.close("interrupted", finished=False)
+    with Trajectory.open(path) as read:
+        checkpoint = read.checkpoint()
+    rows = slice(17, 18)
+    with ResultWriter.resume(path, checkpoint) as writer:
+        state = [data[rows] for data in (example.position, example.velocity, example.force)]
+        writer.frames(example.time[rows], *state, example.tension[rows])
+        path = writer.close("done", finished=True)
+    with Trajectory.open(path) as read:
+        assert not set(example.along) & set(read.spring_force(17)[1].tolist())
+
+
+def test_values_of_a_checkpoint_come_back_as_they_were(tmp_path, example):
+    state = {
+        "array": np.arange(6.0).reshape(2, 3),
+        "numbers": np.arange(4, dtype=np.int32),
+        "mask": np.array([True, False]),
+        "empty": np.zeros((0, 3)),
+        "real": 0.1 + 0.2,
+        "whole": 2**60 + 1,
+        "flag": True,
+        "infinite": float("inf"),
+        "text": 'größe "λ"\n' * 3000,
+        "nothing": "",
+        "a/b": 1,
+    }
+    with example.open(tmp_path / "a.vtkhdf") as writer:
+        example.write(writer, last=3)
+        writer.checkpoint({"former": 1, "array": 2})
+        writer.checkpoint(state)
+        path = writer.close("interrupted", finished=False)
+    with Trajectory.open(path) as read:
+        back = read.checkpoint().state
+    assert set(back) == set(state)
+    for name, value in state.items():
+        assert type(back[name]) is type(value), name
+        np.testing.assert_array_equal(back[name], value)
+        if isinstance(value, np.ndarray):
+            assert back[name].dtype == value.dtype
+
+
+@pytest.mark.parametrize("value", [None, object(), [1, "a"], 1j])
+def test_a_state_that_cannot_be_kept_is_refused(tmp_path, example, value):
+    with example.open(tmp_path / "a.vtkhdf") as writer:
+        example.write(writer, last=3)
+        with pytest.raises(ValueError, match='"odd" is no number, text or array'):
+            writer.checkpoint({"odd": value})
+
+
+def test_the_time_of_both_runs_is_counted(tmp_path, example):
+    with example.open(tmp_path / "a.vtkhdf") as writer:
+        example.write(writer, last=3)
+        writer.checkpoint({"frame": 3})
+        path = writer.close("interrupted", finished=False)
+    with Trajectory.open(path) as read:
+        checkpoint = replace(read.checkpoint(), wall_time=1000.0)
+    with ResultWriter.resume(path, checkpoint) as writer:
+        path = writer.close("done", finished=True)
+    with Trajectory.open(path) as read:
+        assert 1000.0 < read.manifest["wall_time"] < 1060.0
+
+
+def test_a_checkpoint_of_another_file_is_refused_and_changes_nothing(tmp_path, example):
+    with example.open(tmp_path / "a.vtkhdf") as writer:
+        example.write(writer, last=30, checkpoints=(30,))
+        path = writer.close("interrupted", finished=False)
+    with Trajectory.open(path) as read:
+        checkpoint = read.checkpoint()
+    with example.open(tmp_path / "b.vtkhdf") as writer:
+        example.write(writer, last=10, checkpoints=(5,))
+        other = writer.close("interrupted", finished=False)
+    before = other.read_bytes()
+    with pytest.raises(ResultError, match="must come from another file"):
+        ResultWriter.resume(other, checkpoint)
+    assert other.read_bytes() == before
+
+
+def test_there_is_nothing_to_go_on_with_without_a_file(tmp_path, example):
+    with example.open(tmp_path / "a.vtkhdf") as writer:
+        example.write(writer, last=6, checkpoints=(5,))
+        path = writer.close("interrupted", finished=False)
+    with Trajectory.open(path) as read:
+        checkpoint = read.checkpoint()
+    with pytest.raises(ResultError, match="there is no file"):
+        ResultWriter.resume(tmp_path / "c.vtkhdf", checkpoint)

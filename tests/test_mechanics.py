@@ -1,0 +1,126 @@
+"""Forces against energies, and energies against hand numbers."""
+
+import numpy as np
+import pytest
+
+from tests.hand_net import chain, make_net, start
+from tissuec import mechanics
+
+
+def random_net(seed=0, **parameters):
+    random = np.random.default_rng(seed)
+    pairs = np.array([(a, b) for a in range(8) for b in range(a)])[::2]
+    count = len(pairs)
+    given = {
+        "stiffness": random.uniform(1, 9, count),
+        "damping": random.uniform(0, 2, count),
+        "rest": random.uniform(0.2, 2, count),
+        "mass": random.uniform(1, 4, 8),
+    }
+    network = make_net(random.normal(size=(8, 3)), pairs, **(given | parameters))
+    return network, random.normal(size=(8, 3)), random.normal(size=(8, 3))
+
+
+def test_tension_is_stiffness_times_stretch_plus_damping_times_closing_speed():
+    network = make_net([(0, 0, 0), (3, 4, 0)], [(0, 1)], stiffness=10, damping=2, rest=4)
+    velocity = np.array([[1.0, 0, 0], [0, 5.0, 9.0]])
+    # u = (0.6, 0.8, 0), w = 0.6 (-1) + 0.8 · 5 = 3.4
+    tension = mechanics.tension(start(network), network.position, velocity)
+    assert tension == pytest.approx([10 * 1 + 2 * 3.4])
+
+
+def test_springs_that_are_dead_or_have_no_length_do_not_pull():
+    network = make_net([(0, 0, 0), (0, 0, 0), (2, 0, 0)], [(0, 1), (1, 2)], rest=1, damping=1)
+    situation = start(network)
+    situation.alive = np.array([True, False])
+    force = mechanics.spring_forces(situation, network.position, np.ones((3, 3)))
+    assert np.all(force == 0.0)
+
+
+def test_elastic_forces_are_minus_the_gradient_of_the_elastic_energy():
+    network, position, _ = random_net(damping=0.0)
+    situation = start(network)
+    force = mechanics.spring_forces(situation, position, np.zeros_like(position))
+    step = 1e-5
+    for node in range(8):
+        for axis in range(3):
+            shift = np.zeros_like(position)
+            shift[node, axis] = step
+            ahead = mechanics.elastic_energy(situation, position + shift)
+            behind = mechanics.elastic_energy(situation, position - shift)
+            # Central difference: step² times a third derivative, and rounding over the step.
+            slope = (ahead - behind) / (2 * step)
+            assert force[node, axis] == pytest.approx(-slope, abs=1e-7)
+
+
+def test_spring_forces_have_no_sum_and_no_moment():
+    network, position, velocity = random_net()
+    force = mechanics.spring_forces(start(network), position, velocity)
+    assert force.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-13)
+    assert np.cross(position, force).sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def test_a_rigid_rotation_meets_no_viscous_force():
+    network, position, _ = random_net(stiffness=0.0)
+    velocity = np.cross([0.3, -1.0, 2.0], position)
+    force = mechanics.spring_forces(start(network), position, velocity)
+    assert force == pytest.approx(np.zeros((8, 3)), abs=1e-13)
+
+
+def test_a_batch_gives_what_each_of_its_states_gives_to_the_last_bit():
+    network, position, velocity = random_net()
+    situation = start(network, gravity=(0, 1, -9))
+    situation.holders["fix"] = np.array([2])
+    batch = np.stack([position, 2 * position, position + velocity]), np.stack([velocity] * 3)
+    forces = mechanics.spring_forces(situation, *batch)
+    energies = mechanics.energies(situation, *batch)
+    on = mechanics.pull_on(situation, *batch, np.array([1, 5]))
+    for sample in range(3):
+        state = batch[0][sample], batch[1][sample]
+        assert np.array_equal(forces[sample], mechanics.spring_forces(situation, *state))
+        single = mechanics.energies(situation, *state)
+        assert [e[sample] for e in energies] == pytest.approx(list(single), rel=1e-15)
+        assert on[sample] == pytest.approx(
+            mechanics.pull_on(situation, *state, np.array([1, 5]))
+        )
+
+
+def test_the_pull_on_a_group_is_the_sum_of_the_forces_on_its_nodes():
+    network, position, velocity = random_net()
+    situation = start(network)
+    situation.alive = np.arange(network.spring_count) % 3 > 0
+    nodes = np.array([0, 3, 4])
+    forces = mechanics.spring_forces(situation, position, velocity)
+    pull = mechanics.pull_on(situation, position, velocity, nodes)
+    assert pull == pytest.approx(forces[nodes].sum(axis=0))
+
+
+def test_energies_of_a_hanging_chain_count_free_nodes_and_live_springs_only():
+    network = chain(3, mass=[2, 3, 4], stiffness=10, rest=0.5)
+    situation = start(network, gravity=(-10, 0, 0))
+    situation.holders["fix"] = np.array([0])
+    situation.alive = np.array([True, False])
+    velocity = np.ones((3, 3))
+    energies = mechanics.energies(situation, network.position, velocity)
+    assert float(energies.kinetic) == pytest.approx(0.5 * (3 + 4) * 3)
+    assert float(energies.elastic) == pytest.approx(0.5 * 10 * 0.25)
+    assert float(energies.gravity) == pytest.approx(10 * (3 * 1 + 4 * 2))
+    assert float(energies.total) == pytest.approx(10.5 + 1.25 + 110)
+
+
+def test_weight_is_minus_the_gradient_of_the_gravity_energy():
+    network, position, _ = random_net()
+    situation = start(network, gravity=(1.0, 2.0, -9.81))
+    lifted = position + np.array([0.0, 0.0, 0.5])
+    work = mechanics.gravity_energy(situation, lifted) - mechanics.gravity_energy(
+        situation, position
+    )
+    assert work == pytest.approx(9.81 * 0.5 * network.mass.sum())
+
+
+def test_a_net_without_springs_or_nodes_has_no_forces_and_no_energy():
+    for nodes in (0, 3):
+        situation = start(make_net(np.zeros((nodes, 3)), []))
+        state = situation.position, situation.velocity
+        assert mechanics.spring_forces(situation, *state).shape == (nodes, 3)
+        assert float(mechanics.energies(situation, *state).total) == 0.0

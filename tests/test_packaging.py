@@ -1,0 +1,60 @@
+"""The grammars and the library are found in a wheel, a wheel built from the sdist, and a checkout."""
+
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+pytest.importorskip("hatchling")
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory, repository):
+    """Return a wheel that was built through the sdist, as releases are."""
+    folder = tmp_path_factory.mktemp("dist")
+    build = (
+        "import sys, os, tarfile, pathlib\n"
+        "from hatchling import build\n"
+        "dist = sys.argv[1]\n"
+        "name = build.build_sdist(dist)\n"
+        "tarfile.open(os.path.join(dist, name)).extractall(dist, filter='data')\n"
+        "os.chdir(os.path.join(dist, name.removesuffix('.tar.gz')))\n"
+        "print(build.build_wheel(dist))\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", build, str(folder)],
+        cwd=repository,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return folder / run.stdout.strip().splitlines()[-1]
+
+
+def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert "tissuec/_data/grammars/tissue.lark" in names
+    assert "tissuec/_data/library/scenes/sterilisation.tis" in names
+    assert "tissuec/core/codes.toml" in names
+    assert not [
+        name for name in names if name.startswith(("tests/", "docs/")) or "__pycache__" in name
+    ]
+
+
+def test_an_unpacked_wheel_checks_a_shipped_scene(wheel, tmp_path):
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    code = "import sys; sys.argv = ['tissuec', 'check', 'scene.tis']; from tissuec.cli import main; main()"
+    shipped = tmp_path / "tissuec" / "_data" / "library" / "scenes" / "sterilisation.tis"
+    (tmp_path / "scene.tis").write_bytes(shipped.read_bytes())
+    run = subprocess.run(
+        [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {code}"],
+        cwd=tmp_path, capture_output=True, text=True,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+
+
+def test_a_bare_checkout_finds_its_own_files(repository):
+    from tissuec.core import resources
+
+    assert resources.root() == repository

@@ -1,0 +1,105 @@
+"""Times of samples and of actions, where rounding makes one time look like two."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.hand_net import chain, event_action
+from tests.hand_plan import log, make_plan, subject
+from tissuec.agenda import Timetable
+from tissuec.memory import MemoryRecording
+from tissuec.plan import Event
+from tissuec.recording import Recorder, wishes
+from tissuec.sampling import join_times, rows_at, rows_within
+
+NEAR = 1e-12
+
+
+def test_times_that_differ_by_rounding_are_one_time():
+    joined = join_times(np.array([0.3, 0.1 + 0.2, 0.5, 0.2]), np.zeros(0), NEAR)
+    assert joined.tolist() == [0.2, 0.3, 0.5]
+
+
+def test_a_time_near_an_event_is_the_time_of_the_event():
+    joined = join_times(np.array([0.3, 0.6]), np.array([0.1 + 0.2, 0.5]), NEAR)
+    assert joined.tolist() == [0.1 + 0.2, 0.6]
+
+
+@given(st.lists(st.tuples(st.integers(0, 50), st.sampled_from([0, -1, 1])), max_size=30))
+def test_every_wanted_time_is_found_again_and_no_other(wanted):
+    # Times on a grid of 0.01 s, each up to one unit of rounding off.
+    times = np.array(
+        [np.nextafter(k * 0.01, k * 0.01 + d) if d else k * 0.01 for k, d in wanted]
+    )
+    grid = np.arange(0, 51, 5) * 0.01
+    joined = join_times(np.concatenate([times, grid]), np.array([0.25, 0.1 + 0.2]), NEAR)
+    assert (np.diff(joined) > NEAR).all()
+    chosen = rows_at(joined, times, NEAR)
+    assert np.round(joined[chosen] / 0.01).tolist() == sorted({k for k, _ in wanted})
+
+
+def test_intervals_include_their_ends_whatever_rounding_does():
+    times = np.array([0.1, 0.2, 0.30000000000000004, 0.4])
+    assert rows_within(times, 0.2, 0.3, NEAR).tolist() == [False, True, True, False]
+
+
+def test_rows_for_nothing_are_none():
+    assert not len(join_times(np.zeros(0), np.array([0.1]), NEAR))
+    assert not rows_at(np.array([1.0]), np.zeros(0), NEAR).any()
+
+
+def test_an_agenda_keeps_time_then_ends_before_script_then_written_order():
+    agenda = Timetable(NEAR, written=[0.3, 0.3, 0.7])
+    actions = {
+        name: event_action(name) for name in ("first", "second", "later", "end", "extra")
+    }
+    agenda.script([Event(0.7, actions["later"])], 0.0)
+    agenda.script([Event(0.3, actions["first"]), Event(0.3, actions["second"])], 0.0)
+    agenda.add(0.1 + 0.2, actions["end"])
+    assert agenda.next == 0.3
+    carried_out = []
+    for action in agenda.due(0.3):
+        carried_out.append(action)
+        if action is actions["first"]:
+            agenda.add(0.3, actions["extra"])
+    assert carried_out == [actions[name] for name in ("end", "first", "extra", "second")]
+    agenda.land(np.array([0.5, 0.1]))
+    assert agenda.next == 0.1
+    assert list(agenda.due(0.5)) == []
+    assert agenda.next == 0.7
+    assert list(agenda.due(1.0)) == [actions["later"]]
+    assert agenda.next == np.inf
+
+
+def test_what_a_result_file_must_have_room_for_follows_from_the_plan():
+    network = chain(3)
+    plan = make_plan(
+        network,
+        1.0,
+        energy=0.1,
+        every=0.1,
+        logs=[
+            log("tension", subject("net", [], [0, 1]), every=0.1),
+            log("gap", subject("net", [0, 1]), every=0.1),
+        ],
+    )
+    wanted = wishes(network, plan)
+    assert wanted.nodes.tolist() == [0, 1, 2]
+    assert wanted.springs.tolist() == [0, 1]
+    assert wanted.energies
+    assert not wanted.single
+    assert [(c.name, c.columns, c.unit) for c in wanted.logs] == [
+        ("tension of net", ("spring 500", "spring 501"), "N"),
+        ("gap of net", ("value",), "m"),
+    ]
+    assert wanted.logs[1].description.startswith("The smallest distance")
+
+
+def test_a_recorder_asks_only_for_times_that_somebody_wants():
+    network = chain(2)
+    plan = make_plan(
+        network, 1.0, every=0.5, logs=[log("speed", subject("net", [0]), every=0.4)]
+    )
+    times = Recorder(network, plan, MemoryRecording()).times
+    assert times == pytest.approx([0.0, 0.4, 0.5, 0.8, 1.0])

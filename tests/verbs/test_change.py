@@ -1,0 +1,68 @@
+"""change: what it replaces, and what it leaves alone."""
+
+import numpy as np
+import pytest
+
+from tests.hand_net import Diary, Refused, chain, make_net, order, start
+from tissuec.verbs.change import PARAMETERS
+
+SETS = {"part": [1, 2]}
+
+
+def change(situation, sentence, **clauses):
+    return order(sentence, SETS, **clauses).apply(situation, Diary())
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_a_parameter_changes_for_the_part_and_not_in_the_network(name):
+    network = chain(5, mass=3.0, stiffness=3.0, damping=3.0, rest=3.0, strength=3.0)
+    situation = start(network)
+    array = PARAMETERS[name].array
+    change(situation, f"change {name}", of="part", to=7.0)
+    assert getattr(situation, array).tolist()[:4] == [3, 7, 7, 3]
+    change(situation, f"change {name}", of="part", by=0.5)
+    assert getattr(situation, array).tolist()[:4] == [3, 3.5, 3.5, 3]
+    assert (getattr(network, array) == 3.0).all()
+
+
+def test_gravity_and_ambient_damping_change():
+    situation = start(chain(2))
+    change(situation, "change gravity", to=(0, 0, -1))
+    change(situation, "change damping", to=0.25)
+    assert situation.gravity.tolist() == [0, 0, -1]
+    assert situation.drag == 0.25
+
+
+def test_a_velocity_is_given_to_free_nodes_only():
+    situation = start(chain(4))
+    order("fix held", {"held": [2]}).apply(situation, Diary())
+    change(situation, "change velocity", of="part", to=(1, 2, 3))
+    assert situation.velocity.tolist() == [[0, 0, 0], [1, 2, 3], [0, 0, 0], [0, 0, 0]]
+
+
+def test_a_spin_keeps_momentum_and_turns_about_the_centre_of_mass():
+    position = np.random.default_rng(3).normal(size=(6, 3))
+    mass = np.array([1.0, 5.0, 2.0, 1.0, 3.0, 4.0])
+    situation = start(make_net(position, [], mass=mass, velocity=(1.0, 0.0, -2.0)))
+    spin = np.array([0.3, -0.2, 0.9])
+    order("change spin", {"all": np.arange(6)}, of="all", to=spin).apply(situation, Diary())
+    assert mass @ situation.velocity == pytest.approx(mass.sum() * np.array([1.0, 0.0, -2.0]))
+    apart = position[1] - position[0]
+    relative = situation.velocity[1] - situation.velocity[0]
+    assert relative == pytest.approx(np.cross(spin, apart))
+
+
+@pytest.mark.parametrize(
+    ("sentence", "clauses", "code"),
+    [
+        ("change colour", {"to": 1.0}, "TIS303"),
+        ("change mass", {"of": "part"}, "TIS304"),
+        ("change mass", {"of": "part", "to": 1.0, "by": 2.0}, "TIS306"),
+        ("change mass", {"of": "part", "to": 0.0}, "TIS308"),
+        ("change viscosity", {"of": "part", "to": -1.0}, "TIS308"),
+        ("change damping", {"to": -1.0}, "TIS308"),
+    ],
+)
+def test_a_change_must_be_complete_and_possible(sentence, clauses, code):
+    with pytest.raises(Refused, match=code):
+        order(sentence, SETS, **clauses)

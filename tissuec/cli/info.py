@@ -1,0 +1,40 @@
+"""``tissuec info``"""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tissuec.cli.common import DONE, Command, Settings, print_json
+
+
+@click.command(cls=Command)
+@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
+def command(settings: Settings, results: tuple[Path, ...]) -> int:
+    """Summarise RESULTS: what they hold, how they were made and how they ended."""
+    from tissuec.results.info import summary
+    from tissuec.results.trajectory import Trajectory
+
+    documents: list[dict[str, Any]] = []
+    for path in results:
+        with Trajectory.open(path) as trajectory:
+            documents.append(summary(trajectory))
+    if settings.json:
+        print_json(documents[0] if len(documents) == 1 else documents)
+        return DONE
+    for document in documents:
+        for line in _lines(document, ""):
+            click.echo(line)
+    return DONE
+
+
+def _lines(document: dict[str, Any], indent: str) -> list[str]:
+    lines: list[str] = []
+    for key, value in document.items():
+        if isinstance(value, dict):
+            lines.append(f"{indent}{key}:" if value else f"{indent}{key}: none")
+            lines += _lines(value, indent + "  ")
+        else:
+            text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else value
+            lines.append(f"{indent}{key}: {text}")
+    return lines

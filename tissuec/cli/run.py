@@ -1,0 +1,184 @@
+"""``tissuec run``"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tissuec.cli.common import (
+    DONE, FAILED, INTERRUPTED, STOPPED, WRONG_TEXT, Command, Settings, as_json, print_json, report, scene_options,
+)  # fmt: skip
+from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.units import TIME, show
+
+if TYPE_CHECKING:
+    from tissuec.compiler import Compiled
+    from tissuec.pipeline import Request, Result
+
+SUFFIX = ".vtkhdf"
+_CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED, "interrupted": INTERRUPTED}
+
+
+@click.command(cls=Command)
+@click.argument("scenes", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Result file (one scene only).",
+)
+@click.option(
+    "--out",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for results.",
+    metavar="DIR",
+)
+@click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
+@scene_options
+def command(
+    settings: Settings,
+    scenes: tuple[Path, ...],
+    output: Path | None,
+    folder: Path | None,
+    resume: bool,
+    **options: Any,
+) -> int:
+    """Simulate SCENES; scene.tis gives scene.vtkhdf in the present folder.
+
+    The result opens in ParaView, as H5MD and with h5py. Exit code: 0 done, 1 an expectation
+    failed, 2 the text is wrong, 3 the run could not go on, 130 interrupted.
+    """
+    if output is not None and (len(scenes) > 1 or folder is not None):
+        raise click.UsageError("-o names the result of one scene; use --out DIR for several")
+    codes: list[int] = []
+    documents: list[dict[str, Any]] = []
+    for path in scenes:
+        target = output or (folder or Path()) / f"{path.stem}{SUFFIX}"
+        code, document = _run_one(path, target, settings, resume=resume, **options)
+        codes.append(code)
+        documents.append(document)
+        if code == INTERRUPTED:
+            break
+    if settings.json:
+        print_json(documents[0] if len(scenes) == 1 else documents)
+    return max(codes)
+
+
+def _run_one(
+    path: Path, target: Path, settings: Settings, *,
+    resume: bool, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
+) -> tuple[int, dict[str, Any]]:  # fmt: skip
+    from tissuec.pipeline import Request, compile_request, simulate
+
+    document: dict[str, Any] = {"scene": str(path), "ok": False}
+    try:
+        request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
+        compiled, warnings = compile_request(request)
+    except CompileError as error:
+        if not settings.json:
+            report(error.diagnostics, settings)
+        return WRONG_TEXT, document | {"diagnostics": as_json(error.diagnostics)}
+    if not settings.json:
+        report(warnings, settings)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        result = _with_progress(compiled, request, target, settings, resume=resume)
+    except TissueError as error:
+        if not settings.json:
+            click.echo(f"error: {error}", err=True)
+        return STOPPED, document | {"error": str(error)}
+    code = _CODES[result.outcome.kind]
+    if code == DONE and result.outcome.failures:
+        code = FAILED
+    document |= _document(compiled, result) | {
+        "ok": code == DONE,
+        "diagnostics": as_json(warnings),
+    }
+    if not settings.json:
+        _tell(path, compiled, result, settings)
+    return code, document
+
+
+def _with_progress(
+    compiled: "Compiled", request: "Request", target: Path, settings: Settings, *, resume: bool
+) -> "Result":
+    from tissuec.cli.progress import Progress
+    from tissuec.pipeline import simulate
+
+    duration = compiled.plan.simulation.duration
+    with Progress(
+        request.source.name, duration, shown=not (settings.quiet or settings.json)
+    ) as progress:
+        return simulate(compiled, target, request=request, resume=resume, progress=progress.at)
+
+
+def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings) -> None:
+    """Say on stderr what came out."""
+    outcome, network = result.outcome, compiled.network
+    statistics = outcome.statistics
+    settings.say(f"{path}: {outcome.message}")
+    settings.say(
+        f"  {network.node_count} nodes, {network.spring_count} springs; {statistics.method}, "
+        f"{statistics.accepted} steps ({statistics.tier}), {outcome.wall_time:.2f} s"
+    )
+    counts: dict[str, int] = {}
+    for time, happening in outcome.happenings:
+        if happening.springs:
+            counts[happening.kind] = counts.get(happening.kind, 0) + len(happening.springs)
+        if settings.verbose or happening.kind in ("trigger", "note"):
+            settings.say(
+                f"  {show(time, TIME)}: {happening.kind}: {happening.cause} ({happening.span.place})"
+            )
+    for kind, count in counts.items():
+        settings.say(f"  {kind}: {count} springs")
+    expectations = compiled.plan.expectations
+    for failure in outcome.failures:
+        span = expectations[failure.expectation].span
+        settings.say(f"  FAILED {span.place}: {' '.join(span.text.split())}")
+        settings.say(f"         at {show(failure.time, TIME)}: {failure.measured}")
+    if expectations:
+        settings.say(
+            f"  expectations: {len(expectations) - len(outcome.failures)} of {len(expectations)} hold"
+        )
+    settings.say(f"  result: {result.path}")
+    if outcome.kind == "interrupted":
+        settings.say(
+            f"  go on with: tissuec run {path} --resume"
+            + ("" if str(result.path.parent) == "." else f" --out {result.path.parent}")
+        )
+
+
+def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
+    from dataclasses import asdict
+
+    outcome = result.outcome
+    expectations = compiled.plan.expectations
+    return {
+        "result": str(result.path),
+        "outcome": outcome.kind,
+        "message": outcome.message,
+        "wall_time": outcome.wall_time,
+        "nodes": compiled.network.node_count,
+        "springs": compiled.network.spring_count,
+        "statistics": asdict(outcome.statistics),
+        "events": [
+            {
+                "time": t,
+                "kind": h.kind,
+                "springs": list(h.springs),
+                "cause": h.cause,
+                "place": h.span.place,
+            }
+            for t, h in outcome.happenings
+        ],
+        "expectations": len(expectations),
+        "failures": [
+            {
+                "expect": " ".join(expectations[f.expectation].span.text.split()),
+                "time": f.time,
+                "measured": f.measured,
+            }
+            for f in outcome.failures
+        ],
+    }

@@ -1,0 +1,121 @@
+"""What a run will do, told before it runs: arrays, method, stability, skips, cost, file size."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tissuec.checks import situation_at_start
+from tissuec.compiler import Compiled
+from tissuec.engine.choice import choose, measured_facts
+from tissuec.engine.method import Method
+from tissuec.integrators import INTEGRATORS
+from tissuec.situation import Situation
+
+FRAME_VALUES = 9  # position, velocity and force of a node
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """The plan of a run.
+
+    Attributes:
+        arrays: Name -> shape, unit-free description and bytes.
+        method: The integrator.
+        reason: Why it.
+        facts: Largest angular frequency ω̂ [1/s], damping radius [1/s], damping ratio, and the
+            stability limit of the step [s] of the method.
+        skipped: What the scene does not need and the run does not do.
+        steps: At the stability limit, or of the fixed step; a tolerance may need more.
+        evaluations: Force evaluations for these steps.
+        bytes: Of the result file before compression.
+    """
+
+    arrays: dict[str, dict[str, Any]]
+    method: str
+    reason: str
+    facts: dict[str, float]
+    skipped: tuple[str, ...]
+    steps: float
+    evaluations: float
+    bytes: int
+
+
+def predict(compiled: Compiled) -> Prediction:
+    """Return what the run of a compiled scene will do."""
+    plan, network = compiled.plan, compiled.network
+    situation = situation_at_start(compiled)
+    simulation = plan.simulation
+    method = Method(
+        simulation.integrator, simulation.tolerance, simulation.step, simulation.duration,
+        ledger=plan.needs_ledger, watch_strength=plan.breakable,
+    )  # fmt: skip
+    choice = choose(situation, method)
+    integrator = INTEGRATORS[choice.name]
+    facts = measured_facts(situation)
+    limit = (
+        integrator.stability_limit(facts["omega"], facts["zeta"]) if facts["omega"] else np.inf
+    )
+    facts["limit"] = float(limit)
+    step = simulation.step or limit
+    steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else 1.0
+    return Prediction(
+        arrays=_arrays(network),
+        method=choice.name,
+        reason=choice.reason,
+        facts=facts,
+        skipped=tuple(_skipped(compiled, situation)),
+        steps=steps,
+        evaluations=steps * (integrator.trials + integrator.closing),
+        bytes=_file_size(compiled),
+    )
+
+
+def _arrays(network: Any) -> dict[str, dict[str, Any]]:
+    names = ("position", "velocity", "mass", "ends", "stiffness", "damping", "rest", "strength")
+    return {
+        name: {
+            "shape": list(getattr(network, name).shape),
+            "bytes": int(getattr(network, name).nbytes),
+        }
+        for name in names
+    }
+
+
+def _skipped(compiled: Compiled, situation: Situation):
+    """Yield what this scene does not need."""
+    network, plan = compiled.network, compiled.plan
+    if not network.damping.any():
+        yield "viscosity: no spring has any, so velocities are not compared"
+    if not plan.drag:
+        yield "ambient damping: none is written"
+    if not plan.breakable:
+        yield "rupture: no body may rupture, so tensions are not watched"
+    if not plan.needs_ledger:
+        yield "energies: neither logged nor expected, so work and dissipation are not integrated"
+    if not plan.triggers:
+        yield "conditions: no when, so steps are not looked at one by one"
+    if not np.isfinite(plan.output.every):
+        yield "trajectory: none is asked for"
+    if not plan.output.logs:
+        yield "logs: none are asked for"
+    held = situation.held
+    inner = int(held[network.ends].all(axis=1).sum())
+    if inner:
+        yield f"{inner} springs between held nodes leave the sums"
+    yield "contact: it is off"
+
+
+def _file_size(compiled: Compiled) -> int:
+    output, duration = compiled.plan.output, compiled.plan.simulation.duration
+    network = compiled.network
+    total = sum(array["bytes"] for array in _arrays(network).values())
+    if np.isfinite(output.every):
+        word = 4 if output.single else 8
+        per_frame = word * (FRAME_VALUES * len(output.frames) + network.spring_count)
+        total += int(duration / output.every + 1) * per_frame
+    for log in output.logs:
+        total += int(duration / log.every + 1) * 8 * 4
+    if np.isfinite(output.energy):
+        total += int(duration / output.energy + 1) * 8 * 7
+    return total

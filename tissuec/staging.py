@@ -1,0 +1,133 @@
+"""What happens at one time of a run: ruptures, actions, triggers, and their energy."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+from tissuec import mechanics
+from tissuec.measures.moment import Ledger, Moment
+from tissuec.network import Floats, Indices, Network
+from tissuec.plan import Plan
+from tissuec.recording import Recorder
+from tissuec.standing import Standing
+from tissuec.verbs import Happening
+
+
+class Stage:
+    """Carries out events on a standing run and tells the recorder.
+
+    Args:
+        standing: Changed in place.
+    """
+
+    def __init__(self, network: Network, plan: Plan, recorder: Recorder, standing: Standing):
+        self.network, self.plan = network, plan
+        self.recorder, self.standing = recorder, standing
+
+    def begin(self) -> None:
+        """Carry out the events of 0 s; the energy that there is then is the initial one."""
+        self.happen()
+        if self.plan.needs_ledger:
+            self.standing.initial, self.standing.switched = self._energy(), 0.0
+
+    def happen(self, *, ruptured: Indices | None = None, true: list[int] | None = None) -> bool:
+        """Carry out what is due at the present time; return whether anything happened.
+
+        Args:
+            ruptured: Springs that break now.
+            true: Triggers that are known to be true now, by their places in the plan.
+        """
+        before = len(self.standing.happenings)
+        with self._booked():
+            if ruptured is not None and len(ruptured):
+                self._rupture(ruptured)
+            self._carry_out()
+            fired = true or self.true_triggers(self.moment())
+            while fired:
+                self._fire(fired)
+                self._carry_out()
+                fired = self.true_triggers(self.moment())
+        return len(self.standing.happenings) > before
+
+    def enter(self) -> None:
+        """Tell the recorder what holds from now on."""
+        standing = self.standing
+        ledger = Ledger(standing.initial, switched=standing.switched)
+        self.recorder.enter(standing.situation, standing.ruptured, ledger)
+
+    def leave(self, work: float, dissipated: float) -> None:
+        """Let the recorder judge what ends now, before anything happens.
+
+        Args:
+            work, dissipated: Of the energy ledger until now [J].
+        """
+        moment, standing = self.moment(), self.standing
+        if self.plan.needs_ledger:
+            ledger = Ledger(standing.initial, work, dissipated, standing.switched)
+            moment = moment.with_ledger(ledger)
+        self.recorder.leave(moment)
+
+    def moment(self) -> Moment:
+        """Return the present moment, without a ledger."""
+        return replace(Moment.of(self.standing.situation), ruptured=self.standing.ruptured)
+
+    def moment_at(self, time: float, position: Floats, velocity: Floats) -> Moment:
+        """Return a moment on the way to the next event."""
+        return replace(self.moment(), time=time, position=position, velocity=velocity)
+
+    def true_triggers(self, moment: Moment) -> list[int]:
+        """Return the waiting triggers whose conditions hold, in written order."""
+        triggers = self.plan.triggers
+        return [
+            number for number in self.standing.waiting if triggers[number].condition(moment)
+        ]
+
+    def _carry_out(self) -> None:
+        situation, agenda = self.standing.situation, self.standing.agenda
+        for action in agenda.due(situation.time):
+            for happening in action.apply(situation, agenda):
+                self._log(happening)
+        situation.place_held()
+
+    def _rupture(self, springs: Indices) -> None:
+        situation = self.standing.situation
+        situation.alive = situation.alive.copy()
+        situation.alive[springs] = False
+        self.standing.ruptured[springs] = True
+        origins = self.network.provenance.get("strength")
+        by_origin: dict[Any, list[int]] = {}
+        for spring in springs.tolist():
+            span = self.plan.simulation.span if origins is None else origins[spring].span
+            by_origin.setdefault(span, []).append(spring)
+        cause = "the tension exceeded the fraction force"
+        for span, found in by_origin.items():
+            self._log(Happening("rupture", tuple(found), cause, span))
+
+    def _fire(self, triggers: list[int]) -> None:
+        for number in triggers:
+            trigger = self.plan.triggers[number]
+            self.standing.waiting.remove(number)
+            cause = " ".join(trigger.span.text.split())
+            self._log(Happening("trigger", (), cause, trigger.span))
+            self.standing.agenda.script(trigger.events, self.standing.situation.time)
+
+    def _log(self, happening: Happening) -> None:
+        time = self.standing.situation.time
+        self.standing.happenings.append((time, happening))
+        self.recorder.happened(time, happening)
+
+    @contextmanager
+    def _booked(self) -> Iterator[None]:
+        """Enter the energy that events put in or take out into the ledger."""
+        if not self.plan.needs_ledger:
+            yield
+            return
+        before = self._energy()
+        yield
+        self.standing.switched += self._energy() - before
+
+    def _energy(self) -> float:
+        situation = self.standing.situation
+        energies = mechanics.energies(situation, situation.position, situation.velocity)
+        return float(energies.total)

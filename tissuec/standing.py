@@ -1,0 +1,84 @@
+"""Where a run stands: everything beside network and plan that is needed to go on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.agenda import Timetable
+from tissuec.checkpoint import read_state, write_state
+from tissuec.network import Network
+from tissuec.plan import Plan
+from tissuec.sampling import SAME
+from tissuec.situation import Situation
+from tissuec.verbs import Happening
+from tissuec.verdicts import Memory
+
+
+@dataclass(slots=True, eq=False)
+class Standing:
+    """A run between two of its steps.
+
+    Attributes:
+        agenda: What is still to come.
+        waiting: Triggers that have not fired, by their places in the plan.
+        ruptured: Which springs broke by themselves, shape (spring,).
+        memory: What the recorder must know.
+        initial, switched: Of the energy ledger [J].
+        happenings: The event log so far, each entry with its time [s].
+        engine: What the engine keeps; set for a checkpoint only.
+    """
+
+    situation: Situation
+    agenda: Timetable
+    waiting: list[int]
+    ruptured: NDArray[np.bool_]
+    memory: Memory
+    initial: float = 0.0
+    switched: float = 0.0
+    happenings: list[tuple[float, Happening]] = field(default_factory=list)
+    engine: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def begin(cls, network: Network, plan: Plan, memory: Memory) -> Self:
+        """Return where a run stands at 0 s, before the events of that time."""
+        near = SAME * plan.simulation.duration
+        agenda = Timetable(near, written=[event.time for event in plan.events])
+        agenda.script(plan.events, 0.0)
+        return cls(
+            Situation.start(network, gravity=plan.gravity, drag=plan.drag),
+            agenda,
+            list(range(len(plan.triggers))),
+            np.zeros(network.spring_count, dtype=bool),
+            memory,
+        )
+
+    def write(self, network: Network, plan: Plan) -> dict[str, Any]:
+        """Return this as text and arrays for a file."""
+        return write_state(self, _known(network, plan))
+
+
+def read_standing(state: Mapping[str, Any], network: Network, plan: Plan) -> Standing:
+    """Return what :meth:`Standing.write` wrote for the same network and plan.
+
+    Raises:
+        ValueError: The state is not the checkpoint of a run.
+    """
+    standing = read_state(state, _known(network, plan))
+    if not isinstance(standing, Standing):
+        raise ValueError("this is not the checkpoint of a run")
+    return standing
+
+
+def _known(network: Network, plan: Plan) -> list[object]:
+    """Return what a checkpoint need not hold, always in the same order."""
+    arrays = [getattr(network, entry.name) for entry in fields(network)]
+    events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
+    actions = [event.action for event in events]
+    spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
+    spans += [plan.simulation.span, *(body.span for body in network.bodies)]
+    spans += [origin.span for part in network.provenance.values() for origin in part.origins]
+    sources = {id(span.source): span.source for span in spans}.values()
+    return [network, *(a for a in arrays if isinstance(a, np.ndarray)), *actions, *sources]

@@ -1,0 +1,6 @@
+"""Runs compared with SciPy's solvers on equations of motion that were written independently.
+
+``reference`` and what it is made of (``equations``, ``stepping``, ``crossings``, ``calendar``)
+share no arithmetic with the engine; ``observing`` watches the engine, ``compare`` holds the one
+against the other, ``validation`` decides and ``report`` tells.
+"""

@@ -1,0 +1,143 @@
+"""When springs break and conditions become true within a step.
+
+The interpolant of a step says about where; the time itself is found on states that were
+integrated there, since an interpolant is less exact than the steps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from tissuec.network import Floats, Indices
+from tissuec.validate.equations import Equations
+from tissuec.validate.stepping import Step
+
+COARSE, FINE = 8, 64  # pieces in which a step is looked at
+SUSPECT = 0.97  # of the fraction force: springs that are looked at closely
+TOGETHER = 1e-11  # springs this near to their fraction force break with the one that breaks
+NEAR = 1e-6  # of the step: crossings this near to the first one may be the first
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Break:
+    """Springs that broke by themselves at a time [s]."""
+
+    time: float
+    springs: Indices  # ascending
+
+
+class Strains:
+    """The breakable springs of a stretch and how near to breaking they came.
+
+    Attributes:
+        able: Their places among the living springs, shape (able,).
+        highest: Largest tension over fraction force so far, shape (able,).
+    """
+
+    def __init__(self, equations: Equations):
+        self._equations = equations
+        self.able = np.flatnonzero(np.isfinite(equations.strength))
+        self.highest = np.zeros(len(self.able))
+
+    def at(self, time: float, y: Floats) -> Floats:
+        """Return tension over fraction force, shape (able,)."""
+        equations = self._equations
+        tension = equations.pull(*equations.spread(time, y)).tension
+        return tension[self.able] / equations.strength[self.able]
+
+    def first_break(self, step: Step) -> Break | None:
+        """Return the first break within a step, with all springs that break at that time."""
+        times = np.linspace(step.start, step.stop, COARSE + 1)
+        seen = np.array([self.at(time, step.near(time)) for time in times])
+        highest = seen.max(axis=0, initial=0.0)
+        suspects = np.flatnonzero(highest > SUSPECT)
+        found = self._crossing(step, suspects) if len(suspects) else None
+        if found is None:
+            self.highest = np.maximum(self.highest, highest)
+            return None
+        loads = self.at(found[0], step.exact(found[0]))
+        self.highest = np.maximum(self.highest, loads)
+        broken = loads >= 1.0 - TOGETHER
+        broken[found[1]] = True
+        return Break(found[0], self._equations.springs[self.able[broken]])
+
+    def _crossing(self, step: Step, suspects: Indices) -> tuple[float, int] | None:
+        """Return the time of the first crossing and the spring, as a place in ``able``."""
+        times = np.linspace(step.start, step.stop, FINE + 1)
+        seen = np.array([self.at(time, step.near(time))[suspects] for time in times])
+        brackets: list[tuple[float, float, int]] = []
+        for column, spring in enumerate(suspects.tolist()):
+            bracket = self._bracket(step, times, seen[:, column], spring)
+            if bracket is not None:
+                brackets.append((*bracket, spring))
+        if not brackets:
+            return None
+        about = [self._root(step.near, bracket) for bracket in brackets]
+        nearest = min(about) + NEAR * (step.stop - step.start)
+        return min(
+            (self._root(step.exact, bracket), bracket[2])
+            for bracket, guess in zip(brackets, about, strict=True)
+            if guess <= nearest
+        )
+
+    def _bracket(
+        self, step: Step, times: Floats, seen: Floats, spring: int
+    ) -> tuple[float, float] | None:
+        """Return times before and after the first crossing of one spring."""
+        for i in range(len(times) - 1):
+            if seen[i + 1] > 1.0:
+                return times[i], times[i + 1]
+            peaks = i > 0 and seen[i] >= seen[i - 1] and seen[i] >= seen[i + 1]
+            if peaks and (top := self._top(step, times[i - 1], times[i + 1], spring)) is not None:
+                return times[i - 1], top
+        return None
+
+    def _top(self, step: Step, low: float, high: float, spring: int) -> float | None:
+        """Return when the tension is largest, if it is above the fraction force then."""
+        best = minimize_scalar(
+            lambda t: -self.at(t, step.near(t))[spring],
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-7 * (high - low)},
+        )
+        return float(best.x) if -best.fun > 1.0 else None
+
+    def _root(
+        self, state: Callable[[float], Floats], bracket: tuple[float, float, int]
+    ) -> float:
+        """Return when one spring reaches its fraction force."""
+        low, high, spring = bracket
+
+        def excess(time: float) -> float:
+            return float(self.at(time, state(time))[spring]) - 1.0
+
+        # What the interpolant brackets may lie beside it by its error.
+        if excess(low) >= 0.0:
+            return low
+        if excess(high) <= 0.0:
+            return high
+        return float(brentq(excess, low, high, xtol=1e-15 * (high - low), rtol=4e-16 * 4))
+
+
+def first_true(
+    holds: Callable[[float, Floats], bool], step: Step, stop: float, resolution: float
+) -> float | None:
+    """Return the first time after the start of a step and up to ``stop`` at which a claim holds.
+
+    Args:
+        holds: The claim about a time [s] and the unknowns then.
+        resolution: To which the time is found [s].
+    """
+    times = np.linspace(step.start, stop, COARSE // 2 + 1)
+    true = next((i for i in range(1, len(times)) if holds(times[i], step.near(times[i]))), None)
+    if true is None:
+        return None
+    low, high = float(times[true - 1]), float(times[true])
+    while high - low > resolution and low < (middle := 0.5 * (low + high)) < high:
+        if holds(middle, step.exact(middle)):
+            high = middle
+        else:
+            low = middle
+    return high

@@ -1,0 +1,249 @@
+"""The equations of motion between two events, with SciPy's sparse matrices.
+
+With the signed incidence matrix B (row s: -1 at the first end of spring s, +1 at the second),
+x the positions and v the velocities of all nodes,
+
+    r = B x,  L = |r|,  n = r / L,  w = n · (B v),  T = c (L - L0) + d w,
+    forces on the nodes = -Bᵀ (T n),    m a = forces + loads - drag v + m g.
+
+The unknowns are y = (u, v, W, D): displacements u from the drawing and velocities of the free
+nodes, the work W done by loads and by whoever drives nodes, and the energy D lost in dampers
+and by ambient damping. Displacements, because they keep the digits that positions far from the
+origin would lose.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from tissuec.network import Floats, Indices
+from tissuec.situation import Situation
+
+ROUNDING = 4.0 * np.finfo(float).eps
+
+
+class Springs(NamedTuple):
+    """What the living springs do at a moment.
+
+    Attributes:
+        direction: Unit vectors, shape (spring, 3); zero where the length is.
+        length: [m], shape (spring,).
+        closing: Rates of lengthening [m/s], shape (spring,).
+        tension: [N], shape (spring,); zero where the length is.
+    """
+
+    direction: Floats
+    length: Floats
+    closing: Floats
+    tension: Floats
+
+
+class Energies(NamedTuple):
+    """Energies at a moment [J]: of the free nodes, and of all living springs."""
+
+    kinetic: float
+    elastic: float
+    gravity: float
+
+    @property
+    def total(self) -> float:
+        return self.kinetic + self.elastic + self.gravity
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """What an error is measured against.
+
+    Attributes:
+        displacement: Largest distance of a node from where it is drawn [m].
+        speed: Largest speed of a node [m/s].
+        energy: Largest energy [J].
+    """
+
+    displacement: float
+    speed: float
+    energy: float
+
+    def joined(self, other: "Scales") -> "Scales":
+        """Return the larger of both."""
+        return Scales(
+            max(self.displacement, other.displacement),
+            max(self.speed, other.speed),
+            max(self.energy, other.energy),
+        )
+
+
+class Equations:
+    """What moves a net from the time of a situation to ``stop``; nothing else changes then.
+
+    Args:
+        situation: Read once, now.
+        stop: End of the stretch [s]. Courses that jump at either end are taken from inside.
+    """
+
+    def __init__(self, situation: Situation, stop: float):
+        network = situation.network
+        self.count = network.node_count
+        self.drawn = network.position
+        self.window = np.nextafter(situation.time, np.inf), np.nextafter(stop, -np.inf)
+        held = situation.held
+        self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
+        self.motions = tuple(situation.motions.values())
+        self.loads = tuple(situation.loads.values())
+        self.gravity, self.drag = situation.gravity, situation.drag
+        self.mass = situation.mass[self.free]
+        self._still = situation.position - network.position
+        self.springs = np.flatnonzero(situation.alive)
+        self.stiffness = situation.stiffness[self.springs]
+        self.damping = situation.damping[self.springs]
+        self.rest = situation.rest[self.springs]
+        self.strength = situation.strength[self.springs]
+        self.incidence = incidence_matrix(network.ends[self.springs], self.count)
+        self._backwards = self.incidence.T.tocsr()
+        self._reach = self.incidence @ network.position
+
+    # --- state ---------------------------------------------------------------------------------
+
+    def gather(self, position: Floats, velocity: Floats, work: float, lost: float) -> Floats:
+        """Return the unknowns of a state, shape (6 free + 2,)."""
+        moved = (position - self.drawn)[self.free]
+        return np.concatenate([moved.ravel(), velocity[self.free].ravel(), [work, lost]])
+
+    def spread(self, time: float, y: Floats) -> tuple[Floats, Floats]:
+        """Return displacements [m] and velocities [m/s] of all nodes, shape (node, 3) each."""
+        inside = min(max(time, self.window[0]), self.window[1])
+        moved, velocity = self._still.copy(), np.zeros((self.count, 3))
+        for motion in self.motions:
+            place, velocity[motion.nodes] = motion.at(inside)
+            moved[motion.nodes] = place - self.drawn[motion.nodes]
+        size = 3 * len(self.free)
+        moved[self.free] = y[:size].reshape(-1, 3)
+        velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
+        return moved, velocity
+
+    # --- forces --------------------------------------------------------------------------------
+
+    def pull(self, moved: Floats, velocity: Floats) -> Springs:
+        """Return what the living springs do."""
+        reach = self._reach + self.incidence @ moved
+        length = np.sqrt((reach * reach).sum(axis=1))
+        direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
+                              out=np.zeros_like(reach))  # fmt: skip
+        closing = (direction * (self.incidence @ velocity)).sum(axis=1)
+        tension = self.stiffness * (length - self.rest) + self.damping * closing
+        return Springs(direction, length, closing, np.where(length > 0.0, tension, 0.0))
+
+    def node_forces(self, springs: Springs) -> Floats:
+        """Return the sum of the spring forces on every node [N], shape (node, 3)."""
+        return -(self._backwards @ (springs.tension[:, None] * springs.direction))
+
+    def outside(self, time: float) -> Floats:
+        """Return the external forces on all nodes [N], shape (node, 3)."""
+        inside = min(max(time, self.window[0]), self.window[1])
+        total = np.zeros((self.count, 3))
+        for load in self.loads:
+            total[load.nodes] += load.at(inside)
+        return total
+
+    def rate(self, time: float, y: Floats) -> Floats:
+        """Return dy/dt, shape (6 free + 2,)."""
+        moved, velocity = self.spread(time, y)
+        springs = self.pull(moved, velocity)
+        forces = self.node_forces(springs)
+        work = -np.vdot(forces[self.held], velocity[self.held])
+        own = velocity[self.free]
+        acting = forces[self.free] - self.drag * own
+        if self.loads:
+            loads = self.outside(time)[self.free]
+            acting += loads
+            work += np.vdot(loads, own)
+        lost = self.damping @ springs.closing**2 + self.drag * np.vdot(own, own)
+        fall = acting / self.mass[:, None] + self.gravity
+        return np.concatenate([own.ravel(), fall.ravel(), [work, lost]])
+
+    def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
+        """Return ∂(dy/dt)/∂y, sparse; the rows of W and D are left empty.
+
+        These two follow from the others and act on nothing, so Newton's iteration converges
+        without them.
+        """
+        moved, velocity = self.spread(time, y)
+        springs = self.pull(moved, velocity)
+        n, safe = springs.direction, np.where(springs.length > 0.0, springs.length, 1.0)
+        along = n[:, :, None] * n[:, None, :]
+        sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
+        by_place = (
+            self.stiffness[:, None, None] * along
+            + (self.damping[:, None] * n)[:, :, None] * sideways[:, None, :]
+            + (springs.tension / safe)[:, None, None] * (np.eye(3) - along)
+        )
+        by_speed = self.damping[:, None, None] * along
+        lighter = sparse.diags(np.repeat(1.0 / self.mass, 3))
+        size = 3 * len(self.free)
+        drag = sparse.diags(np.full(size, self.drag))
+        blocks = [
+            [None, sparse.identity(size), None],
+            [-lighter @ self._between(by_place), -lighter @ (self._between(by_speed) + drag), None],
+            [None, None, sparse.csr_matrix((2, 2))],
+        ]
+        return sparse.block_array(blocks, format="csc") if size else sparse.csc_matrix((2, 2))
+
+    def _between(self, blocks: Floats) -> sparse.csr_matrix:
+        """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes."""
+        spread = sparse.kron(self.incidence[:, self.free], sparse.identity(3), format="csr")
+        steps = np.arange(len(blocks) + 1)
+        shape = (3 * len(blocks), 3 * len(blocks))
+        middle = sparse.bsr_matrix((blocks, steps[:-1], steps), shape=shape)
+        return (spread.T @ middle.tocsr() @ spread).tocsr()
+
+    # --- energies and scales -------------------------------------------------------------------
+
+    def energies(self, moved: Floats, velocity: Floats) -> Energies:
+        """Return the energies of a state."""
+        own = velocity[self.free]
+        stretch = self.pull(moved, velocity).length - self.rest
+        place = (self.drawn + moved)[self.free]
+        return Energies(
+            kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
+            elastic=0.5 * float(self.stiffness @ stretch**2),
+            gravity=-float(self.mass @ (place @ self.gravity)),
+        )
+
+    def scales(self, moved: Floats, velocity: Floats) -> Scales:
+        """Return how large a state is."""
+        energies = self.energies(moved, velocity)
+        return Scales(largest(moved), largest(velocity), energies.kinetic + energies.elastic)
+
+    def noise(self) -> Scales:
+        """Return what rounding alone makes of a state.
+
+        Lengths are known to ``ROUNDING`` of themselves; times the fastest frequency of a node,
+        at most √(2 Σ c / m) over its springs (Gershgorin), that is a noise of velocities.
+        """
+        length = float(np.abs(self._reach).max(initial=0.0) + self.rest.max(initial=0.0))
+        joined = (abs(self._backwards) @ self.stiffness)[self.free]
+        fastest = float(np.sqrt((2.0 * joined / self.mass).max(initial=0.0)))
+        place = ROUNDING * length
+        strain = float(self.stiffness.max(initial=0.0)) * place * length
+        return Scales(place, place * fastest, strain)
+
+
+def largest(vectors: Floats) -> float:
+    """Return the largest length of some vectors of shape (…, 3); 0 of none."""
+    return float(np.sqrt((vectors * vectors).sum(axis=-1).max(initial=0.0)))
+
+
+def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:
+    """Return B, shape (spring, node): -1 at the first end of each spring, +1 at the second."""
+    count = len(ends)
+    rows = np.repeat(np.arange(count), 2)
+    signs = np.tile([-1.0, 1.0], count)
+    return sparse.csr_matrix((signs, (rows, ends.ravel())), shape=(count, nodes))
+
+
+def overstretched(equations: Equations, springs: Springs) -> Indices:
+    """Return the numbers of the living springs above their fraction force, ascending."""
+    return equations.springs[springs.tension > equations.strength]

@@ -1,0 +1,64 @@
+"""The reference solution of a plan, by SciPy's solvers."""
+
+import time as clock
+from collections.abc import Callable
+
+import numpy as np
+
+from tissuec.network import Floats, Network
+from tissuec.plan import Plan
+from tissuec.validate.solution import Reference, Track
+from tissuec.validate.walking import Walk
+
+FINEST = 1e-13  # the smallest error per step that rounding leaves room for
+WITHOUT_PROMISE = 1e-4  # stands in for the tolerance where a scene has a fixed step
+
+
+def default_rtol(plan: Plan) -> float:
+    """Return the error per step that should make a reference far better than the promise."""
+    return max((plan.simulation.tolerance or WITHOUT_PROMISE) / 1000.0, FINEST)
+
+
+def reference(
+    network: Network,
+    plan: Plan,
+    times: Floats,
+    *,
+    method: str = "DOP853",
+    rtol: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Reference:
+    """Return the solution of a plan.
+
+    Args:
+        times: When to look [s], ascending, shape (row,).
+        method: One of SciPy's: DOP853, RK45, RK23, Radau, BDF or LSODA.
+        rtol: Error per step relative to the largest displacement, speed and energy so far;
+            a thousandth of the tolerance by default.
+        progress: Told the simulated time [s] after each step.
+
+    Raises:
+        ReferenceFailure: SciPy's solver cannot go on.
+    """
+    started = clock.monotonic()
+    track = Track(np.asarray(times, dtype=float), network.node_count)
+    walk = Walk(network, plan, track, method, rtol or default_rtol(plan))
+    walk.go(progress or (lambda time: None))
+    walk.effort.wall_time = clock.monotonic() - started
+    return Reference(
+        method=method,
+        rtol=walk.rtol,
+        times=track.times,
+        position=track.position,
+        velocity=track.velocity,
+        force=track.force,
+        holders=tuple(track.holders),
+        displacement=track.sizes[:, 0],
+        speed=track.sizes[:, 1],
+        energies=track.energies,
+        initial=walk.initial,
+        breaks=tuple(walk.breaks),
+        firings=tuple(walk.firings),
+        strain=walk.strain,
+        effort=walk.effort,
+    )

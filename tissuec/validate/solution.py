@@ -1,0 +1,118 @@
+"""What a reference knows: states at the times that were asked for, and what happened."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.network import Floats, Indices
+from tissuec.situation import Situation
+from tissuec.validate.crossings import Break
+from tissuec.validate.equations import Equations, Scales
+from tissuec.validate.stepping import Effort
+
+Holders = tuple[Mapping[str, Indices], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Firing:
+    """A trigger, by its place in the plan, and when it fired [s]."""
+
+    time: float
+    trigger: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """A solution at the times that were asked for.
+
+    Attributes:
+        method, rtol: How it was found.
+        times: [s], shape (row,).
+        position, velocity: [m], [m/s], shape (row, node, 3).
+        force: Sum of the spring forces on every node [N], shape (row, node, 3).
+        holders: Who holds which nodes, for each row.
+        displacement, speed: Largest so far [m], [m/s], shape (row,).
+        energies: Kinetic, elastic and gravity energy, work, dissipated and switched energy [J],
+            shape (row, 6).
+        initial: Energy after the events at 0 s [J].
+        breaks: Springs that broke.
+        firings: Triggers that fired.
+        strain: Largest tension over fraction force that each spring came to, shape (spring,).
+        effort: What it cost.
+    """
+
+    method: str
+    rtol: float
+    times: Floats
+    position: Floats
+    velocity: Floats
+    force: Floats
+    holders: Holders
+    displacement: Floats
+    speed: Floats
+    energies: Floats
+    initial: float
+    breaks: tuple[Break, ...]
+    firings: tuple[Firing, ...]
+    strain: Floats
+    effort: Effort
+
+    @property
+    def imbalance(self) -> Floats:
+        """Return the energy that is there and should not be [J], shape (row,)."""
+        kinetic, elastic, gravity, work, lost, switched = self.energies.T
+        return kinetic + elastic + gravity - (self.initial + work - lost + switched)
+
+
+class Track:
+    """Rows that are filled one after the other.
+
+    Attributes:
+        row: The first that is empty.
+        scales: How large the motion was until now.
+    """
+
+    def __init__(self, times: Floats, nodes: int):
+        shape = (len(times), nodes, 3)
+        self.times = times
+        self.position, self.velocity, self.force = (np.empty(shape) for _ in range(3))
+        self.sizes, self.energies = np.empty((len(times), 2)), np.empty((len(times), 6))
+        self.holders: list[Mapping[str, Indices]] = []
+        self.row = 0
+        self.scales = Scales(0.0, 0.0, 0.0)
+
+    @property
+    def due(self) -> float:
+        """Return the time of the first empty row [s]; infinite if all are full."""
+        return self.times[self.row] if self.row < len(self.times) else float("inf")
+
+    def measure(self, equations: Equations, time: float, y: Floats) -> None:
+        """Let a state count for the largest displacement, speed and energy so far."""
+        self.scales = self.scales.joined(equations.scales(*equations.spread(time, y)))
+
+    def enter(
+        self,
+        equations: Equations,
+        y: Floats,
+        holders: Mapping[str, Indices],
+        switched: float,
+    ) -> None:
+        """Fill the row that is due with the state at its time."""
+        row = self.row
+        moved, velocity = equations.spread(self.due, y)
+        self.measure(equations, self.due, y)
+        self.position[row] = equations.drawn + moved
+        self.velocity[row] = velocity
+        self.force[row] = equations.node_forces(equations.pull(moved, velocity))
+        self.sizes[row] = self.scales.displacement, self.scales.speed
+        self.energies[row] = *equations.energies(moved, velocity), *y[-2:], switched
+        self.holders.append(holders)
+        self.row += 1
+
+
+def standing_energy(situation: Situation) -> float:
+    """Return the energy of the state in which a situation is [J]."""
+    equations = Equations(situation, situation.time)
+    moved = situation.position - situation.network.position
+    return equations.energies(moved, situation.velocity).total

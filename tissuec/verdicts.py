@@ -1,0 +1,98 @@
+"""Whether expectations hold, judged while a run goes on."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tissuec.measures.moment import Moment
+from tissuec.network import Floats
+from tissuec.plan import Expectation
+from tissuec.sampling import rows_at, rows_within
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """The first time at which an expectation did not hold.
+
+    Attributes:
+        expectation: Its place in the plan.
+        time: [s].
+        measured: What was measured, such as "gap(oviduct) = 0.2 mm".
+    """
+
+    expectation: int
+    time: float
+    measured: str
+
+
+@dataclass(slots=True, eq=False)
+class Memory:
+    """What a recorder must know to go on after an interruption.
+
+    Attributes:
+        next: The first sample that has not come yet.
+        scale: Largest energy so far [J].
+        pinned: Moments that expectations look back to, by their times [s].
+        failures: By the place of the expectation.
+    """
+
+    next: int = 0
+    scale: float = 0.0
+    pinned: dict[float, Moment] = field(default_factory=dict)
+    failures: dict[int, Failure] = field(default_factory=dict)
+
+
+class Judge:
+    """Judges expectations at every sample within their intervals and at the ends.
+
+    An interval ends before the events at its end and begins after those at its beginning.
+
+    Args:
+        times: All times of samples [s], shape (sample,).
+        near: Largest difference between times that are one [s].
+    """
+
+    def __init__(self, expectations: tuple[Expectation, ...], times: Floats, near: float):
+        self.expectations, self.times, self.near = expectations, times, near
+        self._pinned_at = {
+            time: int(np.argmax(rows_at(times, np.array([time]), near)))
+            for expectation in expectations
+            for time in expectation.pinned
+        }
+        self._due = [rows_within(times, e.start, e.stop, near) for e in expectations]
+
+    def enter(self, time: float) -> None:
+        """Take the samples from now on out of the intervals that have ended by now."""
+        for due, expectation in zip(self._due, self.expectations, strict=True):
+            if self._lasts(expectation) and expectation.stop - self.near <= time:
+                due[self.times >= expectation.stop - 2.0 * self.near] = False
+
+    def leave(self, moment: Moment, memory: Memory) -> None:
+        """Judge the intervals that end at a moment, before its events."""
+        for number, expectation in enumerate(self.expectations):
+            ends_now = abs(expectation.stop - float(moment.time)) <= self.near
+            if ends_now and self._lasts(expectation):
+                self._judge(number, replace(moment, pinned=memory.pinned), memory)
+
+    def sample(self, moment: Moment, rows: slice, memory: Memory) -> None:
+        """Judge a batch, which is a part of ``times``."""
+        for time, place in self._pinned_at.items():
+            if rows.start <= place < rows.stop:
+                then = moment.pick(np.array([place - rows.start])).pick(
+                    0
+                )  # a copy of the state
+                memory.pinned[time] = replace(then, pinned={})
+        for number, due in enumerate(self._due):
+            for place in np.flatnonzero(due[rows]):
+                if number in memory.failures:
+                    break
+                self._judge(number, moment.pick(int(place)), memory)
+
+    def _lasts(self, expectation: Expectation) -> bool:
+        return expectation.start < expectation.stop - self.near
+
+    def _judge(self, number: int, moment: Moment, memory: Memory) -> None:
+        expectation = self.expectations[number]
+        if number not in memory.failures and not expectation.condition(moment):
+            measured = expectation.describe(moment)
+            memory.failures[number] = Failure(number, float(moment.time), measured)
