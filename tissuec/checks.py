@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from tissuec import topology
 from tissuec.compiler import Compiled
 from tissuec.core.errors import Diagnostic, Note
-from tissuec.core.units import LENGTH, show
+from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
+from tissuec.engine.stability import damping_radius, spectral_radius
+from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
-from tissuec.network import BodyPart, Floats
+from tissuec.network import BodyPart, Floats, Network
 from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
 from tissuec.verbs import Action
@@ -22,15 +24,17 @@ Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
 
 
-def check_all(compiled: Compiled) -> list[Diagnostic]:
-    """Return the warnings of every check."""
-    return [finding for check in CHECKS for finding in check(compiled)]
+def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
+    """Return the warnings of every check; only thorough ones take time."""
+    checks = (*CHECKS, *(THOROUGH if thorough else ()))
+    return [finding for check in checks for finding in check(compiled)]
 
 
 def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     """W301: a body that falls apart before anything is cut."""
     for body, _, ends in _bodies(compiled):
-        count = int(topology.pieces(_size(body), ends).max(initial=-1)) + 1
+        # Nodes without any spring are a matter of their own.
+        count = len(np.unique(topology.pieces(_size(body), ends)[np.unique(ends)]))
         if count > 1 and len(ends):
             yield Diagnostic(
                 "W301",
@@ -50,9 +54,9 @@ def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
         if loose:
             yield Diagnostic(
                 "W302",
-                f"{body.name} has {loose} nodes without springs",
+                f"{body.name} has {_counted(loose, 'node')} without springs",
                 body.span,
-                "they move freely; leave them out, or add springs",
+                "what no spring holds moves freely; leave it out, or add springs",
             )
 
 
@@ -71,10 +75,9 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
             held[body.nodes],
         )
         if modes.checked and modes.count:
-            plural = "s" if modes.count > 1 else ""
             yield Diagnostic(
                 "W303",
-                f"{body.name} has {modes.count} floppy mode{plural}: it can fold without any spring being stretched",
+                f"{body.name} has {_counted(modes.count, 'floppy mode')}: it can fold without any spring being stretched",
                 body.span,
                 "add diagonals or interior springs, a longer reach of the lattice, or prestress",
             )
@@ -83,19 +86,20 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
 def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network
-    length = np.linalg.norm(
-        network.position[network.ends[:, 1]] - network.position[network.ends[:, 0]], axis=1
-    )
+    length = _drawn_lengths(network)
     for body in network.bodies:
         zero = np.flatnonzero(length[body.springs] == 0.0)
         if len(zero):
             ids = ", ".join(
                 str(i) for i in network.spring_ids[body.springs][zero[:MOST_SPRINGS_NAMED]]
             )
+            more = ", …" if len(zero) > MOST_SPRINGS_NAMED else ""
             yield Diagnostic(
-                "W304", f"{len(zero)} springs of {body.name} have no length and so no direction (ids {ids}…)", body.span,
-                "they exert no force until their ends part",
-            )  # fmt: skip
+                "W304",
+                f"{body.name} has {_counted(len(zero), 'spring')} between nodes at one place (id {ids}{more})",
+                body.span,
+                "a spring without a length has no direction: it exerts no force until its ends part",
+            )
 
 
 def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -137,20 +141,81 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
 def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
     """W305: rest lengths of zero or less, which make a spring pull for ever."""
     network = compiled.network
+    drawn = _drawn_lengths(network)
     for body in network.bodies:
-        bad = np.flatnonzero(network.rest[body.springs] <= 0.0)
+        rest = network.rest[body.springs]
+        bad = rest[(rest <= 0.0) & (drawn[body.springs] > 0.0)]
         if len(bad):
-            shortest = show(float(network.rest[body.springs][bad].min()), LENGTH)
             yield Diagnostic(
                 "W305",
-                f"{len(bad)} springs of {body.name} have no rest length (down to {shortest})",
+                f"{body.name} has {_counted(len(bad), 'spring')} without a rest length "
+                f"(down to {show(float(bad.min()), LENGTH)})",
                 body.span,
+                "such a spring pulls until its ends meet; give it a rest length above zero",
             )
 
 
+def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W403: a fixed step above what the method can bear."""
+    simulation = compiled.plan.simulation
+    if simulation.step is None:
+        return
+    situation = situation_at_start(compiled)
+    omega = spectral_radius(situation)
+    zeta = damping_radius(situation) / (2.0 * omega) if omega else 0.0
+    limit = INTEGRATORS[simulation.integrator].stability_limit(omega, zeta)
+    if simulation.step > limit:
+        yield Diagnostic(
+            "W403",
+            f"step {show(simulation.step, TIME)} exceeds the stability estimate "
+            f"{show(limit, TIME)}: {_stiffest(compiled)}",
+            simulation.span,
+            "write a smaller step, or a tolerance instead of it",
+        )
+
+
+def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W202: a rule of the scene's own that no tissue in use wakes."""
+    woken = {
+        fired.span
+        for tissue in tissues_in_use(compiled)
+        for given in tissue.given.values()
+        for fired in given.fired
+    }
+    for rules in compiled.scene.vocabulary.rules.values():
+        for span in rules.spans:
+            if span.source is compiled.scene.source and span not in woken:
+                yield Diagnostic(
+                    "W202", "no tissue in use can make this rule fire", span,
+                    "describe a tissue so that it does, or leave the rule out",
+                )  # fmt: skip
+
+
 CHECKS: tuple[Check, ...] = (
-    pieces, dangling, floppy, zero_lengths, small_prestress, fallbacks, unused_parameters, unused_sets,
-)  # fmt: skip
+    pieces,
+    dangling,
+    zero_lengths,
+    small_prestress,
+    unstable_step,
+    fallbacks,
+    silent_rules,
+    unused_parameters,
+    unused_sets,
+)
+THOROUGH: tuple[Check, ...] = (floppy,)
+
+
+def _stiffest(compiled: Compiled) -> str:
+    """Return the spring that asks for the smallest step, in words."""
+    network = compiled.network
+    ratio = network.stiffness * (1.0 / network.mass[network.ends]).sum(axis=1)
+    spring = int(ratio.argmax())
+    body = next(body for body in network.bodies if spring < body.springs.stop)
+    mass = float(network.mass[network.ends[spring]].min())
+    return (
+        f"spring {network.spring_ids[spring]} of {body.name} has "
+        f"{show(float(network.stiffness[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
+    )
 
 
 def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
@@ -181,6 +246,16 @@ class _Forgetful:
 
     def land(self, times: Floats) -> None:
         pass
+
+
+def _drawn_lengths(network: Network) -> Floats:
+    first, second = network.position[network.ends].swapaxes(0, 1)
+    return np.linalg.norm(second - first, axis=1)
+
+
+def _counted(number: int, what: str) -> str:
+    """Return "1 spring" or "2 springs"."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _bodies(compiled: Compiled) -> Iterator[tuple[BodyPart, slice, NDArray[np.int32]]]:

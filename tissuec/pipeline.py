@@ -19,8 +19,7 @@ from tissuec.compiler import Compiled, compile_scene
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import load, read_source
-from tissuec.scene.model import Scene
+from tissuec.scene.imports import Program, load, read_source
 from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
@@ -60,19 +59,10 @@ class Request:
 def read_words(request: Request) -> tuple[Words, tuple[Diagnostic, ...]]:
     """Return vocabulary and tissues of a file that need not be a scene, and its warnings."""
     findings = Findings()
-    program = load(request.source, request.libraries, findings)
-    findings.raise_errors()
-    words = resolve_words(program, findings, request.overrides)
+    words = resolve_words(_load(request, findings), findings, request.overrides)
     words.constants.evaluate_all()
     findings.raise_errors()
     return words, tuple(findings.warnings)
-
-
-def read_scene(request: Request, findings: Findings) -> Scene:
-    """Return the scene of a request, before any mesh is built."""
-    program = load(request.source, request.libraries, findings)
-    findings.raise_errors()
-    return resolve(program, findings, request.overrides)
 
 
 def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]:
@@ -82,19 +72,32 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
         CompileError: The text is wrong, or ``strict`` and there is a warning.
     """
     findings = Findings()
-    compiled = compile_scene(read_scene(request, findings), findings)
-    warnings = (*findings.warnings, *check_all(compiled))
-    if request.strict and warnings:
-        raise CompileError(warnings)
-    return compiled, warnings
+    return _compile(_load(request, findings), request, findings, thorough=False)
 
 
 def check_request(request: Request) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
-    """Return like ``compile_request``; a file without bodies is checked as a vocabulary."""
-    words, warnings = read_words(request)
-    if not words.declarations.of("body") and not words.declarations.single:
-        return None, warnings
-    return compile_request(request)
+    """Return like ``compile_request``, looking closer; a file without bodies is no scene."""
+    findings = Findings()
+    program = _load(request, findings)
+    if program.is_scene:
+        return _compile(program, request, findings, thorough=True)
+    return None, read_words(request)[1]
+
+
+def _load(request: Request, findings: Findings) -> Program:
+    program = load(request.source, request.libraries, findings)
+    findings.raise_errors()
+    return program
+
+
+def _compile(
+    program: Program, request: Request, findings: Findings, *, thorough: bool
+) -> tuple[Compiled, tuple[Diagnostic, ...]]:
+    compiled = compile_scene(resolve(program, findings, request.overrides), findings)
+    warnings = (*findings.warnings, *check_all(compiled, thorough=thorough))
+    if request.strict and warnings:
+        raise CompileError(warnings)
+    return compiled, warnings
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,8 +153,10 @@ def simulate(
 
 
 def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
-    """Return what a result says of its origin: the whole text, and what was set."""
-    simulation = compiled.plan.simulation
+    """Return what a result says of its origin: the whole text, what was set, and the plan."""
+    from tissuec.prediction import predict
+
+    simulation, plan = compiled.plan.simulation, asdict(predict(compiled))
     return {
         "scene": request.source.name,
         "about": compiled.scene.about,
@@ -161,6 +166,8 @@ def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "tolerance": simulation.tolerance,
         "step": simulation.step,
         "duration": simulation.duration,
+        "method": plan["method"],
+        "plan": {name: plan[name] for name in ("reason", "facts", "skipped")},
     }
 
 

@@ -149,10 +149,11 @@ MILLION = 1_000_000
 @pytest.mark.parametrize(
     "text",
     ["(" * MILLION, "}" * MILLION, ")" * MILLION, "[" * MILLION, "{" * MILLION,
-     "\n" * 10 * MILLION, " " * MILLION, '"' * MILLION, "“" * MILLION, "#" * MILLION, "\n(" * MILLION,
-     "table x { " * 100_000, "is table " * 100_000, "x = 1 " + " " * MILLION + "y",
-     "a = " + "-" * 100_000 + "1", "expect " + "not " * 100_000 + "a", "1" * MILLION,
-     "a = 1 " + "m*" * 100_000 + "m", "a = 1 m^" + "9" * 100_000, "a = 1e" + "9" * MILLION],
+     "\n" * 10 * MILLION, " " * MILLION, '"' * MILLION, "“" * MILLION, "#" * MILLION,
+     "\n(" * MILLION, "table x { " * 100_000, "is table " * 100_000,
+     "x = 1 " + " " * MILLION + "y", "a = " + "-" * 100_000 + "1",
+     "expect " + "not " * 100_000 + "a", "1" * MILLION, "a = 1 " + "m*" * 100_000 + "m",
+     "a = 1 m^" + "9" * 100_000, "a = 1e" + "9" * MILLION],
     ids=lambda text: text[:12].strip() + "…",
 )  # fmt: skip
 def test_hostile_texts_take_about_a_second_at_most(text):

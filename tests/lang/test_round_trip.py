@@ -244,6 +244,7 @@ def assert_module_or_findings(text):
 
 @settings(deadline=None, max_examples=300)
 @given(st.text())
+@example("))\x1f\x1f\x08\x08\x08\x08[\x08")
 @example("language 1\n)table x {\n1\n}")
 @example("language 1\n“table x { 1 }")
 @example("language 1\nx is table { } }{")
@@ -261,17 +262,9 @@ def test_any_bytes_give_a_module_or_findings(raw):
     assert_module_or_findings(raw)
 
 
-SIGNS = list('\n;{}()[],:=<+-^"#%.') + [
-    "==",
-    "if",
-    "then",
-    "is",
-    "at",
-    "3",
-    "mm",
-    "x",
-    "table",
-    "and",
+SIGNS = [
+    *'\n;{}()[],:=<+-^"#%.',
+    *["==", "if", "then", "is", "at", "3", "mm", "x", "table", "and"],
 ]
 
 

@@ -13,6 +13,7 @@ import click
 from tissuec.core.errors import CompileError, Diagnostic, SimulationError, TissueError
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
+DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -153,7 +154,17 @@ def run_guarded(command: click.Command) -> int:
     except TissueError as error:
         click.echo(f"error: {error}", err=True)
         return WRONG_TEXT
+    except MemoryError:
+        click.echo("error: there is not enough memory for this scene", err=True)
+        return STOPPED
     except BrokenPipeError:
         # The reader of stdout has seen enough, as with "| head".
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # stays open until the exit
         return DONE
+    except Exception as error:
+        if DEBUG in os.environ:
+            raise
+        what = f"{type(error).__name__}: {error}"
+        click.echo(f"error: tissuec itself failed: {what}", err=True)
+        click.echo(f"please report it with your scene and what {DEBUG}=1 shows", err=True)
+        return STOPPED

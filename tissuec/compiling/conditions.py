@@ -64,6 +64,12 @@ class MeasureScope(Scope):
     def name(self, name: s.Name) -> Value:
         return self._measured(name) if id(name) in self.readings else self.constants.name(name)
 
+    def has(self, name: s.Name) -> bool:
+        return id(name) in self.readings or self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return self.constants.names()
+
     def call(self, call: s.Call) -> Value:
         return self._measured(call)
 

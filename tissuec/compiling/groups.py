@@ -53,6 +53,7 @@ class Groups:
         self.findings = scope.findings
         self.sets: dict[str, NamedSet | None] = {}
         self.used: set[str] = set()
+        self.choosing: list[str] = []
 
     def choose_all(self) -> None:
         """Choose every set, so that mistakes in unused ones are reported too."""
@@ -71,7 +72,10 @@ class Groups:
         chosen = self._find(name)
         if chosen.of_springs:
             self.findings.reject(
-                "TIS312", f'"{name.text}" is a set of springs; nodes are needed here', name.span
+                "TIS314",
+                f'"{name.text}" is a set of springs; nodes are needed here',
+                name.span,
+                hint=f"write set {name.text} = nodes of …, or make a set of nodes beside it",
             )
         return chosen.group
 
@@ -118,9 +122,16 @@ class Groups:
         return self._set(name)
 
     def _set(self, name: s.Name) -> NamedSet:
+        if name.key in self.choosing:
+            circle = " -> ".join([*self.choosing[self.choosing.index(name.key) :], name.key])
+            self.findings.reject("TIS506", f"these sets need one another: {circle}", name.span)
         if name.key not in self.sets:
-            self.sets[name.key] = None  # a set that needs itself, or was found wrong before
-            self.sets[name.key] = self._choose(self.declared[name.key].item)
+            self.sets[name.key] = None  # stays None if the set is rejected: reported once only
+            self.choosing.append(name.key)
+            try:
+                self.sets[name.key] = self._choose(self.declared[name.key].item)
+            finally:
+                self.choosing.pop()
         chosen = self.sets[name.key]
         if chosen is None:
             self.findings.stop()
@@ -188,7 +199,7 @@ class Groups:
             parts.append(self.springs(part) if self.is_springs(part) else self.nodes(part))
         if len(kinds) != 1:
             self.findings.reject(
-                "TIS312", "a union is of nodes or of springs, not of both", listing.span
+                "TIS314", "a union is of nodes or of springs, not of both", listing.span
             )
         return NamedSet(
             Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))),

@@ -115,7 +115,7 @@ class SentenceOrder:
         tool = self.tools[name.key]
         if kind is not None and tool.kind != kind:
             self.reject(
-                "TIS312", f"{tool.name} is {tool.kind}; {self.verb} needs {kind}", word=word
+                "TIS405", f"{tool.name} is {tool.kind}; {self.verb} needs {kind}", word=word
             )
         return tool.name
 

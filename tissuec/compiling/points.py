@@ -1,6 +1,6 @@
 """Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,15 @@ class PointScope(Scope):
     def name(self, name: s.Name) -> Value:
         if name.key in self.columns:
             return self.columns[name.key]
-        return self.constants.name(name)
+        if self.constants.has(name):
+            return self.constants.name(name)
+        return self.unknown(name)
+
+    def has(self, name: s.Name) -> bool:
+        return name.key in self.columns or self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return (*self.columns, *self.constants.names())
 
     def test(self, node: s.Expression) -> Truth:
         match node:
@@ -57,7 +65,12 @@ class PointScope(Scope):
                 return self._in_region(node)
             case s.Name() if node.key == "surface":
                 if self.surface is None:
-                    self.findings.reject("TIS312", "this mesh has no surface", node.span)
+                    self.findings.reject(
+                        "TIS302",
+                        "this mesh has no surface",
+                        node.span,
+                        hint="choose its nodes by their places or their ids",
+                    )
                 return self.surface()
             case _:
                 return super().test(node)
@@ -89,7 +102,8 @@ class PointScope(Scope):
                     "TIS301",
                     f'there is no region called "{name.text}"',
                     name.span,
-                    hint=alternatives(name.key, self.regions, what="regions"),
+                    hint=alternatives(name.key, self.regions, what="regions")
+                    or "the body has no regions",
                 )
             result |= self.regions[name.key]
         return ~result if node.phrase.kind == "not" else result

@@ -4,15 +4,16 @@
 has one; lengths without a unit take that of the table (``table nodes of net in mm``).
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import CompileError, alternatives
+from tissuec.core.errors import CompileError, alternatives, did_you_mean
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH, Dimension, UnitError, describe, parse_unit
+from tissuec.core.units import LENGTH, SYMBOLS, Dimension, UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.tables import Column, cell_span, read_rows
 from tissuec.meshes import Mesh
@@ -23,6 +24,7 @@ from tissuec.scene.model import Body
 from tissuec.scene.quantities import QUANTITIES
 
 ID = "id"
+_WORD = re.compile(r"[^\s,]+")
 NODE_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "x": LENGTH, "y": LENGTH, "z": LENGTH, "mass": units.MASS,
     "vx": units.VELOCITY, "vy": units.VELOCITY, "vz": units.VELOCITY,
@@ -60,6 +62,11 @@ def read_tables(body: Body, scope: Scope) -> ExplicitBody:
     assert body.tables is not None
     nodes = _Reader(body.tables.nodes, NODE_COLUMNS, ("x",), scope).read()
     node_ids = nodes.ids()
+    if not len(node_ids):
+        message = f"the table holds no node of {body.name}"
+        scope.findings.reject(
+            "TIS302", message, body.tables.nodes.name.span, hint="write at least one row"
+        )
     position = np.stack([nodes.get(axis, default=0.0) for axis in "xyz"], axis=1)
     if body.tables.springs is None:
         springs, ends, spring_ids = None, np.zeros((0, 2), np.int32), np.zeros(0, np.int64)
@@ -119,7 +126,7 @@ class _Reader:
                 "TIS303", f'"{clause.word}" cannot stand in a table', clause.span
             )
         length = (
-            self._unit(clauses["in"].value.span.text, LENGTH, clauses["in"])
+            self._unit(clauses["in"].value.span.text, LENGTH, clauses["in"].value.span)
             if "in" in clauses
             else None
         )
@@ -137,7 +144,7 @@ class _Reader:
             self.findings.diagnostics.extend(error.diagnostics)
             self.findings.stop()
         for name, column in zip(self.names, cells, strict=True):
-            self.columns[name] = column * factors[name] if factors[name] is not None else column
+            self.columns[name] = self._scaled(name, column, factors[name])
             self._check_sign(name, self.columns[name])
         return self
 
@@ -174,7 +181,10 @@ class _Reader:
         if len(unknown):
             row = int(unknown[0])
             self.findings.reject(
-                "TIS313", f"{body} has no node with id {wanted[row]}", self._cell(row, name)
+                "TIS313",
+                f"{body} has no node with id {wanted[row]}",
+                self._cell(row, name),
+                hint=f"ids run from {node_ids.min()} to {node_ids.max()}",
             )
         return found
 
@@ -183,34 +193,33 @@ class _Reader:
     ) -> dict[str, float | None]:
         """Read the header into ``names``; return the factor to SI of each column."""
         factors: dict[str, float | None] = {}
-        words = text.replace(",", " ").split()
+        words = list(_WORD.finditer(text))
+        begin = clause.value.span.end - 1 - len(text)
+
+        def place(word: re.Match[str]) -> Span:
+            return Span(clause.span.source, begin + word.start(), begin + word.end())
+
         while words:
-            name = next(
-                (
-                    " ".join(words[:count])
-                    for count in (2, 1)
-                    if " ".join(words[:count]).lower() in self.known
-                ),
-                words[0],
-            )
-            words = words[len(name.split()) :]
-            name = name.lower()
+            pair = " ".join(word[0].lower() for word in words[:2])
+            name = pair if pair in self.known else words[0][0].lower()
+            where = place(words[0]).to(place(words[name.count(" ")]))
+            words = words[1 + name.count(" ") :]
             if name not in self.known:
                 self.findings.reject(
-                    "TIS303", f'"{name}" is not a column of {self.table.name.text}', clause.span,
+                    "TIS303", f'"{name}" is not a column of {self.table.name.text}', where,
                     hint=alternatives(name, self.known, what="columns"),
                 )  # fmt: skip
             if name in factors:
-                self.findings.reject("TIS307", f'column "{name}" stands twice', clause.span)
+                self.findings.reject("TIS307", f'column "{name}" stands twice', where)
             dimension = self.known[name]
             factors[name] = None
-            if len(words) > 1 and words[0] == "in":
+            if len(words) > 1 and words[0][0] == "in":
                 if dimension is None:
-                    self.findings.reject("TIS502", f"{name} has no unit", clause.span)
-                factors[name] = self._unit(words[1], dimension, clause)
+                    self.findings.reject("TIS502", f"{name} has no unit", place(words[1]))
+                factors[name] = self._unit(words[1][0], dimension, place(words[1]))
                 words = words[2:]
             elif dimension is not None:
-                factors[name] = self._default_factor(name, dimension, length, clause)
+                factors[name] = self._default_factor(name, dimension, length, where)
             self.names.append(name)
         for name in self.needed:
             if name not in factors:
@@ -220,7 +229,7 @@ class _Reader:
         return factors
 
     def _default_factor(
-        self, name: str, dimension: Dimension, length: float | None, clause: s.Clause
+        self, name: str, dimension: Dimension, length: float | None, where: Span
     ) -> float:
         if dimension == LENGTH and length is not None:
             return length
@@ -228,22 +237,34 @@ class _Reader:
         self.findings.reject(
             "TIS501",
             f"the column {name} is {describe(dimension)}; it has no unit",
-            clause.span,
+            where,
             hint=f"write {example}",
         )
 
-    def _unit(self, text: str, dimension: Dimension, clause: s.Clause) -> float:
+    def _unit(self, text: str, dimension: Dimension, where: Span) -> float:
         try:
             unit = parse_unit(text)
         except UnitError as error:
-            self.findings.reject("TIS104", str(error), clause.span)
+            hint = did_you_mean(error.symbol, SYMBOLS)
+            self.findings.reject("TIS104", str(error), where, hint=hint)
         if unit.dimension != dimension:
             self.findings.reject(
                 "TIS502",
                 f"{text} is {describe(unit.dimension)}; {describe(dimension)} is needed",
-                clause.span,
+                where,
             )
         return unit.factor
+
+    def _scaled(self, name: str, column: Floats, factor: float | None) -> Floats:
+        """Return a column in SI units; rejects a number that leaves the range of numbers."""
+        if factor is None:
+            return column
+        with np.errstate(over="ignore"):
+            scaled = column * factor
+        if np.isinf(scaled).any():
+            place = self._cell(int(np.flatnonzero(np.isinf(scaled))[0]), name)
+            self.findings.reject("TIS122", f'"{place.text}" is too large in this unit', place)
+        return scaled
 
     def _check_sign(self, name: str, column: Floats) -> None:
         bad = (

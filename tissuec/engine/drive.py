@@ -188,11 +188,12 @@ def judge(
 ) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
-    The local errors allowed add up to ``budget`` times the duration, relative to the largest
-    displacement and speed so far.
+    The estimates allowed add up to ``budget`` times the duration, relative to the largest
+    displacement and speed so far. The share of a single step is bounded as well: where
+    stability limits the steps, an error lives on for longer than the step that made it.
     """
     position, velocity = estimate(h, current, work)
-    allowed = task.budget * h
+    allowed = min(task.budget * h, task.share)
     position /= allowed * max(reach, task.floor) + task.noise
     velocity /= allowed * max(pace, task.floor / h) + task.noise / h
     return max(position, velocity) + 0.0 * (position + velocity)

@@ -85,6 +85,7 @@ def new_task(network: Network, integrator: type[Integrator], tolerance: float, d
         hold=0,
         fixed=0,
         budget=integrator.safety * tolerance / duration if duration else inf,
+        share=integrator.share * tolerance,
         # Nodes that all coincide in the drawing have no size; any motion is then a measure.
         floor=FLOOR * extent or 1e-300,
         noise=ROUNDING * max(size, extent),

@@ -23,7 +23,9 @@ class Integrator(Protocol):
         rows: Number of rows of ``Work.rows``.
         end_row: The one that belongs to the end of the step; row 1 belongs to its start.
         control_order: Power of the step in the error per unit step.
-        safety: Part of the tolerance that the sum of error estimates may use up.
+        safety: Multiple of the tolerance that the sum of all error estimates may reach; above
+            1 where estimates are known to be that much larger than errors.
+        share: Part of the tolerance that the estimate of one step may reach.
         looks: Pieces in which a step is searched for ruptures.
         nearness: Part of its strength from which a spring is looked at closely.
         tableau, dense_x, dense_v: Coefficients, as ``Work`` holds them.
@@ -39,6 +41,7 @@ class Integrator(Protocol):
     end_row: ClassVar[int]
     control_order: ClassVar[float]
     safety: ClassVar[float]
+    share: ClassVar[float]
     looks: ClassVar[int]
     nearness: ClassVar[float]
     tableau: ClassVar[Floats]

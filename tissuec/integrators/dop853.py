@@ -151,7 +151,8 @@ class Dop853:
     rows = ROWS
     end_row = 1 + RESULT
     control_order = 7.0
-    safety = 1.0
+    safety = 30.0
+    share = 0.004
     looks = 8
     nearness = 0.85
     tableau = _tableau()

@@ -88,7 +88,8 @@ class VelocityVerlet:
     rows = 3
     end_row = 2
     control_order = 2.0
-    safety = 1.0
+    safety = 2.0
+    share = 0.05
     looks = 2
     nearness = 0.97
     tableau = np.array([[0.0, 0.5, 0.5]])

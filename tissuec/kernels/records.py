@@ -84,6 +84,7 @@ class Task(NamedTuple):
     hold: int  # 1: come back after each accepted step before its samples are taken
     fixed: int  # 1: keep the size of the steps
     budget: float  # local error allowed per second, relative to the motion [1/s]
+    share: float  # local error allowed in one step, relative to the motion
     floor: float  # smallest displacement that errors are measured by [m]
     noise: float  # error that is put down to rounding [m]
     bound: float  # displacement beyond which the run is looked at [m]

@@ -5,6 +5,7 @@ are balanced. The result is as long as the text, so that every offset stays true
 """
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -61,6 +62,11 @@ class _Opening(NamedTuple):
     indent: int
 
 
+def in_order(problems: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return problems by their place in the text."""
+    return sorted(problems, key=lambda problem: problem.span.start if problem.span else 0)
+
+
 def lay_out(source: Source) -> Layout:
     """Return the text made ready for the grammar.
 
@@ -100,7 +106,11 @@ class _Scanner:
             place = handle(text, part.start(), part.end()) or part.end()
         self._finish(len(text))
         return Layout(
-            self.source, self._edited(), tuple(self.comments), self.rows, tuple(self.problems)
+            self.source,
+            self._edited(),
+            tuple(self.comments),
+            self.rows,
+            tuple(in_order(self.problems)),
         )
 
     # --- one method for each kind of part; a result is where to go on -------------------------
@@ -142,7 +152,7 @@ class _Scanner:
             message = f"brackets are nested more than {DEEPEST} deep"
             hint = 'name a part of it with "let", or close a bracket before'
             problem = Diagnostic("TIS116", message, Span(self.source, start, end), hint)
-            raise CompileError([*self.problems, problem])
+            raise CompileError(in_order([*self.problems, problem]))
         self.stack.append(_Opening(sign, start, self.indent))
         return None
 
@@ -273,7 +283,7 @@ class _Scanner:
     def _add(self, problem: Diagnostic) -> None:
         self.problems.append(problem)
         if len(self.problems) == MOST_PROBLEMS:
-            raise CompileError(self.problems)
+            raise CompileError(in_order(self.problems))
 
     def _edited(self) -> str:
         """Return the text with all edits made."""

@@ -22,7 +22,7 @@ from tissuec.lang.builder import Builder
 from tissuec.lang.classify import classify
 from tissuec.lang.grammar import load_parser
 from tissuec.lang.heading import check_heading
-from tissuec.lang.layout import MOST_PROBLEMS, Layout, lay_out
+from tissuec.lang.layout import MOST_PROBLEMS, Layout, in_order, lay_out
 from tissuec.lang.mistake import mistake_of
 from tissuec.lang.recovery import Statement, resume_after
 from tissuec.lang.syntax import Module
@@ -51,8 +51,7 @@ def parse(source: Source) -> Module:
     with _LOCK, _no_garbage_collection():
         module, problems = _parse(layout)
     if module is None or problems:
-        problems.sort(key=lambda problem: problem.span.start if problem.span else 0)
-        raise CompileError(problems[:MOST_PROBLEMS])
+        raise CompileError(in_order(problems)[:MOST_PROBLEMS])
     return module
 
 

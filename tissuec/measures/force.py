@@ -26,4 +26,5 @@ class Force(Vector):
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         nodes = moment.nodes(subjects[0])
-        return -mechanics.pull_on(moment.situation, moment.position, moment.velocity, nodes)
+        # Subtracted, so that no force is 0 and not -0.
+        return 0.0 - mechanics.pull_on(moment.situation, moment.position, moment.velocity, nodes)

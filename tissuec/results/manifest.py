@@ -11,12 +11,13 @@ from typing import Any
 import h5py
 import numpy as np
 
+from tissuec import __version__
 from tissuec.results import access
 from tissuec.results.store import Store
 
 MANIFEST = "/tissuec/manifest"
 SCENE = "/tissuec/scene"
-PACKAGES = ("tissuec", "numpy", "scipy", "numba", "h5py")
+PACKAGES = ("numpy", "scipy", "numba", "h5py")
 RUNNING = "unfinished: the run is under way, or was killed"
 _LONGEST_ATTRIBUTE = (
     8192  # HDF5 keeps attributes of at most 64 kB; longer ones stand in the text
@@ -37,7 +38,7 @@ def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, ob
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that matter, without importing them."""
-    found = {"python": platform.python_version()}
+    found = {"tissuec": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
             found[name] = version(name)

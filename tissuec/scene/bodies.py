@@ -14,10 +14,12 @@ from tissuec.meshes import MESHES, Generator
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Given, Region, Tables, Tissue
 from tissuec.scene.quantities import QUANTITIES
 
 EXPLICIT = "explicit"
+TABLES = ("nodes", "springs")
 INTERFACES = ("mean", "softer", "stiffer")
 Number = Annotated[float, Measure(units.NUMBER)]
 
@@ -172,7 +174,10 @@ class _BodyReader:
         phrase = None if isinstance(item, s.Assign) else item.phrase
         if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
             self.findings.reject(
-                "TIS312", "rupture is allowed, or rupture is not allowed", item.span
+                "TIS305",
+                "rupture is either allowed or not",
+                item.span,
+                hint="write rupture is allowed, or rupture is not allowed",
             )
         return phrase.kind == "word"
 
@@ -212,19 +217,18 @@ class _BodyReader:
     def _tables(self) -> Tables | None:
         mine: dict[str, s.Table] = {}
         for table in self.declarations.tables:
-            if (
-                table.clauses
-                and table.clauses[0].word == "of"
-                and isinstance(table.clauses[0].value, s.Name)
-            ):
-                if table.clauses[0].value.key == self.name.key:
-                    if table.name.key in mine:
-                        self.findings.reject(
-                            "TIS503",
-                            f"body {self.name.text} has two tables of {table.name.text}",
-                            table.name.span,
-                        )
-                    mine[table.name.key] = table
+            owner = owner_of(table)
+            if owner is None or owner.key != self.name.key:
+                continue
+            if table.name.key in mine:
+                first = mine[table.name.key].name.span
+                self.findings.reject(
+                    "TIS503",
+                    f"body {self.name.text} has two tables of {table.name.text}",
+                    table.name.span,
+                    notes=(Note("first here", first),),
+                )
+            mine[table.name.key] = table
         if mine and not self.is_explicit:
             first = next(iter(mine.values()))
             self.findings.reject(
@@ -243,6 +247,32 @@ class _BodyReader:
                 hint=f'table nodes of {self.name.text} in mm with columns "id x y z" {{ 1 0 0 0 }}',
             )
         return Tables(mine["nodes"], mine.get("springs"))
+
+
+def owner_of(table: s.Table) -> s.Name | None:
+    """Return the body that a table names, None if it names none."""
+    values = [clause.value for clause in table.clauses if clause.word == "of"]
+    return values[0] if values and isinstance(values[0], s.Name) else None
+
+
+def check_table(table: s.Table, declarations: Declarations, findings: Findings) -> None:
+    """Reject a table that no body has: a misspelt one must not be passed over."""
+    if table.name.key not in TABLES:
+        findings.reject(
+            "TIS303",
+            f'"{table.name.text}" is not a table of a body',
+            table.name.span,
+            hint=alternatives(table.name.key, TABLES, what="tables"),
+        )
+    owner = owner_of(table)
+    if owner is None:
+        findings.reject(
+            "TIS304",
+            "a table needs to name its body",
+            table.name.span,
+            hint=f"for example: table {table.name.text} of net …",
+        )
+    declarations.find("body", owner, findings)
 
 
 def _word(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:

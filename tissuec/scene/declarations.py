@@ -46,7 +46,7 @@ class Declarations:
         known = self.of(kind)
         if name.key not in known:
             names = [declared.name.text for declared in known.values()]
-            plural = "rules" if kind == "rules" else f"{kind}s"
+            plural = {"rules": "rules", "body": "bodies"}.get(kind, f"{kind}s")
             article = "are no" if kind == "rules" else "is no"
             findings.reject(
                 "TIS301",

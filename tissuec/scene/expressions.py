@@ -1,11 +1,12 @@
 """Expressions and conditions: names looked up, dimensions checked, numbers in SI units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import did_you_mean
+from tissuec.core.errors import alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, describe, parse_unit, suggested_unit
 from tissuec.lang import syntax as s
@@ -43,6 +44,24 @@ class Scope:
         """Return what a name stands for, or reject it."""
         raise NotImplementedError
 
+    def has(self, name: s.Name) -> bool:
+        """Tell whether a name stands for a value here."""
+        raise NotImplementedError
+
+    def names(self) -> Sequence[str]:
+        """Return the names that stand for values here, as they were declared."""
+        raise NotImplementedError
+
+    def unknown(self, name: s.Name) -> NoReturn:
+        """Reject a name that stands for no value here."""
+        self.findings.reject(
+            "TIS301",
+            f'there is no number called "{name.text}"',
+            name.span,
+            hint=alternatives(name.text, self.names(), what="numbers")
+            or f'declare it: "param {name.text} = …" or "let {name.text} = …"',
+        )
+
     def call(self, call: s.Call) -> Value:
         """Return the value of a call that is no mathematical function, or reject it."""
         return self.findings.reject(
@@ -56,7 +75,10 @@ class Scope:
     def test(self, node: s.Expression) -> Truth:
         """Return the truth of a test that only some scopes know, or reject it."""
         self.findings.reject(
-            "TIS312", f'"{node.span.text}" is not a test that can stand here', node.span
+            "TIS312",
+            f'"{node.span.text}" is not a test that can stand here',
+            node.span,
+            hint='a test compares numbers: "a < b" or "a between b and c"',
         )
 
     # --- values --------------------------------------------------------------------------------
@@ -68,7 +90,9 @@ class Scope:
                 return Value(np.asarray(node.value), NUMBER, is_literal=True)
             case s.Quantity():
                 unit = parse_unit(node.unit)
-                return self._finite(Value(np.asarray(node.value * unit.factor), unit.dimension), node.span)
+                return self._finite(
+                    Value(np.asarray(node.value * unit.factor), unit.dimension), node.span
+                )
             case s.Name():
                 return self.name(node)
             case s.Vector():
@@ -131,7 +155,9 @@ class Scope:
                 self._mismatch("this vector mixes", dimension, item.dimension, part.span)
         literal = all(item.is_literal for item in items)
         stacked = np.stack(np.broadcast_arrays(*(item.amount for item in items)), axis=-1)
-        return self._finite(Value(stacked, dimension, is_vector=True, is_literal=literal), node.span)
+        return self._finite(
+            Value(stacked, dimension, is_vector=True, is_literal=literal), node.span
+        )
 
     @_quietly
     def _sum(self, node: s.Sum) -> Value:
@@ -224,7 +250,9 @@ class Scope:
     def _finite(self, value: Value, span: Span) -> Value:
         if self.is_known and not np.all(np.isfinite(value.amount)):
             hint = "it is too large, or the root of a negative number"
-            self.findings.reject("TIS504", f'"{span.text}" is not a finite number', span, hint=hint)
+            self.findings.reject(
+                "TIS504", f'"{span.text}" is not a finite number', span, hint=hint
+            )
         return value
 
     # --- conditions ----------------------------------------------------------------------------
@@ -250,7 +278,10 @@ class Scope:
                 self._same("cannot compare", value, high, node.high.span)
                 if self.is_known and np.any(low.amount > high.amount):
                     self.findings.reject(
-                        "TIS308", "the lower limit is above the upper one", node.low.span
+                        "TIS308",
+                        "the lower limit is above the upper one",
+                        node.low.span,
+                        hint=f'write "between {node.high.span.text} and {node.low.span.text}"',
                     )
                 return np.asarray((low.amount <= value.amount) & (value.amount <= high.amount))
             case _:

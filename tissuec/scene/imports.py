@@ -13,6 +13,7 @@ from tissuec.lang.parser import parse
 from tissuec.scene.findings import Findings
 
 SUFFIX = ".tis"
+SCENE_BLOCKS = ("body", "environment", "script", "simulate", "output")
 LARGEST_FILE = 256 * 1024 * 1024  # bytes; beyond, a text is a mistake rather than a scene
 
 
@@ -29,6 +30,17 @@ class Program:
     @property
     def main(self) -> s.Module:
         return self.modules[-1]
+
+    @property
+    def is_scene(self) -> bool:
+        """Return whether there is a body, or a block that only scenes have."""
+        blocks = [
+            item
+            for module in self.modules
+            for item in module.items
+            if isinstance(item, s.Block)
+        ]
+        return any(block.name.key.split(" ")[0] in SCENE_BLOCKS for block in blocks)
 
 
 def read_source(path: Path, name: str | None = None) -> Source:

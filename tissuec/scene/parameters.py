@@ -39,18 +39,16 @@ class Constants(Scope):
         self.chain: list[str] = []
 
     def name(self, name: s.Name) -> Value:
-        if name.key not in self.declared:
-            texts = [
-                item.name.text for item in self.declared.values() if isinstance(item, s.Assign)
-            ]
-            self.findings.reject(
-                "TIS301",
-                f'there is no param or let called "{name.text}"',
-                name.span,
-                hint=alternatives(name.text, texts, what="declared"),
-            )
+        if not self.has(name):
+            self.unknown(name)
         self.used.add(name.key)
         return self._value(name)
+
+    def has(self, name: s.Name) -> bool:
+        return name.key in self.declared
+
+    def names(self) -> Sequence[str]:
+        return [item.name.text for item in self.declared.values() if isinstance(item, s.Assign)]
 
     def evaluate_all(self) -> None:
         """Evaluate what nobody asked for, so that mistakes in it are reported too."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from tissuec.scene.bodies import read_body
+from tissuec.scene.bodies import check_table, read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
@@ -56,6 +56,9 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     for key, declared in declarations.of("tool").items():
         with findings.item():
             tools[key] = read_tool(declared.name, declared.item, scope)
+    for table in declarations.tables:
+        with findings.item():
+            check_table(table, declarations, findings)
     environment = simulation = None
     with findings.item():
         environment = read_environment(declarations, program.main, scope)

@@ -103,9 +103,10 @@ def build(
     try:
         return cls(**values), places
     except ValueError as error:  # entries that are right one by one and impossible together
-        named = [name for name in places if f'"{name}' in str(error)]
-        first = min(named, key=lambda name: str(error).index(f'"{name}'), default="")
-        scope.findings.reject("TIS309", f"{what}: {error}", places.get(first, where))
+        reason = str(error)
+        named = [name for name in places if f'"{name}' in reason]
+        first = min(named, key=lambda name: reason.index(f'"{name}'), default="")
+        scope.findings.reject("TIS309", f"{what}: {reason}", places.get(first, where))
 
 
 def read(
@@ -252,8 +253,14 @@ def _grouped(number: float) -> str:
 def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> Any:
     if isinstance(entry.kind, OneOf) and isinstance(item, s.Assign):
         text = item.value.span.text
-        hint = f'write "{entry.name} is {text}"' if text in entry.kind.words else f"for example: {entry.example}"
-        scope.findings.reject("TIS312", 'a word is chosen with "is"; "=" sets a number', item.span, hint=hint)
+        hint = (
+            f'write "{entry.name} is {text}"'
+            if text in entry.kind.words
+            else f"for example: {entry.example}"
+        )
+        scope.findings.reject(
+            "TIS312", 'a word is chosen with "is"; "=" sets a number', item.span, hint=hint
+        )
     kind = describe(entry.kind.dimension) if isinstance(entry.kind, Measure) else ""
     scope.findings.reject(
         "TIS312",

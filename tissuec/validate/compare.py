@@ -1,0 +1,160 @@
+"""Quantities of a run held against those of the reference."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.units import Dimension
+from tissuec.measures import MEASURES
+from tissuec.network import Floats, Indices, Network
+from tissuec.plan import Plan
+from tissuec.situation import Situation
+from tissuec.validate.observing import Observed
+from tissuec.validate.solution import Reference
+from tissuec.validate.uncertainty import floor_of, relative
+from tissuec.verbs.holding import FIX
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """The largest error of something.
+
+    Attributes:
+        name: Such as "position" or "force of forceps A".
+        error: Relative to ``scale``.
+        bound: What was promised; None where nothing was.
+        expected: Error that positions just within the promise can cause; None if not told.
+        scale: What the error is relative to, where it is largest.
+        dimension: Of the scale.
+        time: When the error is largest [s].
+        node: Where; None where it is not of one node.
+    """
+
+    name: str
+    error: float
+    bound: float | None
+    expected: float | None
+    scale: float
+    dimension: Dimension
+    time: float
+    node: int | None = None
+
+    @property
+    def is_kept(self) -> bool | None:
+        """Return whether the promise is kept; None where there is none."""
+        return None if self.bound is None else self.error <= self.bound
+
+
+def position_errors(run: Observed, reference: Reference, network: Network) -> Floats:
+    """Return the largest relative error of a position at each time, shape (row,)."""
+    error = _distance(run.position, reference.position).max(axis=1, initial=0.0)
+    return relative(error, reference.displacement, floor_of(network))
+
+
+def position(
+    run: Observed, reference: Reference, network: Network, bound: float | None, rows: slice
+) -> Quantity:
+    """Return the error of positions, relative to the largest displacement so far.
+
+    Args:
+        rows: Those that are judged; may be none.
+    """
+    errors = position_errors(run, reference, network)[rows]
+    if not len(errors):
+        return Quantity("position", 0.0, bound, None, 0.0, units.LENGTH, 0.0)
+    row = int(np.argmax(errors))
+    node = int(np.argmax(_distance(run.position[row], reference.position[row])))
+    scale = max(float(reference.displacement[row]), floor_of(network))
+    time = float(reference.times[row])
+    return Quantity(
+        "position", float(errors[row]), bound, None, scale, units.LENGTH, time, node
+    )
+
+
+def velocity(run: Observed, reference: Reference, valid: NDArray[np.bool_]) -> Quantity:
+    """Return the error of velocities, relative to the largest speed of the run."""
+    error = _distance(run.velocity, reference.velocity) * valid[:, None]
+    scale = float(reference.speed[-1])
+    row, node = np.unravel_index(np.argmax(error), error.shape)
+    worst = relative(error[row, node], np.array(scale), 0.0)
+    time = float(reference.times[row])
+    return Quantity(
+        "velocity", float(worst), None, None, scale, units.VELOCITY, time, int(node)
+    )
+
+
+def support_forces(
+    run: Observed,
+    reference: Reference,
+    situation: Situation,
+    groups: Mapping[str, tuple[Indices, ...]],
+    valid: NDArray[np.bool_],
+    tolerance: float | None,
+) -> list[Quantity]:
+    """Return the errors of the forces on groups, each relative to its largest.
+
+    A force is c times a difference of positions, so that an error of positions by the
+    tolerance times the displacement moves a force by Σ c over the springs of the group times
+    that, which is given as ``expected``.
+
+    Args:
+        situation: Present spring constants.
+        groups: The nodes of each group at each row.
+    """
+    found = []
+    for name, members in groups.items():
+        own = np.array([-f[n].sum(axis=0) for f, n in zip(run.force, members, strict=True)])
+        true = np.array([-f[n].sum(axis=0) for f, n in zip(reference.force, members, strict=True)])
+        scale = float(np.linalg.norm(true, axis=1).max())
+        error = np.linalg.norm(own - true, axis=1) * valid
+        row = int(np.argmax(error))
+        expected = None
+        if tolerance is not None and scale > 0.0:
+            reach = max(_stiffness(situation, nodes) for nodes in _distinct(members))
+            expected = tolerance * float(reference.displacement[-1]) * reach / scale
+        worst = float(relative(error[row], np.array(scale), 0.0))
+        time = float(reference.times[row])
+        found.append(Quantity(f"force of {name}", worst, None, expected, scale, units.FORCE, time))
+    return found
+
+
+def energy_balance(run: Observed, bound: float | None) -> Quantity:
+    """Return the energy of a run that cannot be accounted for, relative to the largest so far."""
+    errors = relative(np.abs(run.imbalance), run.scale, 0.0)
+    row = int(np.argmax(errors))
+    scale, time = float(run.scale[row]), float(run.times[row])
+    return Quantity("energy balance", float(errors[row]), bound, None, scale, units.ENERGY, time)
+
+
+def force_groups(plan: Plan, reference: Reference) -> dict[str, tuple[Indices, ...]]:
+    """Return what feels a force: whoever holds nodes, and the sets of force logs."""
+    groups: dict[str, tuple[Indices, ...]] = {}
+    nothing = np.zeros(0, dtype=np.int64)
+    for name in dict.fromkeys(name for holders in reference.holders for name in holders):
+        label = "fixed nodes" if name == FIX else name
+        groups[label] = tuple(holders.get(name, nothing) for holders in reference.holders)
+    for log in plan.output.logs:
+        subject = log.subjects[0] if log.measure is MEASURES["force"] else None
+        if subject is not None and subject.nodes is not None:
+            groups[subject.name] = (subject.nodes,) * len(reference.times)
+    return groups
+
+
+def _distance(first: Floats, second: Floats) -> Floats:
+    """Return distances of points, shape (…,)."""
+    return np.linalg.norm(first - second, axis=-1)
+
+
+def _distinct(members: tuple[Indices, ...]) -> list[Indices]:
+    return list({nodes.tobytes(): nodes for nodes in members}.values())
+
+
+def _stiffness(situation: Situation, nodes: Indices) -> float:
+    """Return Σ c over the springs with one end among some nodes [N/m]."""
+    inside = np.zeros(situation.network.node_count, dtype=bool)
+    inside[nodes] = True
+    first, second = inside[situation.network.ends].T
+    return float(situation.stiffness[first != second].sum())
