@@ -262,10 +262,8 @@ def test_any_bytes_give_a_module_or_findings(raw):
     assert_module_or_findings(raw)
 
 
-SIGNS = [
-    *'\n;{}()[],:=<+-^"#%.',
-    *["==", "if", "then", "is", "at", "3", "mm", "x", "table", "and"],
-]
+KEYWORDS = ["==", "if", "then", "is", "at", "3", "mm", "x", "table", "and"]
+SIGNS = [*'\n;{}()[],:=<+-^"#%.', *KEYWORDS]
 
 
 @settings(deadline=None, max_examples=300)

@@ -60,14 +60,12 @@ def command(
 
 def _formatted(path: Path) -> tuple[str, str]:
     from tissuec.lang.characters import normalise
-    from tissuec.lang.parser import parse
     from tissuec.lang.printer import format_source
     from tissuec.scene.imports import read_source
 
     source = (
         normalise(sys.stdin.buffer.read(), "stdin") if str(path) == "-" else read_source(path)
     )
-    parse(source)
     written = source.text if str(path) == "-" else path.read_bytes().decode("utf-8")
     return written, format_source(source)
 

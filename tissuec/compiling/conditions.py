@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
 from tissuec.compiling.groups import Groups
 from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.measures import MEASURES, Measure, Subject
@@ -188,7 +190,7 @@ class Conditions:
             elif time is None and len(subjects) == measure.subjects and not argument.clauses:
                 time = self._pinned(argument)
             else:
-                self._no_subject(argument)
+                self._no_subject(argument.value.span.text, argument.span)
         if len(subjects) != measure.subjects:
             self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
         return Reading(measure, tuple(subjects), time, along, " ".join(node.span.text.split()))
@@ -210,16 +212,15 @@ class Conditions:
     def _is_subject(self, name: s.Name) -> bool:
         return name.key in self.tools or self.groups.is_known(name)
 
-    def _no_subject(self, argument: s.Argument) -> None:
+    def _no_subject(self, text: str, span: Span) -> NoReturn:
         known = [tool.name for tool in self.tools.values()]
         known += [d.name.text for d in self.groups.declared.values()]
         known += [placed.built.body.name for placed in self.groups.bodies.values()]
-        text = argument.value.span.text
         self.findings.reject(
             "TIS301",
             f'there is no set, body or tool called "{text}"',
-            argument.span,
-            hint=alternatives(text, known, what="known"),
+            span,
+            hint=alternatives(text, known, what="sets, bodies and tools"),
         )
 
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
@@ -230,6 +231,8 @@ class Conditions:
                     "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
                 )
             return Subject(self.tools[name.key].name, None, none)
+        if not self.groups.is_known(name):
+            self._no_subject(name.text, name.span)
         if self.groups.is_springs(name):
             if measure.takes == "nodes":
                 self.findings.reject(
@@ -261,10 +264,8 @@ class Conditions:
         return value.amount / np.linalg.norm(value.amount)
 
     def _pinned(self, argument: s.Argument) -> float:
-        if isinstance(argument.value, s.Name) and argument.value.key not in getattr(
-            self.scope, "declared", {}
-        ):
-            self._no_subject(argument)
+        if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):
+            self._no_subject(argument.value.span.text, argument.span)
         return self._time(argument.value)
 
     # --- times ---------------------------------------------------------------------------------
@@ -278,7 +279,13 @@ class Conditions:
             case ["from", "to"]:
                 start, stop = (self._time(clause.value) for clause in item.clauses)
                 if start > stop:
-                    self.findings.reject("TIS403", "the interval is reversed", item.span)
+                    first, last = (clause.value.span.text for clause in item.clauses)
+                    self.findings.reject(
+                        "TIS403",
+                        f"the interval from {first} to {last} ends before it begins",
+                        item.clauses[0].span.to(item.clauses[1].span),
+                        hint=f"write from {last} to {first}",
+                    )
                 return start, stop
             case ["until"]:
                 return 0.0, self._time(item.clauses[0].value)
@@ -292,7 +299,7 @@ class Conditions:
 
     def _time(self, node: s.Expression) -> float:
         value = self.scope.number(node)
-        self.scope.expect(value, TIME, node.span, what="a time")
+        self.scope.expect(value, TIME, node.span, what="the moment")
         time = float(value.amount)
         if not 0.0 <= time <= self.duration * (1 + 1e-12):
             self.findings.reject(

@@ -1,7 +1,5 @@
 """Courses in time as they are written: ``using smooth profile``, ``using table "file.csv"``."""
 
-import csv
-import io
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -80,18 +78,25 @@ def _table_courses(
     factor = 1.0
     if columns > 1:
         factor = _length_unit(order)
-    rows = _read_csv(clause.value, 1 + columns, order)
-    times, values = rows[:, 0], rows[:, 1:] * factor
+    rows = _read_csv(clause, clause.value, 1 + columns, order)
+    times, values = rows[:, 0], rows[:, 1:]
     if times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
         order.reject(
             "TIS313",
             f"the times in {clause.value.quoted} do not ascend from 0 s",
+            hint="sort the rows by time, each time once",
             word=clause.word,
         )
     end = min(stop, float(times[-1]))
+    with np.errstate(all="ignore"):
+        values = values * factor
+        slopes = [monotone_slopes(times, column) for column in values.T.copy()]
+    if not np.all(np.isfinite(slopes)):
+        message = f"the numbers in {clause.value.quoted} change too steeply"
+        order.reject("TIS313", message, hint="check the times and the units", word=clause.word)
     return tuple(
-        Course("table", 0.0, end, 0.0, times, column, monotone_slopes(times, column))
-        for column in values.T.copy()
+        Course("table", 0.0, end, 0.0, times, column, slope)
+        for column, slope in zip(values.T.copy(), slopes, strict=True)
     )
 
 
@@ -115,41 +120,50 @@ def _length_unit(order: "SentenceOrder") -> float:
     return unit.factor
 
 
-def _read_csv(name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
+def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
     """Return the numbers of a file beside the scene, shape (row, column), at least two rows."""
     path = PurePosixPath(name.quoted or "")
     if path.is_absolute() or ".." in path.parts:
         order.reject(
-            "TIS603", f'"{path}" leads outside of the folder of the scene', word="using"
+            "TIS603",
+            f'"{path}" leads outside of the folder of the scene',
+            hint="put the file beside the scene",
+            word=clause.word,
         )
     folder = name.span.source.path.parent if name.span.source.path else None
     if folder is None:
         order.reject(
-            "TIS604", f'"{path}": a scene that is no file has no tables beside it', word="using"
+            "TIS604",
+            f'"{path}": a scene that is no file has no tables beside it',
+            hint="save the scene to a file",
+            word=clause.word,
         )
     try:
         text = read_source(folder / path, str(path)).text
     except CompileError as error:
-        order.reject("TIS604", error.diagnostics[0].message, word="using")
+        hint = "the file is looked for beside the scene"
+        order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=clause.word)
     rows: list[list[float]] = []
-    for number, cells in enumerate(
-        csv.reader(io.StringIO(text.replace(";", ",").replace("\t", ","))), start=1
-    ):
-        if not cells or cells[0].lstrip().startswith("#"):
+    form = "a row is a time in s and " + ("one number" if columns == 2 else "x, y and z")
+    for number, line in enumerate(text.split("\n"), start=1):
+        cells = line.replace(";", ",").replace("\t", ",").split(",")
+        if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
             row = [float(cell) for cell in cells[:columns]]
         except ValueError:
             if number == 1:
                 continue  # names of the columns
-            order.reject("TIS313", f"{path}, line {number}: not a number", word="using")
+            row = []
         if len(row) < columns or not np.all(np.isfinite(row)):
             order.reject(
                 "TIS313",
-                f"{path}, line {number}: {columns} finite numbers are needed",
-                word="using",
+                f"line {number} of {path} is no row of {columns} numbers",
+                hint=form,
+                word=clause.word,
             )
         rows.append(row)
     if len(rows) < 2:
-        order.reject("TIS313", f"{path} holds fewer than two rows of numbers", word="using")
+        message = f"{path} holds fewer than two rows of numbers"
+        order.reject("TIS313", message, hint=form, word=clause.word)
     return np.array(rows)

@@ -54,6 +54,9 @@ class Groups:
         self.sets: dict[str, NamedSet | None] = {}
         self.used: set[str] = set()
         self.choosing: list[str] = []
+        # Each body and set has its arrays once, however many sentences name it.
+        self.whole = {key: (placed.nodes, placed.springs) for key, placed in bodies.items()}
+        self.inside: dict[str, Indices] = {}
 
     def choose_all(self) -> None:
         """Choose every set, so that mistakes in unused ones are reported too."""
@@ -68,7 +71,7 @@ class Groups:
     def nodes(self, name: s.Name) -> Group:
         """Return the nodes of a set of nodes or of a body."""
         if name.key in self.bodies:
-            return Group(name.text, self.bodies[name.key].nodes)
+            return Group(name.text, self.whole[name.key][0])
         chosen = self._find(name)
         if chosen.of_springs:
             self.findings.reject(
@@ -82,13 +85,13 @@ class Groups:
     def springs(self, name: s.Name) -> Group:
         """Return the springs of a set of springs, of a body, or inside a set of nodes."""
         if name.key in self.bodies:
-            return Group(name.text, self.bodies[name.key].springs)
+            return Group(name.text, self.whole[name.key][1])
         chosen = self._find(name)
-        return (
-            chosen.group
-            if chosen.of_springs
-            else Group(name.text, self.springs_inside(chosen.group.indices))
-        )
+        if chosen.of_springs:
+            return chosen.group
+        if name.key not in self.inside:
+            self.inside[name.key] = self.springs_inside(chosen.group.indices)
+        return Group(name.text, self.inside[name.key])
 
     def is_springs(self, name: s.Name) -> bool:
         """Tell whether a name is a set of springs."""

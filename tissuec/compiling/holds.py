@@ -107,8 +107,8 @@ def _unheld(release: Release, time: float, taken: Sequence[Taken]) -> Iterator[D
     what = release.group.name if release.group is not None else "anything"
     subject = f"{who} cannot release {what}" if who else f"{what} cannot be released"
     reason = "it grasped nothing before" if who else "nothing held it before"
-    places = ", ".join(f"{t.holder} at {show(t.time, TIME)}" for t in taken)
+    places = ", ".join(f"by {t.holder} since {show(t.time, TIME)}" for t in taken)
     yield Diagnostic(
         "TIS401", f"{subject} at {show(time, TIME)}: {reason}", release.span,
-        f"held until then: {places}" if places else "grasp or hold it first",
+        f"held are others: {places}" if places else "grasp or hold it first",
     )  # fmt: skip

@@ -61,8 +61,13 @@ class SentenceOrder:
             code,
             message,
             span,
-            hint=hint or f"{self.verb} is written: {' | '.join(self.forms)}",
+            hint=hint or f"write: {self._nearest_form()}",
         )
+
+    def _nearest_form(self) -> str:
+        """Return the form of the verb that shares most words with the sentence."""
+        written = set(self.span.text.split())
+        return max(self.forms, key=lambda form: len(written & set(form.split())))
 
     def has(self, word: str) -> bool:
         self.asked.add(word)
@@ -115,7 +120,10 @@ class SentenceOrder:
         tool = self.tools[name.key]
         if kind is not None and tool.kind != kind:
             self.reject(
-                "TIS405", f"{tool.name} is {tool.kind}; {self.verb} needs {kind}", word=word
+                "TIS405",
+                f"{tool.name} is {tool.kind}; {self.verb} needs {kind}",
+                hint=f"declare one: tool {kind} {{ kind is {kind} }}",
+                word=word,
             )
         return tool.name
 

@@ -127,7 +127,7 @@ class OutputReader:
         if len(names) != measure.subjects:
             self.findings.reject(
                 "TIS702",
-                f"{item.name.text} takes {measure.subjects} of: {measure.form}",
+                f"{item.name.text} is written: {_written(item.name.key, measure.subjects)}",
                 item.span,
             )
         every = self._rate(item, clauses)
@@ -159,10 +159,20 @@ class OutputReader:
         value = self.scope.number(node)
         self.scope.expect(value, TIME, node.span, what="the time between outputs")
         every = float(value.amount)
-        if every <= 0.0 or self.duration / every > MOST_SAMPLES:
+        if every <= 0.0:
+            message = f"the time between outputs must be above 0 s, not {value}"
+            self.findings.reject("TIS308", message, node.span)
+        if self.duration / every > MOST_SAMPLES:
             self.findings.reject(
                 "TIS308",
-                f"every {show(every, TIME)} makes too many samples of {show(self.duration, TIME)}",
+                f"a sample every {node.span.text} for {show(self.duration, TIME)} is too much",
                 node.span,
+                hint=f"the shortest time is {show(self.duration / MOST_SAMPLES, TIME)}",
             )
         return every
+
+
+def _written(measure: str, subjects: int) -> str:
+    """Return how an output sentence of a measure is written."""
+    behind = ("", " of A", " of A to B")[subjects]
+    return f"{measure}{behind} every 10 ms"

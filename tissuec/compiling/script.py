@@ -9,6 +9,7 @@ from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.groups import Groups
 from tissuec.compiling.orders import SentenceOrder
 from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
 from tissuec.plan import Event, Trigger
@@ -54,6 +55,8 @@ class ScriptReader:
         self.scope = scope
         self.findings = scope.findings
         self.duration = duration
+        self.repetitions = 0.0
+        self.late: set[Span] = set()  # times of which it was said that the run ends before
 
     def read(self, items: Sequence[s.Item]) -> Script:
         """Return what the items order; each mistake rejects one sentence only."""
@@ -77,10 +80,18 @@ class ScriptReader:
     def _item(self, item: s.Item, slot: _Slot, events: list[Event]) -> None:
         match item:
             case s.Timed(trigger=None):
+                errors = len(self.findings.errors)
                 for inner in self._slots(item, slot):
                     self._body(item.body, inner, events)
+                    if len(self.findings.errors) > errors:
+                        break  # what is wrong once is wrong in each repetition
             case s.Timed():
-                self.findings.reject("TIS303", "when stands outside of timed blocks", item.head)
+                self.findings.reject(
+                    "TIS303",
+                    "when stands outside of timed blocks",
+                    item.head,
+                    hint="write it beside the other times of the script",
+                )
             case s.Sentence() if not slot.is_outermost:
                 events.append(Event(slot.start, self._action(item, slot.duration)))
             case s.Sentence():
@@ -91,7 +102,12 @@ class ScriptReader:
                     hint=f"for example: at 0 s: {item.span.text}",
                 )
             case _:
-                self.findings.reject("TIS303", "this cannot stand in a script", item.span)
+                self.findings.reject(
+                    "TIS303",
+                    "this cannot stand in a script",
+                    item.span,
+                    hint="a script holds times with orders, such as at 0 s: fix …",
+                )
 
     def _body(self, items: Sequence[s.Item], slot: _Slot, events: list[Event]) -> None:
         for item in items:
@@ -110,9 +126,15 @@ class ScriptReader:
         if words[:2] == ["from", "to"] and (len(words) == 2 or words[2:] == ["every"]):
             start, stop = outer.start + times[0], outer.start + times[1]
             if stop <= start:
-                text = f"{show(times[0], TIME)} to {show(times[1], TIME)}"
+                first, last = (clause.value.span.text for clause in item.times[:2])
+                what, hint = "ends before it begins", f"write from {last} to {first}"
+                if stop == start:
+                    what, hint = "has no length", f"write at {first}: for what happens at once"
                 self.findings.reject(
-                    "TIS403", f"the interval from {text} has no length", item.head
+                    "TIS403",
+                    f"the interval from {first} to {last} {what}",
+                    item.times[0].span.to(item.times[1].span),
+                    hint=hint,
                 )
             if len(words) == 2:
                 return [self._checked(item, _Slot(start, stop - start))]
@@ -134,27 +156,38 @@ class ScriptReader:
         self, item: s.Timed, start: float, stop: float, every: float
     ) -> list[_Slot]:
         """Return a slot for each beginning in [start, stop)."""
-        if every <= 0.0 or (stop - start) / every > MOST_REPETITIONS:
+        if every <= 0.0:
+            message = "the time between repetitions must be above 0 s"
+            self.findings.reject("TIS403", message, item.times[2].span)
+        self.repetitions += (stop - start) / every
+        if self.repetitions > MOST_REPETITIONS:
+            limit = f"{MOST_REPETITIONS:,}".replace(",", " ")
             self.findings.reject(
-                "TIS403", f"this repeats more than {MOST_REPETITIONS} times", item.head
+                "TIS403",
+                f"this makes more than {limit} repetitions in the script",
+                item.head,
+                hint="write a longer time behind every; a steady force is: push … with …",
             )
         count = int(np.ceil((stop - start) / every * (1 - 1e-12)))
         return [_Slot(start + k * every, None) for k in range(count)]
 
     def _time(self, node: s.Expression) -> float:
         value = self.scope.number(node)
-        self.scope.expect(value, TIME, node.span, what="a time of the script")
+        self.scope.expect(value, TIME, node.span, what="the moment")
         if value.amount < 0.0:
-            self.findings.reject("TIS403", "a time before 0 s", node.span)
+            self.findings.reject("TIS403", "nothing can happen before 0 s", node.span)
         return float(value.amount)
 
     def _checked(self, item: s.Timed, slot: _Slot) -> _Slot:
         end = slot.start + (slot.duration or 0.0)
-        if end > self.duration * (1 + 1e-12):
+        if end > self.duration * (1 + 1e-12) and item.head not in self.late:
+            self.late.add(item.head)
+            what = "lasts until" if slot.duration else "happens at"
             self.findings.add(
                 "W402",
-                f"this lasts until {show(end, TIME)}, but the run ends at {show(self.duration, TIME)}",
+                f"this {what} {show(end, TIME)}, but the run ends at {show(self.duration, TIME)}",
                 item.head,
+                hint="write an earlier time, or a longer duration in simulate",
             )
         return slot
 
@@ -164,9 +197,13 @@ class ScriptReader:
         verb = sentence.name.key.split(" ")[0]
         if verb not in VERBS:
             self.findings.reject(
-                "TIS404", f'"{verb}" is not a verb of the script', sentence.name.span,
+                "TIS404",
+                f'"{verb}" is not a verb of the script',
+                Span(
+                    sentence.span.source, sentence.span.start, sentence.span.start + len(verb)
+                ),
                 hint=alternatives(verb, VERBS, what="verbs"),
-            )  # fmt: skip
+            )
         if sentence.phrase is not None:
             self.findings.reject(
                 "TIS303", '"is" does not belong into an order', sentence.phrase.span

@@ -1,5 +1,7 @@
 """Where grammars, the shipped library and the user's cache are."""
 
+import os
+import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -31,19 +33,29 @@ def library() -> Path:
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a writable folder for compiled grammars and kernels, or None if there is none."""
-    import tempfile
+    """Return a folder of this user's own for compiled grammars and kernels, or None.
 
+    Both are loaded as code, so a folder that others may write to is not used.
+    """
     from platformdirs import user_cache_path
 
-    for folder in (
-        user_cache_path("tissuec", appauthor=False),
-        Path(tempfile.gettempdir()) / "tissuec-cache",
-    ):
+    own = user_cache_path("tissuec", appauthor=False)
+    user = getattr(os, "getuid", lambda: "user")()
+    for folder in (own, Path(tempfile.gettempdir()) / f"tissuec-cache-{user}"):
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if _is_ours(folder):
                 return folder
         except OSError:
             continue
     return None
+
+
+def _is_ours(folder: Path) -> bool:
+    """Return whether this user alone can write to a folder, and does so now."""
+    if hasattr(os, "getuid"):
+        status = folder.stat()
+        if status.st_uid != os.getuid() or status.st_mode & 0o022:
+            return False
+    with tempfile.TemporaryFile(dir=folder):
+        return True

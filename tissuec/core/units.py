@@ -103,6 +103,9 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
 }
 
 
+LARGEST_EXPONENT = 9  # beyond, a unit is a slip, and its factor would leave the range of numbers
+
+
 class Unit(NamedTuple):
     """What one of the unit is in SI base units, and its dimension."""
 
@@ -139,6 +142,8 @@ def parse_unit(text: str) -> Unit:
             raise UnitError(step[2])
         size, kind = SYMBOLS[step[2]]
         exponent = int(step[3] or 1) * (-1 if step[1] == "/" else 1)
+        if abs(exponent) > LARGEST_EXPONENT:
+            raise UnitError(step[0])
         factor *= size**exponent
         dimension = dimension * kind**exponent
     if not compact:

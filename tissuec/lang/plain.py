@@ -2,6 +2,7 @@
 
 from collections.abc import Set
 
+from tissuec.lang.mistake import ENDS
 from tissuec.lang.words import JOINING_WORDS, RESERVED, TIME_WORDS
 
 _LONGEST = 72
@@ -25,7 +26,6 @@ _SIGNS = {
     "RSQB": '"]"',
     "LBRACE": '"{"',
 }
-_ENDS = frozenset({"_NL", "$END", "RBRACE"})
 _WORDS = frozenset(word.upper() for word in RESERVED)
 
 
@@ -48,7 +48,7 @@ def expected(accepted: Set[str]) -> str:
             rest -= group
     parts += [sign for kind, sign in _SIGNS.items() if kind in rest]
     parts += sorted(f'"{kind.lower()}"' for kind in rest & _WORDS)
-    if rest & _ENDS:
+    if rest & ENDS:
         parts.append("the end of the statement")
     if not parts:
         return ""

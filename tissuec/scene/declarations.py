@@ -14,6 +14,16 @@ NAMED = ("property", "quantity", "rules", "tissue", "body", "tool", "learn")
 SINGLE = ("environment", "script", "simulate", "output")
 TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
 
+#: How parts are written that begin otherwise than with their name and a block.
+_EXAMPLES = {
+    "use": 'use "fuzzy/soft_tissue"',
+    "about": 'about "what this scene shows"',
+    "hedge": "hedge very = shift(50 %, outward)",
+    "property": "property NAME from 0 to 1 { … }",
+    "quantity": "quantity NAME from 1 N/m to 9 N/m { … }",
+    **{kind: f"{kind} NAME {{ … }}" for kind in ("rules", "tissue", "body", "tool", "learn")},
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Declared:
@@ -83,11 +93,7 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             _declare("hedge", name, item, to, findings)
         case s.Block() if item.name.key in SINGLE and item.phrase is None:
             _enter_single(item, to, findings)
-        case s.Block() | s.Sentence() if (found := _named_kind(item.name)) is not None:
-            if isinstance(item, s.Sentence):
-                findings.reject(
-                    "TIS312", f"{found[0]} needs a block: {item.name.text} {{ … }}", item.span
-                )
+        case s.Block(phrase=None) if (found := _named_kind(item.name)) is not None:
             _declare(*found, item, to, findings)
         case s.Sentence() if item.name.words.lower() == "use":
             pass  # followed by the loader
@@ -197,6 +203,14 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
             )
         case s.Sentence() | s.Block():
             first = item.name.words.split(" ")[0] if item.name.words else item.name.text
+            if first in TOP_LEVEL:
+                example = _EXAMPLES.get(first, f"{first} {{ … }}")
+                findings.reject(
+                    "TIS312",
+                    f"{first} is written in another form",
+                    item.span,
+                    hint=f"write: {example}",
+                )
             findings.reject(
                 "TIS303",
                 f'"{first}" begins no part of a scene',

@@ -7,7 +7,7 @@ from typing import TypeVar
 from tissuec.scene.bodies import check_table, read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program
+from tissuec.scene.imports import Program, whole
 from tissuec.scene.model import Body, Scene, Tissue, Tool
 from tissuec.scene.parameters import Constants, read_overrides
 from tissuec.scene.settings import read_environment, read_simulation, read_tool
@@ -56,6 +56,9 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     for key, declared in declarations.of("tool").items():
         with findings.item():
             tools[key] = read_tool(declared.name, declared.item, scope)
+    if not declarations.of("body"):
+        hint = "for example: body vessel { mesh is tube { … }; tissue is … }"
+        findings.add("TIS304", "the scene has no body", whole(program.main), hint=hint)
     for table in declarations.tables:
         with findings.item():
             check_table(table, declarations, findings)

@@ -15,7 +15,7 @@ import numpy as np
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.fields import FromTo, Measure, OneOf, Point, Whole
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, describe, show, suggested_unit
+from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 
@@ -48,7 +48,8 @@ class Entry:
             case OneOf(words=words):
                 return f"{self.name} is {words[0]}"
             case Point(dimension=dimension):
-                return f"{self.name} = (0, 0, 1) {suggested_unit(dimension)}".rstrip()
+                down = -9.81 if dimension == ACCELERATION else 1
+                return f"{self.name} = (0, 0, {down}) {suggested_unit(dimension)}".rstrip()
             case FromTo(dimension=dimension):
                 unit = suggested_unit(dimension)
                 return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"

@@ -17,6 +17,8 @@ from tissuec.validate.solution import Reference
 from tissuec.validate.uncertainty import floor_of, relative
 from tissuec.verbs.holding import FIX
 
+FLOOR = 1e-6  # of the largest energy of the run: below, rounding is not told from errors
+
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
@@ -55,23 +57,36 @@ def position_errors(run: Observed, reference: Reference, network: Network) -> Fl
 
 
 def position(
-    run: Observed, reference: Reference, network: Network, bound: float | None, rows: slice
-) -> Quantity:
+    run: Observed, reference: Reference, network: Network, bound: float | None, rows: int
+) -> list[Quantity]:
     """Return the error of positions, relative to the largest displacement so far.
 
     Args:
-        rows: Those that are judged; may be none.
+        rows: How many are judged; the error at all of them is added where these are fewer.
     """
-    errors = position_errors(run, reference, network)[rows]
-    if not len(errors):
-        return Quantity("position", 0.0, bound, None, 0.0, units.LENGTH, 0.0)
+    errors = position_errors(run, reference, network)
+    found = []
+    if rows:
+        found.append(_worst_position("position", run, reference, network, bound, errors[:rows]))
+    if rows < len(errors):
+        name = "position, whole run"
+        found.append(_worst_position(name, run, reference, network, None, errors))
+    return found
+
+
+def _worst_position(
+    name: str,
+    run: Observed,
+    reference: Reference,
+    network: Network,
+    bound: float | None,
+    errors: Floats,
+) -> Quantity:
     row = int(np.argmax(errors))
     node = int(np.argmax(_distance(run.position[row], reference.position[row])))
     scale = max(float(reference.displacement[row]), floor_of(network))
     time = float(reference.times[row])
-    return Quantity(
-        "position", float(errors[row]), bound, None, scale, units.LENGTH, time, node
-    )
+    return Quantity(name, float(errors[row]), bound, None, scale, units.LENGTH, time, node)
 
 
 def velocity(run: Observed, reference: Reference, valid: NDArray[np.bool_]) -> Quantity:
@@ -107,7 +122,9 @@ def support_forces(
     found = []
     for name, members in groups.items():
         own = np.array([-f[n].sum(axis=0) for f, n in zip(run.force, members, strict=True)])
-        true = np.array([-f[n].sum(axis=0) for f, n in zip(reference.force, members, strict=True)])
+        true = np.array(
+            [-f[n].sum(axis=0) for f, n in zip(reference.force, members, strict=True)]
+        )
         scale = float(np.linalg.norm(true, axis=1).max())
         error = np.linalg.norm(own - true, axis=1) * valid
         row = int(np.argmax(error))
@@ -117,16 +134,21 @@ def support_forces(
             expected = tolerance * float(reference.displacement[-1]) * reach / scale
         worst = float(relative(error[row], np.array(scale), 0.0))
         time = float(reference.times[row])
-        found.append(Quantity(f"force of {name}", worst, None, expected, scale, units.FORCE, time))
+        found.append(
+            Quantity(f"force of {name}", worst, None, expected, scale, units.FORCE, time)
+        )
     return found
 
 
 def energy_balance(run: Observed, bound: float | None) -> Quantity:
     """Return the energy of a run that cannot be accounted for, relative to the largest so far."""
-    errors = relative(np.abs(run.imbalance), run.scale, 0.0)
+    floor = FLOOR * float(run.scale[-1])
+    errors = relative(np.abs(run.imbalance), run.scale, floor)
     row = int(np.argmax(errors))
-    scale, time = float(run.scale[row]), float(run.times[row])
-    return Quantity("energy balance", float(errors[row]), bound, None, scale, units.ENERGY, time)
+    scale, time = max(float(run.scale[row]), floor), float(run.times[row])
+    return Quantity(
+        "energy balance", float(errors[row]), bound, None, scale, units.ENERGY, time
+    )
 
 
 def force_groups(plan: Plan, reference: Reference) -> dict[str, tuple[Indices, ...]]:

@@ -90,7 +90,10 @@ class Strains:
             if seen[i + 1] > 1.0:
                 return times[i], times[i + 1]
             peaks = i > 0 and seen[i] >= seen[i - 1] and seen[i] >= seen[i + 1]
-            if peaks and (top := self._top(step, times[i - 1], times[i + 1], spring)) is not None:
+            if (
+                peaks
+                and (top := self._top(step, times[i - 1], times[i + 1], spring)) is not None
+            ):
                 return times[i - 1], top
         return None
 

@@ -186,7 +186,11 @@ class Equations:
         drag = sparse.diags(np.full(size, self.drag))
         blocks = [
             [None, sparse.identity(size), None],
-            [-lighter @ self._between(by_place), -lighter @ (self._between(by_speed) + drag), None],
+            [
+                -lighter @ self._between(by_place),
+                -lighter @ (self._between(by_speed) + drag),
+                None,
+            ],
             [None, None, sparse.csr_matrix((2, 2))],
         ]
         return sparse.block_array(blocks, format="csc") if size else sparse.csc_matrix((2, 2))

@@ -69,6 +69,9 @@ def observe(
     """Run a plan with the engine and return its states at some times, shape (row,) [s].
 
     Nothing is written and no expectation judged; the energy ledger is kept.
+
+    Raises:
+        KeyboardInterrupt: The run was interrupted.
     """
     watched = replace(
         plan,
@@ -78,6 +81,8 @@ def observe(
     )
     tap = _Tap(network, watched, times)
     outcome = run(network, watched, tap, progress=progress)
+    if outcome.kind == "interrupted":
+        raise KeyboardInterrupt
     return tap.observed(outcome)
 
 
@@ -91,9 +96,7 @@ class _Tap(Recorder):
         self._strain = np.zeros(network.spring_count)
         self._standing: tuple[Situation, Ledger]
 
-    def enter(
-        self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger
-    ) -> None:
+    def enter(self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger) -> None:
         super().enter(situation, ruptured, ledger)
         standing = replace(situation, holders=dict(situation.holders))
         self._standing = standing, ledger

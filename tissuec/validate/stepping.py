@@ -80,7 +80,12 @@ class Stepper:
     def __init__(
         self, equations: Equations, method: str, rtol: float, floor: Scales, effort: Effort
     ):
-        self._equations, self._method, self._rtol, self._effort = equations, method, rtol, effort
+        self._equations, self._method, self._rtol, self._effort = (
+            equations,
+            method,
+            rtol,
+            effort,
+        )
         self._floor, self._noise = floor, equations.noise()
         unknowns = 6 * len(equations.free) + 2
         if method == "LSODA" and unknowns > LARGEST_FULL:
@@ -109,7 +114,9 @@ class Stepper:
             self._effort.evaluations += solver.nfev
             solver.nfev = 0
 
-    def _landing(self, start: float, before: Floats, scales: Scales) -> Callable[[float], Floats]:
+    def _landing(
+        self, start: float, before: Floats, scales: Scales
+    ) -> Callable[[float], Floats]:
         def land(time: float) -> Floats:
             solver = self._solver(start, before, time, scales, time - start)
             while solver.status == "running":

@@ -66,7 +66,12 @@ def known_reference(
     def solve(error: float) -> Reference:
         stage = f"reference, {method} with rtol {error:.0e}"
         return reference(
-            network, plan, times, method=method, rtol=error, progress=lambda t: progress(stage, t)
+            network,
+            plan,
+            times,
+            method=method,
+            rtol=error,
+            progress=lambda t: progress(stage, t),
         )
 
     finest = rtol or default_rtol(plan)
@@ -77,9 +82,7 @@ def known_reference(
         return known
     while known.uncertainty[-1] > promise / BETTER and known.reference.rtol > FINEST:
         finer = solve(max(known.reference.rtol / FINER, FINEST))
-        better = Known(
-            finer, known.reference, difference(known.reference, finer, size), False
-        )
+        better = Known(finer, known.reference, difference(known.reference, finer, size), False)
         if not _gained(known, better, promise, plan.simulation.duration):
             return Known(finer, known.reference, better.uncertainty, True)
         known = better

@@ -6,7 +6,7 @@ Conditions of ``when`` are taken from the plan as they are; the arithmetic that 
 only one that is shared with a run.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -45,9 +45,7 @@ class Walk:
         effort: What it cost.
     """
 
-    def __init__(
-        self, network: Network, plan: Plan, track: Track, method: str, rtol: float
-    ):
+    def __init__(self, network: Network, plan: Plan, track: Track, method: str, rtol: float):
         self.network, self.plan, self.track = network, plan, track
         self.method, self.rtol = method, rtol
         self.duration = plan.simulation.duration
@@ -78,7 +76,9 @@ class Walk:
     def _at_once(self, equations: Equations) -> Ending | None:
         """Return what breaks before any time passes."""
         time = self.situation.time
-        broken = overstretched(equations, equations.pull(*equations.spread(time, self._y(equations))))
+        broken = overstretched(
+            equations, equations.pull(*equations.spread(time, self._y(equations)))
+        )
         if not len(broken):
             return None
         self.breaks.append(Break(time, broken))
@@ -105,7 +105,7 @@ class Walk:
         self.strain[able] = np.maximum(self.strain[able], strains.highest)
         return ending
 
-    def _steps(self, equations: Equations, y: Floats, stop: float):
+    def _steps(self, equations: Equations, y: Floats, stop: float) -> Iterator[Step]:
         """Yield steps that land on every sample, if the method can, and on the stop."""
         stepper = Stepper(equations, self.method, self.rtol, self._floor(), self.effort)
         time, size = self.situation.time, None
@@ -143,7 +143,9 @@ class Walk:
         if when is None:
             return None
         # At the end of its bracket a condition may be true of the interpolated state only.
-        return Ending(when, _NOTHING, true(when, step.exact(when)) or true(when, step.near(when)))
+        return Ending(
+            when, _NOTHING, true(when, step.exact(when)) or true(when, step.near(when))
+        )
 
     def _floor(self) -> Scales:
         """Return scales below which errors do not matter."""

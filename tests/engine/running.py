@@ -1,0 +1,161 @@
+"""Running small nets with the engine, for tests: everything recorded comes back as arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.hand_net import make_net, span
+from tissuec.courses import Course
+from tissuec.engine.engine import Engine
+from tissuec.engine.method import Interruption, Method
+from tissuec.situation import Load, Motion, Situation, Term, Turn
+
+TIERS = ("interpreted", "compiled")
+EVERLASTING = Course("constant", 0.0, np.inf)
+
+
+@dataclass
+class Ran:
+    """A run: its samples, its end and the engine."""
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    work: np.ndarray
+    dissipated: np.ndarray
+    end: Interruption
+    situation: Situation
+    engine: Engine
+
+    @property
+    def largest_displacement(self):
+        """Return the largest displacement of any node up to each sample [m], shape (sample,)."""
+        moved = np.linalg.norm(self.position - self.position[0], axis=2).max(axis=1)
+        return np.maximum.accumulate(moved)
+
+
+class Bench:
+    """A situation, an engine on it, and what it has recorded."""
+
+    def __init__(
+        self,
+        network,
+        duration,
+        *,
+        method="dop853",
+        tolerance=None,
+        step=None,
+        times=None,
+        gravity=(0.0, 0.0, 0.0),
+        drag=0.0,
+        fixed=(),
+        ledger=False,
+        ruptures=False,
+        tier="interpreted",
+    ):
+        self.duration = duration
+        self.situation = Situation.start(network, gravity=gravity, drag=drag)
+        if len(fixed):
+            self.situation.holders["fix"] = np.array(fixed)
+        times = np.linspace(0.0, duration, 41) if times is None else np.asarray(times)
+        self.batches = []
+        asked = Method(method, tolerance, step, duration, ledger, ruptures)
+        self.engine = Engine(network, asked, times, self.batches.append, tier=tier)
+
+    def move(self, nodes, vector, course, *, turn=None):
+        """Put nodes on a prescribed path."""
+        nodes = np.array(nodes)
+        self.situation.holders["tool"] = nodes
+        shifts = () if vector is None else (Term(np.array(vector, float), course),)
+        base = self.situation.position[nodes].copy()
+        self.situation.motions["tool"] = Motion(nodes, base, shifts, turn, span())
+
+    def turn(self, nodes, angle, course, *, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)):
+        """Turn nodes about an axis."""
+        self.move(nodes, None, course, turn=Turn(np.array(centre), np.array(axis), angle, course))
+
+    def push(self, nodes, vector, course=EVERLASTING):
+        """Put a force on each of some nodes."""
+        terms = (Term(np.array(vector, float), course),)
+        self.situation.loads["push"] = Load(np.array(nodes), terms, span())
+
+    def advance(self, until, watch=None):
+        return self.engine.advance(self.situation, until, watch)
+
+    def run(self, *stops, watch=None):
+        """Advance to each stop and to the duration; return everything recorded."""
+        for until in (*stops, self.duration):
+            end = self.advance(until, watch)
+            if end.kind != "reached":
+                break
+        else:
+            self.engine.finish(self.situation)
+        return self.ran(end)
+
+    def ran(self, end):
+        parts = [np.concatenate(part) for part in zip(*self.batches, strict=True)]
+        return Ran(*parts, end, self.situation, self.engine)
+
+
+def pair(damping=0.0, *, stretch=0.2, stiffness=100.0, mass=1.0, velocity=0.0, strength=np.inf):
+    """Return two masses on a spring of length 1 that is drawn longer."""
+    return make_net(
+        [[0.0, 0.0, 0.0], [1.0 + stretch, 0.0, 0.0]],
+        [[0, 1]],
+        mass=mass,
+        stiffness=stiffness,
+        damping=damping,
+        rest=1.0,
+        velocity=velocity,
+        strength=strength,
+    )
+
+
+def chain(count=8, *, stiffness=100.0, mass=0.01, damping=0.0, velocity=0.0, **more):
+    """Return a straight chain of ``count`` masses between two more, 1 cm apart."""
+    position = np.zeros((count + 2, 3))
+    position[:, 0] = 0.01 * np.arange(count + 2)
+    ends = [[i, i + 1] for i in range(count + 1)]
+    return make_net(
+        position, ends, mass=mass, stiffness=stiffness, damping=damping, velocity=velocity, **more
+    )
+
+
+def block(side=3, *, stiffness=50.0, mass=1e-3, damping=0.0, shrink=1.0, spin=(0.0, 0.0, 0.0)):
+    """Return a cubic block with springs to all neighbours nearer than 1.5 cm, spinning."""
+    grid = np.stack(np.meshgrid(*[0.01 * np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    apart = np.linalg.norm(grid[:, None] - grid[None], axis=2)
+    ends = np.argwhere(np.triu((apart > 0.0) & (apart < 0.0145)))
+    rest = shrink * apart[ends[:, 0], ends[:, 1]]
+    velocity = np.cross(spin, grid - grid.mean(axis=0))
+    return make_net(
+        grid, ends, mass=mass, stiffness=stiffness, damping=damping, rest=rest, velocity=velocity
+    )
+
+
+def tube(*, stiffness=200.0, mass=1e-4, damping=0.02, prestress=0.04, **more):
+    """Return 16 rings of 10 nodes with springs crossed through the inside, 610 in all."""
+    around = 2.0 * np.pi * np.arange(10) / 10
+    ring = 0.003 * np.stack([np.zeros(10), np.cos(around), np.sin(around)], axis=1)
+    position = np.concatenate([ring + [0.064 / 15 * i, 0.0, 0.0] for i in range(16)])
+    ends = [
+        (10 * i + j, 10 * (i + 1) + (j + k) % 10)
+        for i in range(15)
+        for j in range(10)
+        for k in (0, 4, 6)
+    ]
+    ends += [(10 * i + j, 10 * i + (j + 1) % 10) for i in range(16) for j in range(10)]
+    drawn = np.linalg.norm(np.subtract(*position[np.array(ends).T]), axis=1)
+    return make_net(
+        position, ends, mass=mass, stiffness=stiffness, damping=damping,
+        rest=(1.0 - prestress) * drawn, **more,
+    )  # fmt: skip
+
+
+def lifted_tube(duration=1.0, lift=0.003, **more):
+    """Return a bench with the tube: end rings fixed, gravity, waist lifted within 0.3 s."""
+    bench = Bench(
+        tube(), duration, gravity=(0.0, 0.0, -9.81), fixed=[*range(10), *range(150, 160)], **more
+    )
+    bench.move(range(90, 110), [0.0, 0.0, lift], Course("smooth", 0.15, 0.45))
+    return bench

@@ -1,0 +1,81 @@
+"""The tolerance is a promise: no position at any output time is further off."""
+
+import numpy as np
+import pytest
+
+from tests.engine.running import Bench, block, chain, lifted_tube, pair
+from tests.engine.test_closed_forms import relaxation
+from tests.hand_net import make_net
+
+TIMES = 400
+
+
+def pair_error(ratio, **asked):
+    omega = np.sqrt(200.0)
+    bench = Bench(pair(damping=ratio * omega), 5.0, times=np.linspace(0.0, 5.0, TIMES), **asked)
+    ran = bench.run()
+    expected = 0.1 * (1.0 - relaxation(ratio, omega, ran.time))
+    error = np.abs(ran.position[:, 0, 0] - expected)
+    return (error[1:] / ran.largest_displacement[1:]).max()
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 1.0, 3.0])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5, 1e-8, 1e-10])
+def test_oscillators_keep_the_promise_with_dop853(ratio, tolerance):
+    assert pair_error(ratio, tolerance=tolerance, tier="compiled") < tolerance
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 1.0, 3.0])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5])
+def test_oscillators_keep_the_promise_with_velocity_verlet(ratio, tolerance):
+    error = pair_error(ratio, tolerance=tolerance, method="velocity verlet", tier="compiled")
+    assert error < tolerance
+
+
+def hanging(**asked):
+    position = np.zeros((31, 3))
+    position[:, 0] = 0.01 * np.arange(31)
+    net = make_net(
+        position, [[i, i + 1] for i in range(30)], mass=1e-3, stiffness=200.0, damping=1e-3
+    )
+    return Bench(net, 0.3, gravity=(0.0, 0.0, -9.81), fixed=[0], **asked)
+
+
+def tumbling(**asked):
+    net = block(shrink=0.98, damping=1e-3, spin=(3.0, 7.0, 1.0))
+    return Bench(net, 2.0, gravity=(0.0, 0.0, -9.81), **asked)
+
+
+def lattice(**asked):
+    net = block(8, stiffness=10.0, mass=1e-5, damping=1e-3)
+    fixed = np.flatnonzero(net.position[:, 2] == 0.0)
+    return Bench(net, 0.1, gravity=(0.0, 0.0, -9.81), fixed=fixed, **asked)
+
+
+def ringing(**asked):
+    velocity = np.zeros((18, 3))
+    velocity[1:-1, 0] = 0.1 * (-1.0) ** np.arange(16)
+    return Bench(chain(16, velocity=velocity), 1.0, fixed=[0, 17], **asked)
+
+
+@pytest.mark.parametrize("scene", [hanging, tumbling, lattice, ringing, lifted_tube])
+def test_nets_keep_the_promise(scene):
+    exact = scene(tolerance=1e-12, tier="compiled").run()
+    reach = exact.largest_displacement[1:]
+    for method, tolerances in {
+        "dop853": [1e-2, 1e-3, 1e-5, 1e-8, 1e-10],
+        "velocity verlet": [1e-2, 1e-3, 1e-5],
+    }.items():
+        for tolerance in tolerances:
+            ran = scene(method=method, tolerance=tolerance, tier="compiled").run()
+            off = np.linalg.norm(ran.position - exact.position, axis=2).max(axis=1)
+            assert (off[1:] / reach).max() < tolerance, (method, tolerance)
+
+
+def test_finer_tolerances_cost_the_seventh_root():
+    counts = [
+        Bench(pair(), 20.0, tolerance=tolerance, tier="compiled").run().engine.statistics.accepted
+        for tolerance in (1e-4, 1e-8)
+    ]
+    # Four powers of ten are a factor of 10^(4/7) = 3.7 in steps, and no more than that.
+    assert counts[1] / counts[0] == pytest.approx(10 ** (4 / 7), rel=0.35)

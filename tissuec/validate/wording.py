@@ -1,0 +1,85 @@
+"""Why a verdict is what it is, in sentences."""
+
+import numpy as np
+
+from tissuec.compiler import Compiled
+from tissuec.core.units import TIME, show
+from tissuec.failing import describe_spring
+from tissuec.validate.compare import Quantity
+from tissuec.validate.events import Miss
+from tissuec.validate.judge import Judge
+from tissuec.validate.observing import Observed
+from tissuec.validate.reference import FINEST
+from tissuec.validate.uncertainty import BETTER, Known
+
+MOST = 5  # differences of one kind that are told one by one
+
+
+def reasons(compiled: Compiled, judge: Judge, run: Observed, known: Known) -> list[str]:
+    """Return what a reader must know beside the numbers."""
+    sentences: list[str] = []
+    if judge.tolerance is None:
+        sentences.append("a fixed step promises nothing, so that the errors are only told")
+    sentences += [
+        _breach(quantity) for quantity in judge.quantities if quantity.is_kept is False
+    ]
+    sentences += _doubts(known, judge.tolerance)
+    sentences += _several([_rupture(miss, run) for miss in judge.ruptures.misses])
+    sentences += _several([_trigger(miss, compiled) for miss in judge.triggers.misses])
+    for kind, matching in (("springs", judge.ruptures), ("triggers", judge.triggers)):
+        if not matching.in_order and not matching.misses:
+            sentences.append(f"the same {kind} came in another order than in the reference")
+    return sentences
+
+
+def _breach(quantity: Quantity) -> str:
+    return (
+        f"{quantity.name} is wrong by {quantity.error:.2g} at {show(quantity.time, TIME)}, "
+        f"more than the promised {quantity.bound:g}"
+    )
+
+
+def _doubts(known: Known, tolerance: float | None) -> list[str]:
+    """Return what is not known of the reference itself."""
+    error = known.uncertainty[-1]
+    if tolerance is None:
+        return [f"the reference itself is known to {error:.1e} of the largest displacement"]
+    horizon = known.horizon(tolerance)
+    if horizon >= known.reference.times[-1]:
+        return []
+    since = f"after {show(horizon, TIME)} " if np.isfinite(horizon) else ""
+    sentences = [
+        f"{since}the reference itself is only known to {error:.1e} of the largest displacement; "
+        f"to judge a promise of {tolerance:g} it must be {BETTER:g} times better than that"
+    ]
+    if known.is_sensitive:
+        sentences.append(
+            "finer steps do not bring references together: the motion amplifies errors of the "
+            "size of rounding, as where something buckles, folds or is chaotic; no solver in "
+            "double precision can keep or check such a promise, and more viscosity tames it"
+        )
+    elif known.reference.rtol > FINEST:
+        sentences.append("a smaller --rtol or another --method may know it better")
+    return sentences
+
+
+def _rupture(miss: Miss, run: Observed) -> str:
+    here, there = ("run", "reference") if miss.in_run else ("reference", "run")
+    why = "a near tie" if miss.is_tie else "too far for an error within the promise"
+    return (
+        f"{describe_spring(run.outcome.situation, miss.number)}, breaks at "
+        f"{show(miss.time, TIME, digits=6)} in the {here} only; in the {there} it came to "
+        f"{100.0 * miss.strain:.6g} % of its fraction force, {why}"
+    )
+
+
+def _trigger(miss: Miss, compiled: Compiled) -> str:
+    span = compiled.plan.triggers[miss.number].span
+    here = "run" if miss.in_run else "reference"
+    return f"{span.place} fires at {show(miss.time, TIME, digits=6)} in the {here} only"
+
+
+def _several(sentences: list[str]) -> list[str]:
+    if len(sentences) <= MOST:
+        return sentences
+    return [*sentences[:MOST], f"and {len(sentences) - MOST} more such differences"]
