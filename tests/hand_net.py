@@ -131,6 +131,9 @@ class Saying:
     def springs_of(self, word):
         return self.nodes_of(word)
 
+    def names_springs(self):
+        return True
+
     def mover(self, *, after=""):
         name = self.words.removeprefix(after).strip()
         return Mover(name, None if name in self.tools else self._group(name).indices)

@@ -106,6 +106,8 @@ def test_energies_of_a_hanging_chain_count_free_nodes_and_live_springs_only():
     assert float(energies.elastic) == pytest.approx(0.5 * 10 * 0.25)
     assert float(energies.gravity) == pytest.approx(10 * (3 * 1 + 4 * 2))
     assert float(energies.total) == pytest.approx(10.5 + 1.25 + 110)
+    both = mechanics.elastic_energy(situation, network.position, np.array([0, 1]))
+    assert float(both) == pytest.approx(1.25)
 
 
 def test_weight_is_minus_the_gradient_of_the_gravity_energy():

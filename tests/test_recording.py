@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hand_net import chain, event_action
+from tests.hand_net import chain, event_action, start
 from tests.hand_plan import log, make_plan, subject
 from tissuec.agenda import Timetable
+from tissuec.engine.method import Samples
+from tissuec.measures.moment import Ledger
 from tissuec.memory import MemoryRecording
 from tissuec.plan import Event
 from tissuec.recording import Recorder, wishes
@@ -103,3 +105,18 @@ def test_a_recorder_asks_only_for_times_that_somebody_wants():
     )
     times = Recorder(network, plan, MemoryRecording()).times
     assert times == pytest.approx([0.0, 0.4, 0.5, 0.8, 1.0])
+
+
+def test_the_balance_is_judged_by_the_largest_energy_of_all_batches_so_far():
+    network = chain(1, mass=2.0)
+    plan = make_plan(network, 1.0, logs=[log("energy drift", every=0.5)])
+    recording = MemoryRecording()
+    recorder = Recorder(network, plan, recording)
+    recorder.enter(start(network), np.zeros(0, dtype=bool), Ledger())
+    none = np.zeros(1)
+    for time, speed in ((0.0, 1.0), (0.5, 10.0), (1.0, 1.0)):
+        velocity = np.array([[[speed, 0.0, 0.0]]])
+        recorder.record(Samples(np.array([time]), np.zeros((1, 1, 3)), velocity, none, none))
+    # All of the energy, 1, 100 and 1 J, is unaccounted for.
+    drifts = recording.log_arrays("energy drift of ")[1]
+    assert drifts[:, 0].tolist() == [1.0, 1.0, 0.01]

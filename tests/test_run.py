@@ -206,6 +206,18 @@ def test_a_trigger_fires_once_at_the_first_time_its_condition_holds():
     assert fired == pytest.approx(np.arcsin(0.5) / OMEGA, abs=1e-3)
 
 
+def test_a_trigger_that_was_seen_to_be_true_fires_whatever_rounding_says_afterwards():
+    network = chain(2, velocity=(1.0, 0.0, 0.0))
+
+    def true_on_the_way_only(moment):
+        return moment.position is not moment.situation.position and moment.time > 0.5
+
+    trigger = when(true_on_the_way_only, event(0.0, "cut net", {"net": [0]}))
+    outcome, _ = carry_out(network, make_plan(network, 1.0, triggers=[trigger]))
+    assert [h.kind for _, h in outcome.happenings] == ["trigger", "cut"]
+    assert outcome.happenings[0][0] == pytest.approx(0.5, abs=1e-9)
+
+
 def test_triggers_that_are_true_at_the_start_fire_there_in_written_order():
     network = chain(3)
     triggers = [

@@ -20,6 +20,7 @@ from tissuec.network import BodyPart, Network, Provenance
 from tissuec.plan import Expectation, Plan
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
+from tissuec.verbs.change import ChangeParameter
 
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength")
 
@@ -114,6 +115,13 @@ def _place(bodies: Sequence[BodyArrays]) -> Mapping[str, Placed]:
     return placed
 
 
+def _can_break(network: Network, script: Script) -> bool:
+    """Return whether a spring can rupture, from the start or after a ``change``."""
+    events = [*script.events, *(event for trigger in script.triggers for event in trigger.events)]
+    changes = (event.action for event in events if isinstance(event.action, ChangeParameter))
+    return bool(np.isfinite(network.strength).any()) or any(c.array == "strength" for c in changes)
+
+
 def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) -> Plan:
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
@@ -142,5 +150,5 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         output=output,
         expectations=tuple(expectations),
         needs_ledger=conditions.needs_ledger,
-        breakable=bool(np.isfinite(network.strength).any()),
+        breakable=_can_break(network, script),
     )

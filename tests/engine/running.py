@@ -29,7 +29,7 @@ class Ran:
 
     @property
     def largest_displacement(self):
-        """Return the largest displacement of any node up to each sample [m], shape (sample,)."""
+        """Return the largest displacement up to each sample [m], shape (sample,)."""
         moved = np.linalg.norm(self.position - self.position[0], axis=2).max(axis=1)
         return np.maximum.accumulate(moved)
 
@@ -72,7 +72,9 @@ class Bench:
 
     def turn(self, nodes, angle, course, *, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)):
         """Turn nodes about an axis."""
-        self.move(nodes, None, course, turn=Turn(np.array(centre), np.array(axis), angle, course))
+        self.move(
+            nodes, None, course, turn=Turn(np.array(centre), np.array(axis), angle, course)
+        )
 
     def push(self, nodes, vector, course=EVERLASTING):
         """Put a force on each of some nodes."""
@@ -117,19 +119,33 @@ def chain(count=8, *, stiffness=100.0, mass=0.01, damping=0.0, velocity=0.0, **m
     position[:, 0] = 0.01 * np.arange(count + 2)
     ends = [[i, i + 1] for i in range(count + 1)]
     return make_net(
-        position, ends, mass=mass, stiffness=stiffness, damping=damping, velocity=velocity, **more
+        position,
+        ends,
+        mass=mass,
+        stiffness=stiffness,
+        damping=damping,
+        velocity=velocity,
+        **more,
     )
 
 
 def block(side=3, *, stiffness=50.0, mass=1e-3, damping=0.0, shrink=1.0, spin=(0.0, 0.0, 0.0)):
     """Return a cubic block with springs to all neighbours nearer than 1.5 cm, spinning."""
-    grid = np.stack(np.meshgrid(*[0.01 * np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    grid = np.stack(np.meshgrid(*[0.01 * np.arange(side)] * 3, indexing="ij"), -1).reshape(
+        -1, 3
+    )
     apart = np.linalg.norm(grid[:, None] - grid[None], axis=2)
     ends = np.argwhere(np.triu((apart > 0.0) & (apart < 0.0145)))
     rest = shrink * apart[ends[:, 0], ends[:, 1]]
     velocity = np.cross(spin, grid - grid.mean(axis=0))
     return make_net(
-        grid, ends, mass=mass, stiffness=stiffness, damping=damping, rest=rest, velocity=velocity
+        grid,
+        ends,
+        mass=mass,
+        stiffness=stiffness,
+        damping=damping,
+        rest=rest,
+        velocity=velocity,
     )
 
 
@@ -137,7 +153,7 @@ def tube(*, stiffness=200.0, mass=1e-4, damping=0.02, prestress=0.04, **more):
     """Return 16 rings of 10 nodes with springs crossed through the inside, 610 in all."""
     around = 2.0 * np.pi * np.arange(10) / 10
     ring = 0.003 * np.stack([np.zeros(10), np.cos(around), np.sin(around)], axis=1)
-    position = np.concatenate([ring + [0.064 / 15 * i, 0.0, 0.0] for i in range(16)])
+    position = np.concatenate([ring + np.array([0.064 / 15 * i, 0.0, 0.0]) for i in range(16)])
     ends = [
         (10 * i + j, 10 * (i + 1) + (j + k) % 10)
         for i in range(15)
@@ -155,7 +171,11 @@ def tube(*, stiffness=200.0, mass=1e-4, damping=0.02, prestress=0.04, **more):
 def lifted_tube(duration=1.0, lift=0.003, **more):
     """Return a bench with the tube: end rings fixed, gravity, waist lifted within 0.3 s."""
     bench = Bench(
-        tube(), duration, gravity=(0.0, 0.0, -9.81), fixed=[*range(10), *range(150, 160)], **more
+        tube(),
+        duration,
+        gravity=(0.0, 0.0, -9.81),
+        fixed=[*range(10), *range(150, 160)],
+        **more,
     )
     bench.move(range(90, 110), [0.0, 0.0, lift], Course("smooth", 0.15, 0.45))
     return bench

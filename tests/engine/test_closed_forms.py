@@ -37,7 +37,9 @@ def test_chain_swings_in_its_normal_modes(mode, tau):
     shape = np.sin(mode * np.pi * np.arange(count + 2) / (count + 1))
     velocity = np.zeros((count + 2, 3))
     velocity[:, 0] = amplitude * omega * shape
-    net = chain(count, stiffness=stiffness, mass=mass, damping=tau * stiffness, velocity=velocity)
+    net = chain(
+        count, stiffness=stiffness, mass=mass, damping=tau * stiffness, velocity=velocity
+    )
     ran = Bench(net, 0.5, tolerance=1e-9, fixed=[0, count + 1]).run()
     rate = 0.5 * tau * omega**2
     damped = np.sqrt(omega**2 - rate**2)
@@ -47,13 +49,16 @@ def test_chain_swings_in_its_normal_modes(mode, tau):
 
 
 def test_overdamped_pair_under_load_creeps_as_kelvin_and_voigt():
-    # Without inertia e = F/c (1 - exp(-c t / d)); what inertia adds dies out with d/m = 1e6 /s.
-    net = pair(stretch=0.0, damping=10.0, mass=1e-5)
-    bench = Bench(net, 0.5, tolerance=1e-8, fixed=[0])
+    # e = F/c (1 - exp(-c t / d)) without inertia; with it, the damped oscillator of ratio 20.
+    stiffness, ratio, omega = 100.0, 20.0, 10.0
+    damping = 2.0 * ratio * omega
+    bench = Bench(pair(stretch=0.0, damping=damping), 10.0, tolerance=1e-9, fixed=[0])
     bench.push([1], [1.0, 0.0, 0.0])
     ran = bench.run()
-    creep = 1.0 / 100.0 * (1.0 - np.exp(-ran.time * 100.0 / 10.0))
-    assert ran.position[1:, 1, 0] - 1.0 == pytest.approx(creep[1:], abs=3e-7)
+    creep = ran.position[:, 1, 0] - 1.0
+    assert creep == pytest.approx((1.0 - relaxation(ratio, omega, ran.time)) / 100.0, abs=1e-10)
+    massless = (1.0 - np.exp(-ran.time * stiffness / damping)) / stiffness
+    assert creep == pytest.approx(massless, abs=0.01 * 1.0 / (4.0 * ratio**2))
 
 
 def test_hanging_chain_comes_to_rest_at_its_known_length():
@@ -78,7 +83,7 @@ def test_uniform_strain_of_a_falling_chain_stays_uniform_until_it_is_told():
 
 @pytest.mark.parametrize("tier", TIERS)
 def test_driven_mass_answers_a_sine_with_the_known_forced_motion(tier):
-    # m x'' = c (d - x), d = A sin(w t) from rest: x = A o² (o sin wt - w sin ot) / (o (o² - w²)).
+    # m x'' = c (A sin wt - x) from rest: x = A o (o sin wt - w sin ot) / (o² - w²), o² = c/m.
     net = pair(stretch=0.0)
     bench = Bench(net, 3.0, tolerance=1e-9, tier=tier)
     bench.move([0], [0.05, 0.0, 0.0], Course("sine", 0.0, np.inf, frequency=0.7))
@@ -91,15 +96,14 @@ def test_driven_mass_answers_a_sine_with_the_known_forced_motion(tier):
     assert ran.position[:, 0, 0] == pytest.approx(path, abs=1e-15)
 
 
-@pytest.mark.parametrize("damping", [0.0, 1e4])
+@pytest.mark.parametrize("damping", [0.0, 1e3])
 def test_rigid_rotation_is_not_braked_by_dashpots_along_the_springs(damping):
     # Two masses at the distance at which tension and centrifugal force agree.
     spin, stiffness = 2.0, 100.0
     distance = stiffness / (stiffness - 0.5 * spin**2)
     velocity = 0.5 * spin * distance * np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
     net = pair(stretch=distance - 1.0, damping=damping, velocity=velocity)
-    bench = Bench(net, 3.0, tolerance=1e-9, method="dop853")
-    ran = bench.run()
+    ran = Bench(net, 1.5, tolerance=1e-9, tier="compiled").run()
     arm = ran.position[:, 1] - ran.position[:, 0]
     expected = distance * np.stack([np.cos(spin * ran.time), np.sin(spin * ran.time)], axis=1)
     assert np.abs(arm[:, :2] - expected).max() < 1e-8
@@ -119,7 +123,9 @@ def test_load_that_grows_in_time_moves_a_free_mass_by_its_double_integral(tier):
 def test_drag_brakes_a_free_mass_exponentially():
     net = make_net([[0.0, 0.0, 0.0]], [], mass=0.5, velocity=[1.0, 0.0, 0.0])
     ran = Bench(net, 2.0, tolerance=1e-9, drag=0.25).run()
-    assert ran.position[:, 0, 0] == pytest.approx(2.0 * (1.0 - np.exp(-0.5 * ran.time)), abs=2e-9)
+    assert ran.position[:, 0, 0] == pytest.approx(
+        2.0 * (1.0 - np.exp(-0.5 * ran.time)), abs=2e-9
+    )
 
 
 def test_spring_of_no_length_has_no_force_and_nothing_becomes_undefined():
@@ -137,6 +143,7 @@ def test_scene_at_rest_stays_at_rest():
 
 def test_net_without_nodes_and_net_without_free_nodes_run_through():
     empty = Bench(make_net(np.zeros((0, 3)), []), 1.0, tolerance=1e-6).run()
-    assert empty.end.kind == "reached" and empty.position.shape == (41, 0, 3)
+    assert empty.end.kind == "reached"
+    assert empty.position.shape == (41, 0, 3)
     held = Bench(pair(), 1.0, tolerance=1e-6, fixed=[0, 1]).run()
     assert np.ptp(held.position, axis=0).max() == 0.0

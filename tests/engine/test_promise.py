@@ -74,7 +74,9 @@ def test_nets_keep_the_promise(scene):
 
 def test_finer_tolerances_cost_the_seventh_root():
     counts = [
-        Bench(pair(), 20.0, tolerance=tolerance, tier="compiled").run().engine.statistics.accepted
+        Bench(pair(), 20.0, tolerance=tolerance, tier="compiled")
+        .run()
+        .engine.statistics.accepted
         for tolerance in (1e-4, 1e-8)
     ]
     # Four powers of ten are a factor of 10^(4/7) = 3.7 in steps, and no more than that.

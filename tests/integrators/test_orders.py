@@ -52,7 +52,7 @@ def test_dense_output_of_dop853_is_of_seventh_order():
 
 def test_coefficients_of_dop853_are_the_published_ones():
     assert np.array_equal(tableau853.A, published.A)
-    assert tableau853.C == pytest.approx(published.C, abs=2e-16)
+    assert np.abs(tableau853.C - published.C).max() < 2e-16
     assert np.array_equal(tableau853.D, published.D)
     assert tableau853.E5[:13] == pytest.approx(published.E5, abs=0.0)
     assert tableau853.E3[:13] == pytest.approx(published.E3, abs=0.0)
@@ -106,4 +106,5 @@ def test_members_describe_themselves(name):
     member = INTEGRATORS[name]
     assert member.order >= 1
     assert len(member.__doc__.split()) > 30
-    assert isinstance(member.symplectic, bool) and isinstance(member.implicit, bool)
+    assert isinstance(member.symplectic, bool)
+    assert isinstance(member.implicit, bool)

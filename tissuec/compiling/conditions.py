@@ -105,6 +105,13 @@ class Conditions:
         """Return a condition that looks at the present only; rejects pinned times."""
         readings = self._readings(node)
         for reading in readings.values():
+            if reading.measure is MEASURES[LEDGER]:
+                self.findings.reject(
+                    "TIS702",
+                    "when cannot wait for the energy drift, which is known after a step only",
+                    node.span,
+                    hint="expect it instead: expect energy drift < 1 % over run",
+                )
             if reading.time is not None:
                 self.findings.reject(
                     "TIS702",

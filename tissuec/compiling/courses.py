@@ -87,6 +87,8 @@ def _table_courses(
             hint="sort the rows by time, each time once",
             word=clause.word,
         )
+    if times[0] > 0.0:  # what comes before the first row is as in that row
+        times, values = np.concatenate([[0.0], times]), np.concatenate([values[:1], values])
     end = min(stop, float(times[-1]))
     with np.errstate(all="ignore"):
         values = values * factor
@@ -123,7 +125,7 @@ def _length_unit(order: "SentenceOrder") -> float:
 def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
     """Return the numbers of a file beside the scene, shape (row, column), at least two rows."""
     path = PurePosixPath(name.quoted or "")
-    if path.is_absolute() or ".." in path.parts:
+    if path.is_absolute() or ".." in path.parts or set("\\:") & set(str(path)):
         order.reject(
             "TIS603",
             f'"{path}" leads outside of the folder of the scene',
@@ -144,6 +146,7 @@ def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrde
         hint = "the file is looked for beside the scene"
         order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=clause.word)
     rows: list[list[float]] = []
+    may_be_names = True  # the first line that is no comment may name the columns
     form = "a row is a time in s and " + ("one number" if columns == 2 else "x, y and z")
     for number, line in enumerate(text.split("\n"), start=1):
         cells = line.replace(";", ",").replace("\t", ",").split(",")
@@ -152,8 +155,9 @@ def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrde
         try:
             row = [float(cell) for cell in cells[:columns]]
         except ValueError:
-            if number == 1:
-                continue  # names of the columns
+            if may_be_names:
+                may_be_names = False
+                continue
             row = []
         if len(row) < columns or not np.all(np.isfinite(row)):
             order.reject(
@@ -162,6 +166,7 @@ def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrde
                 hint=form,
                 word=clause.word,
             )
+        may_be_names = False
         rows.append(row)
     if len(rows) < 2:
         message = f"{path} holds fewer than two rows of numbers"

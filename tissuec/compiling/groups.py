@@ -71,7 +71,7 @@ class Groups:
     def nodes(self, name: s.Name) -> Group:
         """Return the nodes of a set of nodes or of a body."""
         if name.key in self.bodies:
-            return Group(name.text, self.whole[name.key][0])
+            return Group(self._body(name), self.whole[name.key][0])
         chosen = self._find(name)
         if chosen.of_springs:
             self.findings.reject(
@@ -85,13 +85,17 @@ class Groups:
     def springs(self, name: s.Name) -> Group:
         """Return the springs of a set of springs, of a body, or inside a set of nodes."""
         if name.key in self.bodies:
-            return Group(name.text, self.whole[name.key][1])
+            return Group(self._body(name), self.whole[name.key][1])
         chosen = self._find(name)
         if chosen.of_springs:
             return chosen.group
         if name.key not in self.inside:
             self.inside[name.key] = self.springs_inside(chosen.group.indices)
-        return Group(name.text, self.inside[name.key])
+        return Group(chosen.group.name, self.inside[name.key])
+
+    def _body(self, name: s.Name) -> str:
+        """Return the name of a body as it was declared, however it is spelt here."""
+        return self.bodies[name.key].built.body.name
 
     def is_springs(self, name: s.Name) -> bool:
         """Tell whether a name is a set of springs."""

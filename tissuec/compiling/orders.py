@@ -85,6 +85,9 @@ class SentenceOrder:
     def springs_of(self, word: str) -> Group:
         return self.groups.springs(self._name(word))
 
+    def names_springs(self) -> bool:
+        return self.groups.is_springs(self._object(""))
+
     def mover(self, *, after: str = "") -> Mover:
         name = self._object(after)
         if name.key in self.tools:
@@ -171,7 +174,10 @@ class SentenceOrder:
         return self._name(word).text
 
     def courses(self, *, default: str, columns: int = 1) -> tuple[Course, ...]:
-        word = "along" if "along" in self.clauses and "using" not in self.clauses else "using"
+        # "along" a direction belongs to a force, "along table" to a path.
+        along = self.clauses["along"].value if "along" in self.clauses else None
+        is_path = isinstance(along, s.Name) and along.words == "table"
+        word = "along" if is_path and "using" not in self.clauses else "using"
         self.asked.add(word)
         return read_courses(self.clauses.get(word), default, columns, self)
 

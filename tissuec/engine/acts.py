@@ -53,7 +53,9 @@ def pack_acts(
     terms += [load.terms for load in loads]
     flat = [term for group in terms for term in group]
     nodes = [act.nodes for act in (*motions, *loads)]
-    base = [motion.base for motion in motions] + [np.zeros((len(load.nodes), 3)) for load in loads]
+    base = [motion.base for motion in motions] + [
+        np.zeros((len(load.nodes), 3)) for load in loads
+    ]
     term_curve = len(courses) + np.arange(len(flat))
     curves = [_curve(course, start, until) for course in (*courses, *(t.course for t in flat))]
     return Acts(

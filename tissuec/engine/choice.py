@@ -68,7 +68,7 @@ def choose(situation: Situation, method: Method) -> Choice:
 
 
 def _by_step(situation: Situation, step: float) -> Choice:
-    """Return an integrator that is stable at a given step, the cheapest if there are several."""
+    """Return an integrator that is stable at a given step, the cheapest of several."""
     facts = measured_facts(situation)
     limit = INTEGRATORS["velocity verlet"].stability_limit(facts["omega"], facts["zeta"])
     if step <= 0.9 * limit:

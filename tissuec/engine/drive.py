@@ -183,9 +183,7 @@ def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
     return sample < times.size and times[sample] < end
 
 
-def judge(
-    h: float, reach: float, pace: float, current: int, task: Task, work: Work
-) -> float:
+def judge(h: float, reach: float, pace: float, current: int, task: Task, work: Work) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
     The estimates allowed add up to ``budget`` times the duration, relative to the largest

@@ -37,13 +37,12 @@ from tissuec.kernels.records import (
     SURPASSED,
     Progress,
 )
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import Floats, Network
 from tissuec.situation import Situation
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
-# Compiled calls come back this often, so that an interrupt from the keyboard is heard.
-CALL_SPRINGS = 40_000_000
-CALL_EVALUATIONS = 4_000  # interpreted ones
+# Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
+CALL_SPRINGS: dict[Tier, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
 
 Pause = Callable[[float], bool]
 
@@ -83,6 +82,7 @@ class Engine:
         self._choice: Choice | None = None
         self._stale = True
         self._segment: float | None = None
+        self._asked = 0  # evaluations when a pause was last offered
 
     @property
     def choice(self) -> Choice:
@@ -202,6 +202,7 @@ class Engine:
             name: type(value)(state[name]) for name, value in self._progress._asdict().items()
         }
         self._progress = Progress(**numbers)._replace(filled=0, current=0)
+        self._asked = self._progress.evaluations
         work, layout = self._work, self._layout
         work.a[0] = layout.inwards(np.asarray(state["acceleration"]))
         work.v[0] = layout.inwards(situation.velocity)
@@ -228,7 +229,7 @@ class Engine:
         self._switch = switching_point(self.network.spring_count)
 
     def _load(self, situation: Situation) -> None:
-        """Copy the state into the arrays; both halves and the scratch hold what stands still."""
+        """Copy the state into the arrays; all of them hold the nodes that stand still."""
         work, layout = self._work, self._layout
         still = (layout.held & ~layout.moved)[:, None]
         position = layout.inwards(situation.position)
@@ -295,25 +296,28 @@ class Engine:
                 found = self._inside(reason == SURPASSED, watch)
                 if found is not None:
                     return found
-            elif reason == OUTSIZE and failures.is_flight(self._work, self._progress, self._layout):
+            elif reason == OUTSIZE and failures.is_flight(
+                self._work, self._progress, self._layout
+            ):
                 self._task = self._task._replace(bound=1e3 * self._task.bound)
             elif reason not in (REACHED, PAUSED):
                 return failures.explain(reason, self._work, self._progress, self._layout)
-            if pause is not None and not self._progress.pending and pause(self._progress.time):
-                return Interruption("paused", self._progress.time)
+            if not self._progress.pending:
+                self._asked = self._progress.evaluations
+                if pause is not None and pause(self._progress.time):
+                    return Interruption("paused", self._progress.time)
 
     def _call(self, hold: bool) -> int:
         """Run the loop over steps once on the tier that is due."""
         tier = self._tier
-        limit = self._progress.evaluations + CALL_EVALUATIONS
+        limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
         if tier == "interpreted" and self.tier is None:
             limit = min(limit, self._switch)
-        elif tier == "compiled":
-            calls = CALL_SPRINGS // max(1, len(self._layout.springs.ids)) + 12
-            limit = self._progress.evaluations + calls
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
         drive = bound_drive(self._integrator, self._layout.features, tier)
-        reason, progress = drive(self._progress, task, self._work, self._net(tier), self._buffer)
+        reason, progress = drive(
+            self._progress, task, self._work, self._net(tier), self._buffer
+        )
         self._progress = Progress(*progress)
         return reason
 

@@ -37,7 +37,7 @@ def explain(reason: int, work: Work, progress: Progress, layout: Layout) -> Inte
     """Return the interruption of a run whose last step could not be taken."""
     x, v = work.x[1 - progress.current], work.v[1 - progress.current]
     spring = _culprit(x, v, layout)
-    finite = np.isfinite(x).all() and np.isfinite(v).all()
+    finite = all(np.isfinite(part).all() for part in (x, v, work.a[progress.current]))
     if reason == UNDERFLOW and finite:
         jump = (work.a[1 - progress.current] - work.a[progress.current]).reshape(-1, 3)
         node = int(layout.order[np.argmax(np.einsum("nk,nk->n", jump, jump))])
@@ -53,7 +53,7 @@ def _lengths(x: Floats, springs: Springs) -> Floats:
 
 
 def _culprit(x: Floats, v: Floats, layout: Layout) -> int | None:
-    """Return the first spring of undefined tension, or that of the largest; None without any."""
+    """Return the first spring of undefined tension, or else that of the largest."""
     springs = layout.springs
     if not len(springs.ids):
         return None

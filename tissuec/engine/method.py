@@ -52,9 +52,10 @@ class Interruption:
     """Why the engine came back, at ``time`` [s]; the situation stands there.
 
     Attributes:
-        kind: "reached" the end asked for; "paused" because the caller wished so; springs "ruptured" at this very time; a watched
-            condition became true ("triggered"); the motion "diverged", and the situation keeps
-            the last good state; the engine is "stuck", since steps became too small.
+        kind: "reached" the end asked for; "paused" because the caller wished so; springs
+            "ruptured" at this very time; a watched condition became true ("triggered"); the
+            motion "diverged", and the situation keeps the last good state; the engine is
+            "stuck", since steps became too small.
         springs: Those that ruptured, ascending.
         spring: The culprit of a failure, if one can be named.
         node: The same for nodes.

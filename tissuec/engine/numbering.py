@@ -11,7 +11,7 @@ BITS = 21
 def node_order(position: Floats) -> Indices:
     """Return the node to put at each place, shape (node,): Morton order if there are many.
 
-    The bits of the three coordinates are interleaved (Morton 1966); equal keys keep their order.
+    The bits of the coordinates are interleaved (Morton 1966); equal keys keep their order.
     """
     if len(position) <= SMALL:
         return np.arange(len(position))

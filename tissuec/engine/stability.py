@@ -74,7 +74,9 @@ def verlet_limit(situation: Situation) -> float:
     return VelocityVerlet.stability_limit(omega, zeta)
 
 
-def _geometry(situation: Situation) -> tuple[np.ndarray, np.ndarray, Floats, Floats, np.ndarray]:
+def _geometry(
+    situation: Situation,
+) -> tuple[np.ndarray, np.ndarray, Floats, Floats, np.ndarray]:
     """Return ends, direction and length of the springs that act on a free node, and which."""
     ends = situation.network.ends
     alive = np.flatnonzero(situation.alive & ~situation.held[ends].all(axis=1))

@@ -11,6 +11,7 @@ from tissuec.network import Floats, Network
 
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
+TINIEST = 1e-290  # [m], so that nothing is divided by zero
 ROUNDING = 8 * float(np.finfo(float).eps)
 
 
@@ -75,10 +76,14 @@ def new_buffer(times: Floats, node_count: int) -> Buffer:
     )
 
 
-def new_task(network: Network, integrator: type[Integrator], tolerance: float, duration: float) -> Task:
+def new_task(
+    network: Network, integrator: type[Integrator], tolerance: float, duration: float
+) -> Task:
     """Return what stays the same in all calls of a run; the rest is filled in per call."""
     extent = network.extent
-    size = float(np.abs(network.position).max(initial=0.0))
+    # Nodes that all coincide in the drawing have no size; the springs may tell one.
+    size = extent or float(network.rest.max(initial=0.0))
+    coordinates = float(np.abs(network.position).max(initial=0.0))
     return Task(
         until=0.0,
         evaluations=0,
@@ -86,9 +91,8 @@ def new_task(network: Network, integrator: type[Integrator], tolerance: float, d
         fixed=0,
         budget=integrator.safety * tolerance / duration if duration else inf,
         share=integrator.share * tolerance,
-        # Nodes that all coincide in the drawing have no size; any motion is then a measure.
-        floor=FLOOR * extent or 1e-300,
-        noise=ROUNDING * max(size, extent),
+        floor=max(FLOOR * size, TINIEST),
+        noise=max(ROUNDING * max(coordinates, size), TINIEST),
         bound=1e6 * extent if extent and network.spring_count else inf,
     )
 
@@ -101,7 +105,9 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
     springs, nodes = layout.springs, len(layout.order)
     rates = []
     for constant in (springs.stiffness, springs.damping):
-        total = np.bincount(springs.low, constant, nodes) + np.bincount(springs.high, constant, nodes)
+        total = np.bincount(springs.low, constant, nodes) + np.bincount(
+            springs.high, constant, nodes
+        )
         rates.append(2.0 * float((total * layout.inverse_mass).max(initial=0.0)))
     fastest = max(sqrt(rates[0]), rates[1])
     return min(duration, 0.1 / fastest) if fastest else 1e-3 * duration

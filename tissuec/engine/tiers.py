@@ -96,5 +96,3 @@ def forced_tier() -> Tier | None:
     if asked not in ("", "interpreted", "compiled"):
         raise ValueError(f'TISSUEC_TIER is "{asked}", not "interpreted" or "compiled"')
     return cast(Tier, asked) if asked else None
-
-

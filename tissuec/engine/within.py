@@ -1,4 +1,4 @@
-"""What happens within an accepted step: ruptures and triggers are located on its dense output."""
+"""What happens within an accepted step: ruptures and triggers, found on its dense output."""
 
 from collections.abc import Callable
 

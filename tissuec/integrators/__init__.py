@@ -70,7 +70,7 @@ class Integrator(Protocol):
 
     @staticmethod
     def finish(time: float, end: float, current: int, work: Work, net: object) -> bool:
-        """Complete an accepted step: accelerations at its end, ledger; tell as ``step`` does."""
+        """Complete an accepted step with accelerations and ledger; tell as ``step`` does."""
         ...
 
     @staticmethod
@@ -79,9 +79,7 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def propose(
-        h: float, ratio: float, memory: float, calm: int
-    ) -> tuple[float, float, int]:
+    def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
         """Return size of the next step, memory and calm after an accepted step.
 
         Args:

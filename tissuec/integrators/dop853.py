@@ -127,8 +127,10 @@ def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
     """Return the next step by proportional-integral control (Gustafsson)."""
     ratio = max(ratio, 1e-6)
-    factor = 0.9 * ratio ** (-0.7 / 7.0) * memory ** (0.4 / 7.0) if memory else (
-        0.9 * ratio ** (-1.0 / 7.0)
+    factor = (
+        0.9 * ratio ** (-0.7 / 7.0) * memory ** (0.4 / 7.0)
+        if memory
+        else (0.9 * ratio ** (-1.0 / 7.0))
     )
     return h * min(6.0, max(0.3, factor)), ratio, 0
 

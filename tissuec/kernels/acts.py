@@ -29,7 +29,11 @@ def total(act: int, time: float, acts: Acts) -> tuple[float, float, float, float
     s0 = s1 = s2 = u0 = u1 = u2 = 0.0
     for term in range(acts.term_first[act], acts.term_first[act + 1]):
         factor, rate = curve(acts.term_curve[term], time, acts)
-        t0, t1, t2 = acts.term_vector[term, 0], acts.term_vector[term, 1], acts.term_vector[term, 2]
+        t0, t1, t2 = (
+            acts.term_vector[term, 0],
+            acts.term_vector[term, 1],
+            acts.term_vector[term, 2],
+        )
         s0 += factor * t0
         s1 += factor * t1
         s2 += factor * t2
@@ -70,7 +74,11 @@ def turn(act: int, time: float, x: Floats, v: Floats, acts: Acts) -> None:
     c0, c1, c2 = acts.turn_centre[act, 0], acts.turn_centre[act, 1], acts.turn_centre[act, 2]
     for entry in range(acts.first[act], acts.first[act + 1]):
         i = 3 * acts.nodes[entry]
-        r0, r1, r2 = acts.base[entry, 0] - c0, acts.base[entry, 1] - c1, acts.base[entry, 2] - c2
+        r0, r1, r2 = (
+            acts.base[entry, 0] - c0,
+            acts.base[entry, 1] - c1,
+            acts.base[entry, 2] - c2,
+        )
         along = n0 * r0 + n1 * r1 + n2 * r2
         a0, a1, a2 = r0 - along * n0, r1 - along * n1, r2 - along * n2
         k0, k1, k2 = n1 * r2 - n2 * r1, n2 * r0 - n0 * r2, n0 * r1 - n1 * r0
@@ -85,7 +93,7 @@ def turn(act: int, time: float, x: Floats, v: Floats, acts: Acts) -> None:
 
 def pull_free(time: float, v: Floats, f: Floats, inverse_mass: Floats, acts: Acts) -> float:
     """Add time-dependent loads to the forces of free nodes; return their power [W]."""
-    power = 0.0
+    power: float = 0.0
     for act in range(acts.motions, acts.first.size - 1):
         s0, s1, s2, _, _, _ = total(act, time, acts)
         for entry in range(acts.first[act], acts.first[act + 1]):

@@ -56,7 +56,7 @@ class Net(NamedTuple):
 
 
 class Work(NamedTuple):
-    """State and scratch of one run; the halves 0 and 1 hold the step's start and end in turn."""
+    """State and scratch of one run; halves 0 and 1 hold a step's start and end in turn."""
 
     x: Floats  # positions [m], shape (2, 3 node)
     v: Floats  # velocities [m/s], shape (2, 3 node)

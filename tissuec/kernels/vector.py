@@ -96,7 +96,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.multiply(tension, net.inverse, out=tension)
     np.multiply(net.r, tension, out=net.f[0])
     np.negative(net.f[0], out=net.f[1])
-    f = np.bincount(net.both, net.f.ravel(), a.size)
+    # Without springs NumPy counts in integers.
+    f = np.bincount(net.both, net.f.ravel(), a.size).astype(float, copy=False)
     if net.ledger:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:

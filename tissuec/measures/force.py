@@ -27,4 +27,6 @@ class Force(Vector):
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         nodes = moment.nodes(subjects[0])
         # Subtracted, so that no force is 0 and not -0.
-        return 0.0 - mechanics.pull_on(moment.situation, moment.position, moment.velocity, nodes)
+        return 0.0 - mechanics.pull_on(
+            moment.situation, moment.position, moment.velocity, nodes
+        )

@@ -29,7 +29,7 @@ class _Written:
     rules: Rules | None = None
     about: str = ""
     facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
-    numbers: dict[str, s.Assign] = field(default_factory=dict)
+    numbers: dict[str, Given] = field(default_factory=dict)
 
 
 def read_tissues(
@@ -60,9 +60,7 @@ class TissueReader:
         """Return a tissue with everything it inherits."""
         written = self._collect(declared, ())
         facts = tuple(self._fact(item, written.rules) for item in written.facts.values())
-        given = {
-            key: read_given(key, item, self.scope) for key, item in written.numbers.items()
-        }
+        given = dict(written.numbers)
         missing: dict[str, str] = {}
         if written.rules is not None:
             self._infer(written.rules, facts, given, missing)
@@ -168,7 +166,7 @@ class TissueReader:
                 "TIS312", f"{key} is a number, not a word", item.span,
                 hint=f"write {schema.Entry(key, key, Measure(QUANTITIES[key].dimension), None, '').example}, or describe the tissue in words and let rules decide",
             )  # fmt: skip
-        written.numbers[key] = item
+        written.numbers[key] = read_given(key, item, self.scope)
 
     # --- facts ---------------------------------------------------------------------------------
 

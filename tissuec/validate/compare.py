@@ -141,7 +141,7 @@ def support_forces(
 
 
 def energy_balance(run: Observed, bound: float | None) -> Quantity:
-    """Return the energy of a run that cannot be accounted for, relative to the largest so far."""
+    """Return the energy that a run cannot account for, relative to the largest so far."""
     floor = FLOOR * float(run.scale[-1])
     errors = relative(np.abs(run.imbalance), run.scale, floor)
     row = int(np.argmax(errors))

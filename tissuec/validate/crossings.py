@@ -17,6 +17,7 @@ from tissuec.validate.stepping import Step
 COARSE, FINE = 8, 64  # pieces in which a step is looked at
 SUSPECT = 0.97  # of the fraction force: springs that are looked at closely
 TOGETHER = 1e-11  # springs this near to their fraction force break with the one that breaks
+ROUNDING = np.float64(4.0 * np.finfo(float).eps)  # the finest that brentq takes
 NEAR = 1e-6  # of the step: crossings this near to the first one may be the first
 
 
@@ -121,13 +122,14 @@ class Strains:
             return low
         if excess(high) <= 0.0:
             return high
-        return float(brentq(excess, low, high, xtol=1e-15 * (high - low), rtol=4e-16 * 4))
+        root = brentq(excess, low, high, xtol=1e-15 * (high - low), rtol=ROUNDING)
+        return float(np.asarray(root))
 
 
 def first_true(
     holds: Callable[[float, Floats], bool], step: Step, stop: float, resolution: float
 ) -> float | None:
-    """Return the first time after the start of a step and up to ``stop`` at which a claim holds.
+    """Return the first time after the start of a step, up to ``stop``, at which a claim holds.
 
     Args:
         holds: The claim about a time [s] and the unknowns then.

@@ -105,7 +105,7 @@ class Equations:
         self._backwards = self.incidence.T.tocsr()
         self._reach = self.incidence @ network.position
 
-    # --- state ---------------------------------------------------------------------------------
+    # --- state --------------------------------------------------------------------------------
 
     def gather(self, position: Floats, velocity: Floats, work: float, lost: float) -> Floats:
         """Return the unknowns of a state, shape (6 free + 2,)."""
@@ -124,7 +124,7 @@ class Equations:
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
         return moved, velocity
 
-    # --- forces --------------------------------------------------------------------------------
+    # --- forces -------------------------------------------------------------------------------
 
     def pull(self, moved: Floats, velocity: Floats) -> Springs:
         """Return what the living springs do."""
@@ -193,7 +193,9 @@ class Equations:
             ],
             [None, None, sparse.csr_matrix((2, 2))],
         ]
-        return sparse.block_array(blocks, format="csc") if size else sparse.csc_matrix((2, 2))
+        return (
+            sparse.csc_matrix(sparse.block_array(blocks)) if size else sparse.csc_matrix((2, 2))
+        )
 
     def _between(self, blocks: Floats) -> sparse.csr_matrix:
         """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes."""
@@ -203,7 +205,7 @@ class Equations:
         middle = sparse.bsr_matrix((blocks, steps[:-1], steps), shape=shape)
         return (spread.T @ middle.tocsr() @ spread).tocsr()
 
-    # --- energies and scales -------------------------------------------------------------------
+    # --- energies and scales ------------------------------------------------------------------
 
     def energies(self, moved: Floats, velocity: Floats) -> Energies:
         """Return the energies of a state."""

@@ -1,7 +1,8 @@
-"""Events of two solutions held against each other: which springs broke, what fired, and when."""
+"""Events of two solutions held against each other: what broke or fired, and when."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +75,7 @@ def match(run: Times, reference: Times, misses: Sequence[Miss], duration: float)
     apart = TIE * duration
     in_order = all(
         run[before] <= run[after] + apart or reference[after] - reference[before] <= apart
-        for before, after in zip(both, both[1:], strict=False)
+        for before, after in pairwise(both)
     )
     error = errors[worst] if worst is not None else 0.0
     found = tuple(sorted(misses, key=lambda miss: miss.time))

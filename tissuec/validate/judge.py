@@ -53,7 +53,7 @@ class Judge:
         between = self._match_events()
         self.until = self._horizon()
         self.quantities = self._measure(valid=~between)
-        self.verdict = self._decide()
+        self.verdict: Verdict = self._decide()
 
     def _match_events(self) -> NDArray[np.bool_]:
         """Match events; return at which rows some event happened in one solution only."""

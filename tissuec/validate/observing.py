@@ -124,12 +124,23 @@ class _Tap(Recorder):
         """Return what was seen."""
         size = self.network.node_count
         empty = (np.zeros(0), *(np.zeros((0, size, 3)) for _ in range(3)), *[np.zeros(0)] * 2)
-        columns = [np.concatenate(c) for c in zip(empty, *self._rows, strict=True)]
-        columns[-1] = np.maximum.accumulate(columns[-1])
+        columns = (np.concatenate(column) for column in zip(empty, *self._rows, strict=True))
+        times, position, velocity, force, imbalance, scale = columns
         spans = [trigger.span for trigger in self.plan.triggers]
         happened = outcome.happenings
         firings = [Firing(t, spans.index(h.span)) for t, h in happened if h.kind == "trigger"]
-        return Observed(*columns, _breaks(outcome), tuple(firings), self._strain, outcome)
+        return Observed(
+            times=times,
+            position=position,
+            velocity=velocity,
+            force=force,
+            imbalance=imbalance,
+            scale=np.maximum.accumulate(scale),
+            breaks=_breaks(outcome),
+            firings=tuple(firings),
+            strain=self._strain,
+            outcome=outcome,
+        )
 
 
 def _breaks(outcome: Outcome) -> tuple[Break, ...]:

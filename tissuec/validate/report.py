@@ -58,7 +58,7 @@ def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
 
 def _comparison(comparison: Comparison, network: Network) -> dict[str, Any]:
     known = comparison.known
-    reference, coarser = known.reference, known.coarser
+    reference, second = known.reference, known.second
     return {
         "judged_until": comparison.judged,
         "quantities": [_quantity(quantity, network) for quantity in comparison.quantities],
@@ -71,7 +71,7 @@ def _comparison(comparison: Comparison, network: Network) -> dict[str, Any]:
             "is_sensitive": known.is_sensitive,
             "energy_imbalance": float(np.abs(reference.imbalance).max()),
             **asdict(reference.effort),
-            "compared_with": {"rtol": coarser.rtol, **asdict(coarser.effort)},
+            "compared_with": {"rtol": second.rtol, **asdict(second.effort)},
         },
     }
 
@@ -138,9 +138,9 @@ def _efforts(validation: Validation, comparison: Comparison) -> list[str]:
     every = f" of {validation.output_times}" if compared < validation.output_times else ""
     return [
         f"run: {statistics.method}, {statistics.accepted} steps, {outcome.wall_time:.2f} s",
-        f"reference: SciPy {reference.method}, rtol {reference.rtol:.0e}, {effort.steps} steps, "
-        f"{effort.wall_time:.2f} s; known to {known.uncertainty[-1]:.1e} (against rtol "
-        f"{known.coarser.rtol:.0e})",
+        f"reference: SciPy {reference.method}, rtol {reference.rtol:.0e}, "
+        f"{effort.steps} steps, {effort.wall_time:.2f} s; known to "
+        f"{known.uncertainty[-1]:.1e} (against rtol {known.second.rtol:.0e})",
         f"compared at {compared}{every} output times",
     ]
 

@@ -1,7 +1,7 @@
-"""How well a reference knows itself: by a second one with another error per step."""
+"""How well a reference knows itself: by a second one that is stepped otherwise."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from tissuec.validate.equations import largest
 from tissuec.validate.reference import FINEST, default_rtol, reference
 from tissuec.validate.solution import Reference
 
-APART = 10.0  # ratio of the errors per step of the first two references
-FINER = 100.0  # the same for each further one
+APART = 10.0  # ratio of the errors per step of a reference and of its second one
+FINER = 100.0  # ratio of the errors per step of a reference and of the next that is tried
 BETTER = 10.0  # a reference must be known this much better than what it judges
 WORTHWHILE = 3.0  # a finer reference that gains less than this has met sensitivity, not error
 
@@ -24,8 +24,10 @@ class Known:
     """A reference and how well it is known.
 
     Attributes:
-        reference: The finest one.
-        coarser: The one before.
+        reference: The reference.
+        second: One with a larger error per step, and steps that land on every other time only:
+            where output times are close, they and not the errors rule the steps of both, and
+            two equal solutions would tell nothing.
         uncertainty: Largest difference of a position between the two up to each row, relative
             to the largest displacement so far, shape (row,).
         is_sensitive: Whether finer steps did not bring references together: the motion itself
@@ -33,9 +35,9 @@ class Known:
     """
 
     reference: Reference
-    coarser: Reference
+    second: Reference
     uncertainty: Floats
-    is_sensitive: bool
+    is_sensitive: bool = False
 
     def horizon(self, bound: float) -> float:
         """Return until when the reference is ``BETTER`` than a bound [s]; -inf if never."""
@@ -55,15 +57,14 @@ def known_reference(
     rtol: float | None,
     progress: Progress,
 ) -> Known:
-    """Return a reference that is as well known as the promise of a plan asks for, if one can be.
+    """Return a reference that is as well known as a promise asks for, if one can be.
 
     Args:
         rtol: Error per step; None: a thousandth of the tolerance, and finer where it must be.
         progress: Told a stage and the simulated time [s].
     """
-    size = floor_of(network)
 
-    def solve(error: float) -> Reference:
+    def solve(times: Floats, error: float) -> Reference:
         stage = f"reference, {method} with rtol {error:.0e}"
         return reference(
             network,
@@ -71,20 +72,21 @@ def known_reference(
             times,
             method=method,
             rtol=error,
-            progress=lambda t: progress(stage, t),
+            progress=lambda time: progress(stage, time),
         )
 
-    finest = rtol or default_rtol(plan)
-    pair = solve(APART * finest), solve(finest)
-    known = Known(pair[1], pair[0], difference(*pair, size), False)
-    promise = plan.simulation.tolerance
+    def pair(error: float) -> Known:
+        second = solve(every_other(times), APART * error)
+        first = solve(times, error)
+        return Known(first, second, uncertainty(first, second, floor_of(network)))
+
+    known, promise = pair(rtol or default_rtol(plan)), plan.simulation.tolerance
     if rtol is not None or promise is None:
         return known
     while known.uncertainty[-1] > promise / BETTER and known.reference.rtol > FINEST:
-        finer = solve(max(known.reference.rtol / FINER, FINEST))
-        better = Known(finer, known.reference, difference(known.reference, finer, size), False)
+        better = pair(max(known.reference.rtol / FINER, FINEST))
         if not _gained(known, better, promise, plan.simulation.duration):
-            return Known(finer, known.reference, better.uncertainty, True)
+            return replace(better, is_sensitive=True)
         known = better
     return known
 
@@ -100,10 +102,23 @@ def floor_of(network: Network) -> float:
     return 1e-6 * network.extent
 
 
-def difference(first: Reference, second: Reference, floor: float) -> Floats:
-    """Return how far two solutions are apart until each row, shape (row,)."""
-    apart = [largest(a - b) for a, b in zip(first.position, second.position, strict=True)]
-    return np.maximum.accumulate(relative(np.array(apart), second.displacement, floor))
+def every_other(times: Floats) -> Floats:
+    """Return every other time and the last, shape (row,)."""
+    return np.union1d(times[::2], times[-1:])
+
+
+def uncertainty(first: Reference, second: Reference, floor: float) -> Floats:
+    """Return how far two solutions are apart until each row of the first, shape (row,).
+
+    Args:
+        second: At some of the times of the first, the last one among them; times between
+            count as the next one does.
+    """
+    shared = np.searchsorted(first.times, second.times)
+    pairs = zip(first.position[shared], second.position, strict=True)
+    apart = np.array([largest(a - b) for a, b in pairs])
+    known = np.maximum.accumulate(relative(apart, first.displacement[shared], floor))
+    return known[np.searchsorted(shared, np.arange(len(first.times)))]
 
 
 def relative(error: Floats, scale: Floats, floor: float) -> Floats:

@@ -71,7 +71,7 @@ class Walk:
             self._happen(ending.broken, ending.fired)
         self._look_now(Equations(situation, self.duration))
 
-    # --- stretches between events --------------------------------------------------------------
+    # --- stretches between events -------------------------------------------------------------
 
     def _at_once(self, equations: Equations) -> Ending | None:
         """Return what breaks before any time passes."""
@@ -156,7 +156,7 @@ class Walk:
         heaviest = float(network.mass.max(initial=0.0))
         return Scales(size, speed, stiffest * size**2 + heaviest * speed**2)
 
-    # --- state ---------------------------------------------------------------------------------
+    # --- state --------------------------------------------------------------------------------
 
     def _y(self, equations: Equations) -> Floats:
         situation = self.situation
@@ -184,7 +184,7 @@ class Walk:
     def _enter(self, equations: Equations, y: Floats) -> None:
         self.track.enter(equations, y, dict(self.situation.holders), self.switched)
 
-    # --- events --------------------------------------------------------------------------------
+    # --- events -------------------------------------------------------------------------------
 
     def _happen(self, broken: Indices, fired: list[int]) -> None:
         """Do all that is due now, and enter into the ledger what energy it switched."""

@@ -49,8 +49,8 @@ def _doubts(known: Known, tolerance: float | None) -> list[str]:
         return []
     since = f"after {show(horizon, TIME)} " if np.isfinite(horizon) else ""
     sentences = [
-        f"{since}the reference itself is only known to {error:.1e} of the largest displacement; "
-        f"to judge a promise of {tolerance:g} it must be {BETTER:g} times better than that"
+        f"{since}the reference itself is only known to {error:.1e} of the largest "
+        f"displacement; to judge a promise of {tolerance:g} it must be {BETTER:g} times better"
     ]
     if known.is_sensitive:
         sentences.append(

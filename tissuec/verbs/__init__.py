@@ -96,6 +96,10 @@ class Order(Protocol):
         """Return the springs of the set of springs, or of the body, named in a clause."""
         ...
 
+    def names_springs(self) -> bool:
+        """Tell whether what is named behind the verb is a set of springs."""
+        ...
+
     def mover(self, *, after: str = "") -> Mover:
         """Return the set, body or tool named behind the verb, without the prefix ``after``."""
         ...

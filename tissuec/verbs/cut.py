@@ -21,8 +21,8 @@ class Cut:
     ``along plane`` is a whole plane; ``along stroke`` is the parallelogram that an edge sweeps
     from its place between two points by a vector; ``along line`` is the part of the plane
     facing a direction that lies between the ends of a line, endless at right angles to it.
-    A node on the blade counts as in front of it. Without ``along`` all springs of the set are
-    cut. The tool after ``with`` must be scissors and is entered in the event log. A cut that
+    A node on the blade counts as in front of it. Without ``along`` all springs of a set of
+    springs are cut. The tool after ``with`` must be scissors and is entered in the event log. A cut that
     goes through nothing is noted and changes nothing.
     """
 
@@ -42,6 +42,12 @@ class Cut:
         group = order.springs()
         order.tool("with", kind="scissors")
         blade = _read_blade(order) if order.has("along") else None
+        if blade is None and not order.names_springs():
+            order.reject(
+                "TIS304",
+                '"cut" needs "along", unless it names a set of springs',
+                hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
+            )
         return cls(group, blade, order.span)
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:

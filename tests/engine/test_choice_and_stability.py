@@ -1,0 +1,107 @@
+"""Measured facts of a net and the choice of an integrator that follows from them."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from tests.engine.running import block, chain, pair, tube
+from tissuec.engine.choice import choose
+from tissuec.engine.method import Method
+from tissuec.engine.numbering import SMALL, node_order
+from tissuec.engine.stability import damping_radius, spectral_radius, verlet_limit
+from tissuec.situation import Situation
+
+
+def start(net, fixed=(), drag=0.0):
+    situation = Situation.start(net, gravity=np.zeros(3), drag=drag)
+    situation.holders["fix"] = np.array(fixed, dtype=np.int64)
+    return situation
+
+
+def dense_radius(situation):
+    """Return the root of the largest eigenvalue of M^-1 K, from a full matrix."""
+    net = situation.network
+    count = net.node_count
+    matrix = np.zeros((3 * count, 3 * count))
+    for (a, b), c, rest in zip(net.ends, situation.stiffness, situation.rest, strict=True):
+        r = net.position[b] - net.position[a]
+        length = np.linalg.norm(r)
+        u = r / length
+        along = np.outer(u, u)
+        k = c * along + max(0.0, c * (length - rest) / length) * (np.eye(3) - along)
+        for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+            matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * k
+    free = np.repeat(~situation.held, 3)
+    root = np.repeat(1.0 / np.sqrt(situation.mass), 3)
+    matrix = root[:, None] * matrix * root
+    return np.sqrt(np.linalg.eigvalsh(matrix[np.ix_(free, free)])[-1])
+
+
+@pytest.mark.parametrize(
+    "net", [tube(), block(), chain(12), pair()], ids=["tube", "block", "chain", "pair"]
+)
+def test_spectral_radius_is_a_close_bound_from_above(net):
+    situation = start(net, fixed=[0])
+    exact = dense_radius(situation)
+    assert exact <= spectral_radius(situation) <= 1.06 * exact
+
+
+def test_damping_radius_of_a_pair_is_known():
+    assert damping_radius(start(pair(damping=3.0))) == pytest.approx(1.05 * 6.0)
+    assert damping_radius(start(pair(), drag=2.0)) == pytest.approx(1.05 * 2.0)
+    assert damping_radius(start(pair())) == 0.0
+
+
+def test_verlet_limit_of_a_pair_is_two_over_its_frequency():
+    assert verlet_limit(start(pair())) == pytest.approx(2.0 / (np.sqrt(1.05) * np.sqrt(200.0)))
+    assert verlet_limit(start(pair(), fixed=[0, 1])) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "damping", "name"),
+    [
+        (1e-2, 0.0, "velocity verlet"),
+        (1e-4, 0.0, "dop853"),
+        (1e-2, 100.0, "dop853"),
+        (None, 0.0, "dop853"),
+    ],
+)
+def test_automatic_chooses_by_tolerance_and_damping_and_says_why(tolerance, damping, name):
+    method = Method("automatic", tolerance, None, 1.0)
+    choice = choose(start(pair(damping=damping)), method)
+    assert choice.name == name
+    assert choice == choose(start(pair(damping=damping)), method)
+    assert len(choice.reason) > 20
+
+
+def test_automatic_with_a_step_takes_what_is_stable_at_it():
+    situation, limit = start(pair()), verlet_limit(start(pair()))
+    for step, name in ((0.5 * limit, "velocity verlet"), (1.5 * limit, "dop853")):
+        assert choose(situation, Method("automatic", None, step, 1.0)).name == name
+
+
+def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():
+    rng = np.random.default_rng(3)
+    grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    shuffled = rng.permutation(grid)
+    order = node_order(shuffled)
+    assert np.array_equal(np.sort(order), np.arange(len(grid)))
+    jumps = np.linalg.norm(np.diff(shuffled[order], axis=0), axis=1)
+    assert jumps.mean() < 1.6 < 5.0 < np.linalg.norm(np.diff(shuffled, axis=0), axis=1).mean()
+    assert np.array_equal(node_order(grid[:SMALL]), np.arange(SMALL))
+
+
+def test_short_runs_import_no_compiler():
+    code = (
+        "import sys, numpy as np\n"
+        "from tests.engine.running import lifted_tube\n"
+        "ran = lifted_tube(0.1, tolerance=1e-4, tier=None).run()\n"
+        "assert ran.end.kind == 'reached'\n"
+        "print([name for name in ('numba', 'scipy', 'h5py') if name in sys.modules])\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.strip() == "[]"

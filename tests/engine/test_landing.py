@@ -1,0 +1,262 @@
+"""Landing, samples, triggers, failures: what the engine does between and at the steps."""
+
+import numpy as np
+import pytest
+
+from tests.engine.running import TIERS, Bench, block, chain, lifted_tube, pair
+from tests.hand_net import make_net
+from tissuec.courses import Course
+
+METHODS = ("dop853", "velocity verlet")
+
+
+@pytest.mark.parametrize("step", [None, 0.013])
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_land_exactly_on_every_time_asked_for(method, step):
+    bench = Bench(pair(), 1.0, method=method, step=step, tolerance=1e-5)
+    for until in (0.1, 0.1 + 1e-15, 1.0 / 3.0, np.nextafter(1.0 / 3.0, 1.0), 0.7, 1.0):
+        end = bench.advance(until)
+        assert (end.kind, end.time, bench.situation.time) == ("reached", until, until)
+
+
+def test_uniform_steps_are_the_fewest_that_fit():
+    bench = Bench(pair(), 1.0, method="velocity verlet", step=0.03)
+    bench.advance(0.1)
+    assert bench.engine.statistics.accepted == 4
+    bench.advance(1.0)
+    assert bench.engine.statistics.accepted == 4 + 30
+    assert bench.engine.statistics.largest == pytest.approx(0.03, rel=1e-12)
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("method", METHODS)
+def test_samples_come_once_each_in_order_whatever_the_stops(method, tier):
+    times = np.sort(np.concatenate([np.linspace(0.0, 1.0, 7), [0.25, 0.31, 0.310001]]))
+    ran = Bench(pair(), 1.0, method=method, tolerance=1e-6, times=times, tier=tier).run(
+        0.25, 0.31
+    )
+    assert np.array_equal(ran.time, times)
+
+
+def test_sample_at_an_event_shows_the_state_after_it():
+    bench = Bench(pair(stretch=0.0), 1.0, tolerance=1e-6, times=[0.0, 0.5, 1.0])
+    bench.advance(0.5)
+    assert [batch.time.tolist() for batch in bench.batches] == [[0.0]]
+    bench.situation.velocity[:] = [1.0, 0.0, 0.0]
+    bench.engine.restart(bench.situation)
+    ran = bench.run()
+    assert ran.velocity[:, 0, 0] == pytest.approx([0.0, 1.0, 1.0], abs=1e-12)
+
+
+def test_dense_samples_do_not_change_the_steps():
+    few = Bench(pair(), 1.0, tolerance=1e-6, times=[1.0]).run()
+    many = Bench(pair(), 1.0, tolerance=1e-6, times=np.linspace(0.0, 1.0, 5001)).run()
+    assert many.engine.statistics.accepted == few.engine.statistics.accepted
+    assert np.array_equal(many.position[-1], few.position[-1])
+
+
+def test_batches_are_bounded_in_memory():
+    net = block(6)
+    bench = Bench(net, 1.0, tolerance=1e-3, times=np.linspace(0.0, 1.0, 6001))
+    ran = bench.run()
+    assert len(ran.time) == 6001
+    assert max(batch.position.nbytes for batch in bench.batches) <= 16_000_000
+
+
+def test_motions_are_seen_from_within_each_stretch_also_where_their_speed_jumps():
+    # A dashpot alone, to a node on a ramp: m v' = d (1 - v) while that moves, then -d v.
+    net = make_net([[0, 0, 0], [1, 0, 0]], [[0, 1]], stiffness=0.0, damping=2.0)
+    bench = Bench(net, 2.0, tolerance=1e-9)
+    bench.move([1], [1.0, 0.0, 0.0], Course("ramp", 0.5, 1.5))
+    ran = bench.run()
+    speed = np.where(
+        ran.time < 0.5,
+        0.0,
+        np.where(
+            ran.time < 1.5,
+            1.0 - np.exp(-2.0 * (ran.time - 0.5)),
+            (1.0 - np.exp(-2.0)) * np.exp(-2.0 * (ran.time - 1.5)),
+        ),
+    )
+    assert ran.velocity[:, 0, 0] == pytest.approx(speed, abs=1e-9)
+    assert ran.engine.statistics.rejected < 10
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("kind", ["ramp", "smooth", "sine", "table", "turn"])
+def test_driven_nodes_are_where_their_motion_has_them(kind, tier):
+    course = {
+        "ramp": Course("ramp", 0.2, 0.8),
+        "smooth": Course("smooth", 0.2, 0.8),
+        "turn": Course("smooth", 0.2, 0.8),
+        "sine": Course("sine", 0.2, 0.8, frequency=1.3),
+        "table": Course(
+            "table", 0.2, 0.8, times=np.array([0.0, 0.3, 0.6]),
+            values=np.array([0.0, 2.0, 1.0]), slopes=np.array([0.0, 1.0, -1.0]),
+        ),
+    }[kind]  # fmt: skip
+    bench = Bench(pair(), 1.0, tolerance=1e-6, tier=tier, times=np.linspace(0.0, 1.0, 38))
+    if kind == "turn":
+        bench.turn([1], 2.0, course, centre=(0.5, 0.1, 0.0), axis=(0.6, 0.0, 0.8))
+    else:
+        bench.move([1], [0.1, 0.2, -0.3], course)
+    motion = bench.situation.motions["tool"]
+    ran = bench.run()
+    for time, position, velocity in zip(ran.time, ran.position, ran.velocity, strict=True):
+        x, v = motion.at(time)
+        assert position[1] == pytest.approx(x[0], abs=5e-15)
+        assert velocity[1] == pytest.approx(v[0], abs=5e-14)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_trigger_is_found_at_its_first_true_time(method):
+    bench = Bench(pair(), 1.0, method=method, tolerance=1e-8)
+    end = bench.advance(1.0, lambda time, x, v: x[0, 0] > 0.15)
+    exact = np.arccos(1.0 - 0.15 / 0.1) / np.sqrt(200.0)
+    assert end.kind == "triggered"
+    assert end.time == pytest.approx(exact, abs=1e-8)
+    assert bench.situation.position[0, 0] == pytest.approx(0.15, abs=1e-12)
+
+
+def test_trigger_on_time_alone_is_met_to_rounding_and_the_run_goes_on():
+    bench = Bench(pair(), 1.0, tolerance=1e-6)
+    end = bench.advance(1.0, lambda time, x, v: time >= 0.4321)
+    assert end.time == pytest.approx(0.4321, abs=1e-12)
+    ran = bench.run()
+    assert ran.end.kind == "reached"
+    assert len(ran.time) == 41
+
+
+def test_condition_that_holds_already_triggers_before_any_step():
+    bench = Bench(pair(), 1.0, tolerance=1e-6)
+    end = bench.advance(1.0, lambda time, x, v: True)
+    assert (end.kind, end.time, bench.engine.statistics.accepted) == ("triggered", 0.0, 0)
+
+
+def test_rupture_before_a_trigger_comes_first_and_the_other_way_round():
+    for level, kind in ((-9.0, "triggered"), (9.0, "ruptured")):
+        bench = Bench(pair(stretch=-0.1, strength=6.0), 1.0, tolerance=1e-6, ruptures=True)
+        end = bench.advance(
+            1.0, lambda time, x, v, level=level: 100.0 * (x[1, 0] - x[0, 0] - 1.0) > level
+        )
+        assert end.kind == kind
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_unstable_steps_are_caught_and_no_undefined_value_is_recorded(tier):
+    net = chain(8, velocity=np.r_[0.0, 0.01 * (-1.0) ** np.arange(8), 0.0][:, None] * [1, 0, 0])
+    bench = Bench(net, 10.0, method="velocity verlet", step=0.03, fixed=[0, 9], tier=tier)
+    ran = bench.run()
+    assert ran.end.kind == "diverged"
+    assert ran.end.spring is not None
+    assert 0.0 < ran.end.time < 10.0
+    assert np.isfinite(ran.position).all()
+    assert np.isfinite(ran.velocity).all()
+    assert np.isfinite(ran.situation.position).all()
+    assert ran.situation.time == ran.end.time
+
+
+def test_long_flight_is_not_taken_for_divergence():
+    net = pair(stretch=0.0, velocity=[1e5, 0.0, 0.0])
+    ran = Bench(net, 1000.0, method="velocity verlet", step=0.1).run()
+    assert ran.end.kind == "reached"
+    assert ran.position[-1, 0, 0] == pytest.approx(1e8, rel=1e-9)
+
+
+def test_tolerance_below_rounding_is_refused():
+    end = Bench(pair(), 1.0, tolerance=1e-14).advance(1.0)
+    assert end.kind == "stuck"
+    assert "1e-14" in end.message
+
+
+def test_infinite_force_is_reported_as_divergence_with_the_spring_named():
+    net = pair()
+    bench = Bench(net, 1.0, tolerance=1e-6)
+    bench.situation.stiffness = np.array([np.inf])
+    end = bench.advance(1.0)
+    assert (end.kind, end.spring) == ("diverged", 0)
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("method", METHODS)
+def test_same_run_gives_the_same_bytes(method, tier):
+    runs = [lifted_tube(0.5, method=method, tolerance=1e-3, tier=tier).run() for _ in range(2)]
+    assert runs[0].position.tobytes() == runs[1].position.tobytes()
+    assert runs[0].velocity.tobytes() == runs[1].velocity.tobytes()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_both_tiers_agree_to_rounding(method):
+    interpreted, compiled = (
+        lifted_tube(0.5, method=method, step=2e-4, tier=tier, ledger=True).run()
+        for tier in TIERS
+    )
+    reach = interpreted.largest_displacement[-1]
+    assert np.abs(interpreted.position - compiled.position).max() < 1e-11 * reach
+    assert compiled.work == pytest.approx(interpreted.work, rel=1e-9, abs=1e-15)
+    assert compiled.dissipated == pytest.approx(interpreted.dissipated, rel=1e-9, abs=1e-15)
+
+
+def test_tier_changes_in_mid_run_by_evaluations_and_the_motion_goes_on(monkeypatch):
+    monkeypatch.delenv("TISSUEC_TIER", raising=False)
+    monkeypatch.setattr("tissuec.engine.engine.switching_point", lambda springs: 500)
+    bench = Bench(pair(), 10.0, tolerance=1e-8, tier=None)
+    bench.advance(0.1)
+    assert bench.engine.statistics.tier == "interpreted"
+    ran = bench.run()
+    assert ran.engine.statistics.tier == "compiled"
+    expected = 0.1 * (1.0 - np.cos(np.sqrt(200.0) * ran.time))
+    assert ran.position[:, 0, 0] == pytest.approx(expected, abs=2e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("tier", TIERS)
+def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, tier):
+    asked = {"method": method, "tolerance": 1e-3, "tier": tier, "ledger": True}
+    whole = lifted_tube(0.5, **asked)
+    kept = []
+
+    def keep(samples):
+        whole.batches.append(samples)
+        state = whole.engine.checkpoint()
+        if state is not None:
+            now = whole.situation
+            kept.append(
+                (len(whole.batches), now.time, now.position.copy(), now.velocity.copy(), state)
+            )
+
+    whole.engine._record = keep
+    # A buffer of four samples is emptied every few steps.
+    whole.engine._buffer = whole.engine._buffer._replace(
+        **{
+            name: getattr(whole.engine._buffer, name)[:4]
+            for name in ("time", "position", "velocity", "ledger")
+        }
+    )
+    complete = whole.run(0.3)
+    assert len(kept) > 5
+    for count, time, position, velocity, state in kept[1:-1:3]:
+        later = lifted_tube(0.5, **asked)
+        later.situation.time = time
+        later.situation.position[:], later.situation.velocity[:] = position, velocity
+        later.engine.restore(later.situation, state)
+        rest = later.run(*([0.3] if time < 0.3 else []))
+        before = sum(len(batch.time) for batch in whole.batches[:count])
+        assert rest.position.tobytes() == complete.position[before:].tobytes()
+        assert rest.work.tobytes() == complete.work[before:].tobytes()
+        assert rest.engine.statistics == complete.engine.statistics
+
+
+def test_pause_is_offered_between_steps_also_while_a_condition_is_watched():
+    bench = Bench(pair(), 5.0, method="velocity verlet", step=1e-5, tier="interpreted")
+    asked = []
+
+    def pause(time):
+        asked.append(time)
+        return len(asked) == 2
+
+    end = bench.engine.advance(bench.situation, 5.0, lambda time, x, v: False, pause)
+    assert (end.kind, end.time) == ("paused", asked[-1])
+    assert 0.0 < asked[0] < asked[1] < 5.0
+    assert bench.engine.checkpoint() is not None
+    assert bench.advance(asked[1] + 0.01).kind == "reached"

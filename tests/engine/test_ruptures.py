@@ -1,0 +1,144 @@
+"""Springs rupture at the very time at which their tension reaches their strength."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.engine.running import TIERS, Bench, chain, pair
+from tests.hand_net import make_net
+from tissuec.courses import Course
+
+METHODS = ("dop853", "velocity verlet")
+
+
+def break_and_go_on(bench, until):
+    """Advance with every rupture carried out; return their times and springs."""
+    found = []
+    while True:
+        end = bench.advance(until)
+        if end.kind != "ruptured":
+            assert end.kind == "reached"
+            return found
+        found.append((end.time, end.springs.tolist()))
+        bench.situation.alive[end.springs] = False
+        bench.engine.restart(bench.situation)
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("method", METHODS)
+def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier):
+    # Drawn 10 % pressed, T = -10 N cos(w t) reaches 6 N at a known time.
+    omega = np.sqrt(200.0)
+    bench = Bench(
+        pair(stretch=-0.1, strength=6.0),
+        1.0,
+        method=method,
+        tolerance=1e-6,
+        ruptures=True,
+        tier=tier,
+    )
+    end = bench.advance(1.0)
+    exact = np.arccos(-0.6) / omega
+    assert (end.kind, end.springs.tolist()) == ("ruptured", [0])
+    # Position error 1e-6 of 0.1 m over the speed of the elongation there.
+    assert end.time == pytest.approx(exact, abs=1e-6)
+    assert bench.situation.time == end.time
+    length = np.diff(bench.situation.position[:, 0])[0]
+    assert 100.0 * (length - 1.0) == pytest.approx(6.0, rel=1e-9)
+
+
+def test_dashpot_counts_towards_the_tension():
+    # At constant speed the tension c v t + d v reaches the strength at (F - d v) / (c v).
+    net = pair(stretch=0.0, damping=20.0, strength=6.0)
+    bench = Bench(net, 2.0, tolerance=1e-8, ruptures=True, fixed=[0])
+    bench.move([1], [0.2, 0.0, 0.0], Course("ramp", 0.0, 2.0))
+    end = bench.advance(2.0)
+    assert end.kind == "ruptured"
+    assert end.time == pytest.approx((6.0 - 20.0 * 0.1) / (100.0 * 0.1), rel=1e-11)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_peak_between_two_ends_of_a_step_is_not_missed(method):
+    # The largest tension is 10 N; strengths just below and just above it decide differently.
+    for strength, expected in (
+        (10.0 * (1.0 - 1e-4), "ruptured"),
+        (10.0 * (1.0 + 1e-4), "reached"),
+    ):
+        for shift in np.linspace(0.0, 0.4, 9):
+            net = pair(stretch=-0.1, strength=strength)
+            bench = Bench(net, 1.0, method=method, tolerance=1e-6, ruptures=True)
+            bench.advance(0.001 + 0.2 * shift)
+            assert bench.advance(0.5).kind == expected
+
+
+def test_broken_pair_flies_apart_at_the_speed_it_had():
+    bench = Bench(pair(stretch=-0.1, strength=6.0), 1.0, tolerance=1e-9, ruptures=True)
+    ((time, _),) = break_and_go_on(bench, 1.0)
+    bench.engine.finish(bench.situation)
+    ran = bench.ran(None)
+    omega = np.sqrt(200.0)
+    speed = 0.1 * omega * np.sin(np.arccos(-0.6))  # of the length
+    later = ran.time > time
+    length = 1.06 + speed * (ran.time - time)
+    assert np.diff(ran.position[later, :, 0])[:, 0] == pytest.approx(length[later], abs=1e-9)
+
+
+def test_springs_of_a_symmetric_net_break_together_and_each_one_only_once():
+    angle = 2.0 * np.pi * np.arange(6) / 6
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(6)], axis=1)
+    position = np.concatenate([np.zeros((1, 3)), rim])
+    velocity = np.concatenate([np.zeros((1, 3)), 3.0 * rim])
+    ends = [[0, i + 1] for i in range(6)]
+    net = make_net(position, ends, stiffness=100.0, velocity=velocity, strength=20.0)
+    bench = Bench(net, 1.0, tolerance=1e-8, ruptures=True)
+    found = break_and_go_on(bench, 1.0)
+    assert sorted(spring for _, springs in found for spring in springs) == list(range(6))
+    times = [time for time, _ in found]
+    # Rounding may tell them apart by far less than anything that could be seen.
+    assert max(times) - min(times) < 1e-12
+    assert times[0] == pytest.approx(np.arcsin(2.0 / 3.0) / 10.0 * 1.0, rel=1e-6)
+
+
+def test_chain_tears_spring_after_spring_without_standing_still():
+    net = chain(12, stiffness=100.0, mass=0.01, strength=np.linspace(0.2, 0.26, 13))
+    bench = Bench(net, 1.0, tolerance=1e-6, ruptures=True, fixed=[0])
+    bench.move([13], [0.2, 0.0, 0.0], Course("ramp", 0.0, 1.0))
+    found = break_and_go_on(bench, 1.0)
+    assert len(found) >= 1
+    assert all(later > earlier for (earlier, _), (later, _) in pairwise(found))
+
+
+def test_spring_above_its_strength_at_the_start_breaks_at_once():
+    bench = Bench(pair(stretch=0.2, strength=6.0), 1.0, tolerance=1e-6, ruptures=True)
+    end = bench.advance(1.0)
+    assert (end.kind, end.time, end.springs.tolist()) == ("ruptured", 0.0, [0])
+
+
+def test_samples_before_a_rupture_are_recorded_and_none_after_it():
+    times = np.linspace(0.0, 1.0, 1001)
+    bench = Bench(
+        pair(stretch=-0.1, strength=6.0), 1.0, tolerance=1e-6, ruptures=True, times=times
+    )
+    end = bench.advance(1.0)
+    recorded = np.concatenate([batch.time for batch in bench.batches])
+    assert np.array_equal(recorded, times[times < end.time])
+
+
+def test_cut_of_a_prestressed_chain_lets_the_ends_draw_apart_as_a_quarter_wave():
+    # One mass on a stretched spring, let go: it swings about the rest length of the other.
+    net = make_net(
+        [[0, 0, 0], [0.02, 0, 0], [0.04, 0, 0]],
+        [[0, 1], [1, 2]],
+        mass=0.01,
+        stiffness=100.0,
+        rest=0.015,
+    )
+    bench = Bench(net, 0.2, tolerance=1e-9, fixed=[0, 2])
+    bench.advance(0.05)
+    bench.situation.alive[1] = False
+    bench.engine.restart(bench.situation)
+    ran = bench.run()
+    after = np.maximum(ran.time - 0.05, 0.0)
+    expected = 0.015 + 0.005 * np.cos(100.0 * after)
+    assert ran.position[:, 1, 0] == pytest.approx(expected, abs=1e-10)

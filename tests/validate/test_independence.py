@@ -1,0 +1,41 @@
+"""The reference shares no arithmetic with what it judges."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import tissuec.validate
+
+FOLDER = Path(tissuec.validate.__file__).parent
+FORBIDDEN = ("engine", "integrators", "kernels", "mechanics", "run", "recording", "agenda")
+SOLVER = ("calendar", "crossings", "equations", "reference", "solution", "stepping", "walking")
+AROUND = {"compare", "events", "judge", "observing", "report", "uncertainty", "validation", "wording"}
+
+
+def imported(name):
+    """Return the full names of all that a module of the folder imports, wherever it does."""
+    for node in ast.walk(ast.parse((FOLDER / f"{name}.py").read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "relative imports would escape this test"
+            yield str(node.module)
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+@pytest.mark.parametrize("name", SOLVER)
+def test_solver_imports_nothing_that_it_judges(name):
+    for module in imported(name):
+        parts = module.split(".")
+        assert parts[0] != "tissuec" or parts[1:2] == [] or parts[1] not in FORBIDDEN, module
+
+
+@pytest.mark.parametrize("name", SOLVER)
+def test_solver_imports_of_its_folder_only_itself(name):
+    own = {m.split(".")[2] for m in imported(name) if m.startswith("tissuec.validate.")}
+    assert own <= set(SOLVER)
+
+
+def test_every_module_is_accounted_for():
+    assert {path.stem for path in FOLDER.glob("*.py")} == {"__init__", *SOLVER} | AROUND

@@ -1,0 +1,113 @@
+"""What each code of a message means: ``codes.toml`` as values, and as the page of the manual."""
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+_FILE = Path(__file__).with_name("codes.toml")
+_HERE = "<here>"
+_MOST_IN_A_LINE = 96
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One code.
+
+    Attributes:
+        title: The kind of mistake in a few words.
+        text: What it means, why it is refused, and what to do.
+        before: A piece of text that earns the code.
+        after: The same without the mistake.
+        frame: The rest of the scene around the piece, which stands for ``<here>``. Without
+            that mark the piece belongs on the command line; empty if the piece is a whole text.
+    """
+
+    title: str
+    text: str
+    before: str
+    after: str
+    frame: str = ""
+
+    def whole(self, piece: str) -> str:
+        """Return the whole text around a piece, such as ``before``."""
+        if not self.frame:
+            return f"{piece}\n"
+        lines = (
+            "\n".join(line.replace(_HERE, part) for part in piece.splitlines())
+            if _HERE in line
+            else line
+            for line in self.frame.splitlines()
+        )
+        return "\n".join(lines) + "\n"
+
+    def override(self, piece: str) -> str | None:
+        """Return what ``piece`` sets on the command line; None if it belongs into the text."""
+        if not self.frame or _HERE in self.frame:
+            return None
+        return piece.removeprefix("--set").strip().strip('"')
+
+
+@cache
+def _document() -> Mapping[str, Any]:
+    return tomllib.loads(_FILE.read_text(encoding="utf-8"))
+
+
+@cache
+def _entry(code: str) -> Entry:
+    written = _document()[code]
+    frames = _document()["frames"]
+    frame = frames[written["frame"]].strip() if "frame" in written else ""
+    parts = (written[name].strip() for name in ("title", "text", "before", "after"))
+    return Entry(*parts, frame)
+
+
+class _Codes(Mapping[str, Entry]):
+    """The entries by code, read when first asked for."""
+
+    def __getitem__(self, code: str) -> Entry:
+        if code not in set(self):
+            raise KeyError(code)
+        return _entry(code)
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name in _document() if name not in ("frames", "files"))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+CODES: Mapping[str, Entry] = _Codes()
+
+
+def example_files() -> Mapping[str, str]:
+    """Return the files that stand beside the scene of every example, by relative path."""
+    return _document()["files"]
+
+
+def reference() -> str:
+    """Return the page of the manual that lists every code."""
+    parts = [_INTRODUCTION]
+    for code, entry in CODES.items():
+        parts.append(f"## {code}: {entry.title}\n\n{_wrapped(entry.text)}")
+        parts.append(f"Instead of\n\n```tis\n{entry.before}\n```")
+        parts.append(f"write\n\n```tis\n{entry.after}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+_INTRODUCTION = """# Messages
+
+Every message carries a code that stays the same between releases. Codes that begin with TIS are
+errors: the text does not describe a scene. Codes that begin with W are warnings: the scene can
+run, but may not mean what its author thinks; `--strict` makes errors of them. `tissuec explain
+TIS104` prints the same as below.
+
+A file is read to its end before anything is reported, so that one run shows up to ten mistakes."""
+
+
+def _wrapped(text: str) -> str:
+    import textwrap
+
+    return textwrap.fill(text, _MOST_IN_A_LINE)

@@ -1,0 +1,54 @@
+"""Entries of blocks: how each is written, what holds without it, and what it means."""
+
+from collections.abc import Mapping
+from dataclasses import MISSING
+
+import numpy as np
+
+from tissuec.core.fields import FromTo, Measure, OneOf, Point, Whole
+from tissuec.core.units import describe, show
+from tissuec.reference.markdown import code, table
+from tissuec.scene.schema import Entry, Kind
+
+
+def entry_table(entries: Mapping[str, Entry]) -> str:
+    """Return a table of the entries of a block."""
+    heads = ("entry", "is", "without it", "meaning")
+    return table(heads, [_row(entry) for entry in entries.values()])
+
+
+def _row(entry: Entry) -> tuple[str, ...]:
+    return code(entry.example), kind_in_words(entry.kind), _default(entry), entry.about
+
+
+def kind_in_words(kind: Kind) -> str:
+    """Return what can be written for an entry."""
+    match kind:
+        case Measure(dimension, above, at_least, at_most):
+            limits = (("above", above), ("at least", at_least), ("at most", at_most))
+            return describe(dimension) + "".join(
+                f", {word} {show(limit, dimension)}" for word, limit in limits if limit is not None
+            )
+        case Whole(at_least, at_most):
+            most = "" if at_most == Whole().at_most else f" and at most {at_most}"
+            return f"a whole number, at least {at_least}{most}"
+        case OneOf(words):
+            return " or ".join(map(code, words)) if words else "a word"
+        case Point(dimension):
+            return f"a vector: {describe(dimension)}"
+        case FromTo():
+            return "two points"
+
+
+def _default(entry: Entry) -> str:
+    if entry.default is MISSING:
+        return "needed"
+    if entry.default is None or entry.default == "":
+        return ""
+    if isinstance(entry.default, str):
+        return code(entry.default)
+    assert isinstance(entry.kind, Measure | Whole)
+    dimension = entry.kind.dimension if isinstance(entry.kind, Measure) else None
+    if dimension is None or not np.any(dimension):
+        return code(f"{entry.default:g}")
+    return code(show(entry.default, dimension))

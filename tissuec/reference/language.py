@@ -1,0 +1,184 @@
+"""What the language consists of, as Markdown, part by part."""
+
+from collections.abc import Mapping
+
+from tissuec.compiling.courses import PROFILES
+from tissuec.compiling.tables import NODE_COLUMNS, SPRING_COLUMNS
+from tissuec.core import units
+from tissuec.core.units import Dimension, describe
+from tissuec.fuzzy.operators import CHOICES, Operators
+from tissuec.integrators import INTEGRATORS
+from tissuec.lang import words
+from tissuec.measures import MEASURES
+from tissuec.meshes import MESHES
+from tissuec.reference.entries import entry_table
+from tissuec.reference.markdown import code, described, fenced, summary, table
+from tissuec.scene import settings
+from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
+from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.quantities import QUANTITIES, Quantity
+from tissuec.scene.schema import entries_of
+from tissuec.verbs import VERBS
+
+
+def parts() -> dict[str, str]:
+    """Return every generated part of the language reference by its name."""
+    return {
+        "reserved words": reserved_words(),
+        "units": unit_table(),
+        "prefixes": prefix_table(),
+        "dimensions": dimension_table(),
+        "functions": ", ".join(map(code, FUNCTIONS)) + ".",
+        "operators": operator_table(),
+        "quantities": quantity_table(),
+        "body entries": entry_table(BODY_ENTRIES),
+        "meshes": mesh_sections(),
+        "node columns": column_table(NODE_COLUMNS),
+        "spring columns": column_table(SPRING_COLUMNS),
+        "tool entries": entry_table(entries_of(settings.ToolEntries)),
+        "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
+        "simulate entries": entry_table(settings.simulate_schema()),
+        "verbs": verb_sections(),
+        "profiles": ", ".join(map(code, PROFILES)) + ".",
+        "measures": measure_table(),
+        "integrators": integrator_table(),
+    }
+
+
+def reserved_words() -> str:
+    """Return the reserved words by what they are for."""
+    groups = {
+        "times": words.TIME_WORDS,
+        "joining": words.JOINING_WORDS,
+        "logic": words.LOGIC_WORDS,
+        "beginning a sentence": words.DECLARING_WORDS,
+    }
+    rows = [(name, " ".join(map(code, group))) for name, group in groups.items()]
+    continuing = " ".join(map(code, words.CONTINUING))
+    return table(("for", "words"), rows) + (
+        f"\n\nA line that begins with one of these goes on with the line above: {continuing}."
+    )
+
+
+def unit_table() -> str:
+    """Return the units without prefixes, with what one of them is."""
+    rows = [
+        (code(symbol), _in_si(factor, dimension), describe(dimension), _mark(symbol))
+        for symbol, (factor, dimension) in units.SYMBOLS.items()
+        if _takes_prefix(symbol) or not _has_prefix(symbol)
+    ]
+    return table(("unit", "is", "measures", "prefixes"), rows)
+
+
+def prefix_table() -> str:
+    """Return the prefixes; micro has three spellings."""
+    unit = "Hz"
+    sizes = {
+        symbol.removesuffix(unit): factor
+        for symbol, (factor, _) in units.SYMBOLS.items()
+        if symbol.endswith(unit) and symbol != unit
+    }
+    rows = [(code(prefix), f"{size:g}") for prefix, size in sizes.items()]
+    return table(("prefix", "factor"), rows)
+
+
+def dimension_table() -> str:
+    """Return what the compiler calls dimensions, and their SI units."""
+    rows = [(name, code(unit) if unit else "") for name, unit in units.DIMENSION_NAMES.values()]
+    return table(("dimension", "SI unit"), rows)
+
+
+def _takes_prefix(symbol: str) -> bool:
+    return f"n{symbol}" in units.SYMBOLS
+
+
+def _has_prefix(symbol: str) -> bool:
+    return any(_takes_prefix(symbol[length:]) for length in (1, 2) if symbol[length:])
+
+
+def _mark(symbol: str) -> str:
+    return "yes" if _takes_prefix(symbol) else "no"
+
+
+def _in_si(factor: float, dimension: Dimension) -> str:
+    return f"{factor:.6g} {units.si_unit(dimension)}".strip()
+
+
+def operator_table() -> str:
+    """Return the choices of a rules block; the first of each is the default."""
+    rows = [
+        (code(f"{entry} is …"), ", ".join(map(code, names)), code(getattr(Operators(), entry)))
+        for entry, names in CHOICES.items()
+    ]
+    return table(("entry", "choices", "without it"), rows)
+
+
+def quantity_table() -> str:
+    """Return the physical quantities of a tissue."""
+    rows = [
+        (code(q.name), describe(q.dimension), _spreads(q), "yes" if q.scales else "no", _rest(q))
+        for q in QUANTITIES.values()
+    ]
+    return table(("quantity", "is", "applies to", "per length", "without it"), rows)
+
+
+def _spreads(quantity: Quantity) -> str:
+    return " or ".join(map(code, quantity.spreads))
+
+
+def _rest(quantity: Quantity) -> str:
+    return "an error" if quantity.default is None else code(f"{quantity.default:g}")
+
+
+def mesh_sections() -> str:
+    """Return a section for each mesh."""
+    sections = []
+    for name, mesh in MESHES.items():
+        section = f"#### `mesh is {name}`\n\n{described(mesh)}"
+        if name != EXPLICIT:
+            section += f"\n\n{entry_table(entries_of(mesh))}"
+        sections.append(section)
+    return "\n\n".join(sections)
+
+
+def column_table(columns: Mapping[str, Dimension | None]) -> str:
+    """Return the columns of a table of nodes or springs."""
+    rows = [
+        (code(name), "a whole number" if dimension is None else describe(dimension))
+        for name, dimension in columns.items()
+    ]
+    return table(("column", "is"), rows)
+
+
+def verb_sections() -> str:
+    """Return a section for each verb."""
+    return "\n\n".join(
+        f"#### `{name}`\n\n{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}"
+        for name, verb in VERBS.items()
+    )
+
+
+def measure_table() -> str:
+    """Return what can be measured."""
+    rows = [
+        (code(measure.form), describe(measure.dimension), measure.takes, described(measure))
+        for measure in MEASURES.values()
+    ]
+    return table(("measure", "is", "taken of", "meaning"), rows)
+
+
+def integrator_table() -> str:
+    """Return the methods that can be named."""
+    rows = [
+        (
+            code(name),
+            str(method.order),
+            str(method.trials + method.closing),
+            f"{method.stability_limit(1.0, 0.0):.3g} / ω",
+            "yes" if method.symplectic else "no",
+            summary(method),
+        )
+        for name, method in INTEGRATORS.items()
+    ]
+    heads = ("name", "order", "forces per step", "stable up to", "symplectic", "what it is")
+    return table(heads, rows)
