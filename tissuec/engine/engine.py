@@ -342,7 +342,6 @@ class Engine:
         net = self._net("interpreted")
         inside = bound_inside(self._integrator, self._layout.features)
         within = Within(inside, self._progress, self._work, net, self._layout)
-        self._update(prepared=1)
         rupture = within.first_rupture(self._integrator.looks) if surpassed else None
         stop = within.end if rupture is None else rupture[0]
         triggered = None if watch is None else self._trigger(within, watch, stop)

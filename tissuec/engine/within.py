@@ -33,10 +33,9 @@ class Within:
     def __init__(
         self, inside: Inside, progress: Progress, work: Work, net: VectorNet, layout: Layout
     ):
-        self._look, self._work, self._net, self._layout = inside.look, work, net, layout
+        self._inside, self._work, self._net, self._layout = inside, work, net, layout
         self.start, self.end, self._current = progress.time, progress.end, progress.current
-        if not progress.prepared:
-            inside.prepare(self.start, self.end, self._current, work, net)
+        self._prepared = bool(progress.prepared)
 
     def state(self, when: float) -> tuple[Floats, Floats, Floats]:
         """Return flat position, velocity and the ledger at a time in the step."""
@@ -44,8 +43,11 @@ class Within:
         if when == self.end:
             other = 1 - now
             return work.x[other].copy(), work.v[other].copy(), work.ledger[other].copy()
+        if not self._prepared:
+            self._inside.prepare(self.start, self.end, now, work, self._net)
+            self._prepared = True
         x, v, ledger = np.empty_like(work.zero), np.empty_like(work.zero), np.zeros(2)
-        self._look(when, self.start, self.end, now, x, v, ledger, work, self._net)
+        self._inside.look(when, self.start, self.end, now, x, v, ledger, work, self._net)
         return x, v, ledger
 
     def tension(self, when: float, springs: Springs, chosen: Indices) -> Floats:

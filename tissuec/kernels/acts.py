@@ -93,7 +93,7 @@ def turn(act: int, time: float, x: Floats, v: Floats, acts: Acts) -> None:
 
 def pull_free(time: float, v: Floats, f: Floats, inverse_mass: Floats, acts: Acts) -> float:
     """Add time-dependent loads to the forces of free nodes; return their power [W]."""
-    power: float = 0.0
+    power = 0.0
     for act in range(acts.motions, acts.first.size - 1):
         s0, s1, s2, _, _, _ = total(act, time, acts)
         for entry in range(acts.first[act], acts.first[act + 1]):

@@ -12,7 +12,9 @@ from tissuec.reference.pages import outdated
 @click.argument(
     "folder", default="docs", type=click.Path(path_type=Path, exists=True, file_okay=False)
 )
-@click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a page is out of date.")
+@click.option(
+    "--check", is_flag=True, help="Change nothing; exit with 1 if a page is out of date."
+)
 def main(folder: Path, check: bool) -> None:
     """Fill the generated parts of the pages in FOLDER anew."""
     fresh = outdated(folder)

@@ -29,7 +29,9 @@ def _sections(parent: click.Group, name: str, above: click.Context) -> str:
     context = click.Context(command, info_name=name, parent=above)
     sections = [_section(command, context)]
     if isinstance(command, click.Group):
-        sections += [_sections(command, inner, context) for inner in command.list_commands(context)]
+        sections += [
+            _sections(command, inner, context) for inner in command.list_commands(context)
+        ]
     return "\n\n".join(sections)
 
 

@@ -18,7 +18,20 @@ def entry_table(entries: Mapping[str, Entry]) -> str:
 
 
 def _row(entry: Entry) -> tuple[str, ...]:
-    return code(entry.example), kind_in_words(entry.kind), _default(entry), entry.about
+    about = entry.about[:1].upper() + entry.about[1:]
+    return code(_form(entry)), kind_in_words(entry.kind), _default(entry), about
+
+
+def _form(entry: Entry) -> str:
+    match entry.kind:
+        case OneOf():
+            return f"{entry.name} is …"
+        case Point():
+            return f"{entry.name} = (x, y, z)"
+        case FromTo():
+            return f"{entry.name} from … to …"
+        case _:
+            return f"{entry.name} = …"
 
 
 def kind_in_words(kind: Kind) -> str:
@@ -27,7 +40,9 @@ def kind_in_words(kind: Kind) -> str:
         case Measure(dimension, above, at_least, at_most):
             limits = (("above", above), ("at least", at_least), ("at most", at_most))
             return describe(dimension) + "".join(
-                f", {word} {show(limit, dimension)}" for word, limit in limits if limit is not None
+                f", {word} {show(limit, dimension)}"
+                for word, limit in limits
+                if limit is not None
             )
         case Whole(at_least, at_most):
             most = "" if at_most == Whole().at_most else f" and at most {at_most}"

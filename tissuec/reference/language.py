@@ -72,13 +72,10 @@ def unit_table() -> str:
 
 def prefix_table() -> str:
     """Return the prefixes; micro has three spellings."""
-    unit = "Hz"
-    sizes = {
-        symbol.removesuffix(unit): factor
-        for symbol, (factor, _) in units.SYMBOLS.items()
-        if symbol.endswith(unit) and symbol != unit
-    }
-    rows = [(code(prefix), f"{size:g}") for prefix, size in sizes.items()]
+    sizes: dict[float, list[str]] = {}
+    for prefix, size in _prefixes().items():
+        sizes.setdefault(size, []).append(code(prefix))
+    rows = [(" or ".join(spellings), f"{size:g}") for size, spellings in sizes.items()]
     return table(("prefix", "factor"), rows)
 
 
@@ -88,12 +85,21 @@ def dimension_table() -> str:
     return table(("dimension", "SI unit"), rows)
 
 
+def _prefixes() -> dict[str, float]:
+    """Return each prefix and its factor, as they stand before the unit of frequency."""
+    return {
+        symbol.removesuffix("Hz"): factor
+        for symbol, (factor, _) in units.SYMBOLS.items()
+        if symbol.endswith("Hz") and symbol != "Hz"
+    }
+
+
 def _takes_prefix(symbol: str) -> bool:
-    return f"n{symbol}" in units.SYMBOLS
+    return all(prefix + symbol in units.SYMBOLS for prefix in _prefixes())
 
 
 def _has_prefix(symbol: str) -> bool:
-    return any(_takes_prefix(symbol[length:]) for length in (1, 2) if symbol[length:])
+    return symbol[:1] in _prefixes() and _takes_prefix(symbol[1:])
 
 
 def _mark(symbol: str) -> str:
@@ -101,7 +107,10 @@ def _mark(symbol: str) -> str:
 
 
 def _in_si(factor: float, dimension: Dimension) -> str:
-    return f"{factor:.6g} {units.si_unit(dimension)}".strip()
+    unit = units.si_unit(dimension)
+    return (
+        f"{factor:.6g}{unit[1:]}" if unit.startswith("1/") else f"{factor:.6g} {unit}".strip()
+    )
 
 
 def operator_table() -> str:
@@ -116,7 +125,13 @@ def operator_table() -> str:
 def quantity_table() -> str:
     """Return the physical quantities of a tissue."""
     rows = [
-        (code(q.name), describe(q.dimension), _spreads(q), "yes" if q.scales else "no", _rest(q))
+        (
+            code(q.name),
+            describe(q.dimension),
+            _spreads(q),
+            "yes" if q.scales else "no",
+            _rest(q),
+        )
         for q in QUANTITIES.values()
     ]
     return table(("quantity", "is", "applies to", "per length", "without it"), rows)
@@ -160,8 +175,14 @@ def verb_sections() -> str:
 
 def measure_table() -> str:
     """Return what can be measured."""
+    subjects = {"any": "nodes or springs"}
     rows = [
-        (code(measure.form), describe(measure.dimension), measure.takes, described(measure))
+        (
+            code(measure.form),
+            describe(measure.dimension),
+            subjects.get(measure.takes, measure.takes) if measure.subjects else "the scene",
+            described(measure),
+        )
         for measure in MEASURES.values()
     ]
     return table(("measure", "is", "taken of", "meaning"), rows)

@@ -47,7 +47,7 @@ def paragraphs(text: str) -> str:
         elif part.startswith("==="):
             parts.append(_grid(part))
         else:
-            parts.append(re.sub(r"``(.+?)``", r"`\1`", part))
+            parts.append(re.sub(r"``(.+?)``", _on_one_line, part, flags=re.DOTALL))
     return "\n\n".join(parts)
 
 
@@ -71,6 +71,10 @@ def places(page: str) -> list[str]:
     return [found["name"] for found in _PLACE.finditer(page)]
 
 
+def _on_one_line(quoted: re.Match[str]) -> str:
+    return code(" ".join(quoted[1].split()))
+
+
 def _cell(text: str) -> str:
     return " ".join(text.split()).replace("|", "\\|")
 
@@ -90,5 +94,7 @@ def _grid(text: str) -> str:
         if cells[0] or not rows:
             rows.append(cells)
         else:
-            rows[-1] = [f"{old} {new}".strip() for old, new in zip(rows[-1], cells, strict=True)]
+            rows[-1] = [
+                f"{old} {new}".strip() for old, new in zip(rows[-1], cells, strict=True)
+            ]
     return table(rows[0], rows[1:])

@@ -8,7 +8,7 @@ import dataclasses
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, NoReturn, TypeVar, get_type_hints
 
 import numpy as np
 
@@ -251,7 +251,7 @@ def _grouped(number: float) -> str:
     return f"{number:,.12g}".replace(",", " ")
 
 
-def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> Any:
+def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
     if isinstance(entry.kind, OneOf) and isinstance(item, s.Assign):
         text = item.value.span.text
         hint = (

@@ -88,7 +88,9 @@ class Equations:
         network = situation.network
         self.count = network.node_count
         self.drawn = network.position
-        self.window = np.nextafter(situation.time, np.inf), np.nextafter(stop, -np.inf)
+        # Where courses begin and end may differ from the ends of the stretch by rounding.
+        margin = ROUNDING * stop
+        self.window = situation.time + margin, max(stop - margin, situation.time + margin)
         held = situation.held
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())

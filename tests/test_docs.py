@@ -1,0 +1,233 @@
+"""What the pages say is so: scenes compile, commands answer as shown, tables are up to date.
+
+Every fenced block of a page is taken in order, in a folder of the page's own:
+
+- ``tis NAME`` is a file of that name, ``tis`` a file without one; both are checked. A ``tis``
+  block that does not begin with "language" is a part of a scene: what it leaves out is taken
+  from ``SCAFFOLD``.
+- ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
+  line, and for any lines where it stands alone.
+- ``python`` is run, one namespace for all of a page; ``output`` is what the last one printed.
+
+Other blocks are for reading only.
+"""
+
+import io
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.integrators import INTEGRATORS
+from tissuec.lang.render import render
+from tissuec.measures import MEASURES
+from tissuec.meshes import MESHES
+from tissuec.pipeline import Request, check_request
+from tissuec.reference.pages import outdated, unused
+from tissuec.verbs import VERBS
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = sorted([*DOCS.glob("*.md"), ROOT / "README.md"])
+FENCE = re.compile(
+    r"^```(?P<kind>\w+)(?: (?P<name>[^\n]*))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
+)
+LINK = re.compile(r"\]\((?!https?:)(?P<path>[^)#\s]*)(?:#(?P<anchor>[^)\s]*))?\)")
+
+#: Parts of a scene, each left out where a block brings its own.
+SCAFFOLD = {
+    r'use "fuzzy/soft_tissue"': 'use "fuzzy/soft_tissue"',
+    r'use "tissues/fallopian_tube"': 'use "tissues/fallopian_tube"',
+    r"param lift\b": "param lift = 6 mm",
+    r"body oviduct\b": """body oviduct {
+      mesh is tube {
+        axis from (0, 0, 0) mm to (64, 0, 0) mm
+        radius = 3 mm; rings = 16; sides = 10; interior is crossed
+      }
+      tissue is fallopian tube
+    }""",
+    r"set left end\b": "set left end = nodes of oviduct where x < 1 mm",
+    r"set right end\b": "set right end = nodes of oviduct where x > 63 mm",
+    r"set waist\b": "set waist = nodes of oviduct where x between 35 mm and 43 mm",
+    r"set inner springs\b": "set inner springs = springs of oviduct where length > 6 mm",
+    r"tool forceps A\b": "tool forceps A { kind is forceps }",
+    r"tool shears\b": "tool shears { kind is scissors }",
+    r"environment \{": "environment { gravity = (0, 0, -9.81) m/s^2 }",
+    r"script \{": "script { at 0 s: fix left end }",
+    r"simulate \{": "simulate { duration = 2 s }",
+    r"output \{": "output { trajectory every 20 ms }",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """One fenced block; ``place`` is where it stands, for messages."""
+
+    kind: str
+    name: str
+    text: str
+    place: str
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    """Yield the fenced blocks of a page."""
+    text = page.read_text(encoding="utf-8")
+    for found in FENCE.finditer(text):
+        line = text.count("\n", 0, found.start()) + 1
+        yield Block(found["kind"], found["name"] or "", found["text"], f"{page.name}:{line}")
+
+
+@dataclass(slots=True)
+class Reader:
+    """Does what the blocks of one page say, in the present folder."""
+
+    namespace: dict[str, Any] = field(default_factory=dict)
+    said: str = ""
+    code: int = 0
+
+    def tis(self, block: Block) -> None:
+        text = block.text if block.text.startswith("language") else with_scaffold(block.text)
+        path = Path(block.name) if block.name else None
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        try:
+            check_request(Request(Source(block.name or block.place, text, path)))
+        except CompileError as error:
+            pytest.fail("\n".join([block.place, *map(render, error.diagnostics)]))
+
+    def console(self, block: Block) -> None:
+        commands = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
+        assert not commands[0].strip(), f'{block.place}: a command begins with "$ "'
+        for part in commands[1:]:
+            line, _, expected = part.partition("\n")
+            assert_alike(self.command(line), expected, f"{block.place}: $ {line}")
+
+    def command(self, line: str) -> str:
+        """Return what a command line says."""
+        if line == "echo $?":
+            return f"{self.code}\n"
+        words, target = shlex.split(line, comments=True), None
+        if words[-2] == ">":
+            words, target = words[:-2], words[-1]
+        assert words[0] == "tissuec", f"{line}: only tissuec is run here"
+        out, both = io.StringIO(), io.StringIO()
+        with redirect_stdout(out if target else both), redirect_stderr(both):
+            self.code = tissuec(words)
+        if target:
+            Path(target).write_text(out.getvalue(), encoding="utf-8")
+        return both.getvalue()
+
+    def python(self, block: Block) -> None:
+        if "matplotlib" in block.text:
+            pytest.importorskip("matplotlib").use("Agg")
+        said = io.StringIO()
+        with redirect_stdout(said):
+            exec(compile(block.text, block.place, "exec"), self.namespace)
+        self.said = said.getvalue()
+
+    def output(self, block: Block) -> None:
+        assert_alike(self.said, block.text, block.place)
+
+
+def tissuec(words: list[str]) -> int:
+    """Run the command line in this process; return its exit code."""
+    from tissuec.cli import main
+
+    before, sys.argv = sys.argv, words
+    try:
+        main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    finally:
+        sys.argv = before
+    raise AssertionError("the command line always exits")
+
+
+def with_scaffold(part: str) -> str:
+    """Return a scene made of a part and of what it leaves out."""
+    rest = [
+        text for head, text in SCAFFOLD.items() if not re.search(f"^{head}", part, re.MULTILINE)
+    ]
+    return "\n".join(["language 1", *rest, part])
+
+
+def assert_alike(said: str, expected: str, where: str) -> None:
+    """Compare lines, with "…" for what may differ."""
+    pattern = "".join(
+        r"(?:.*\n)*?" if line.strip() == "…" else pattern_of(line) + r"[ \t]*\n"
+        for line in expected.rstrip().split("\n")
+    )
+    text = said.rstrip() + "\n"
+    if not expected.strip():
+        assert not said.strip(), f"{where}\nsaid, unexpectedly:\n{said}"
+    elif not re.fullmatch(pattern, text):
+        pytest.fail(f"{where}\nsaid:\n{text}\nbut the page shows:\n{expected}", pytrace=False)
+
+
+def pattern_of(line: str) -> str:
+    """Return a regular expression for a line in which "…" is anything."""
+    return ".*".join(map(re.escape, line.rstrip().split("…")))
+
+
+@pytest.fixture
+def families_stay():
+    """Undo what a page adds to the families."""
+    families = (MESHES, VERBS, MEASURES, INTEGRATORS)
+    before = [(family, len(family), dict(family._members)) for family in families]
+    yield
+    for family, _, members in before:
+        family._members.clear()
+        family._members.update(members)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_is_true(page, tmp_path, monkeypatch, families_stay):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("NO_COLOR", "1")
+    reader = Reader()
+    for block in blocks(page):
+        take = getattr(reader, block.kind, None)
+        if take is not None:
+            take(block)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for found in LINK.finditer(FENCE.sub("", text)):
+        target = page.parent / found["path"] if found["path"] else page
+        assert target.exists(), f"{page.name}: {found[0]}"
+        if found["anchor"]:
+            assert found["anchor"] in anchors(target), f"{page.name}: {found[0]}"
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of the headings of a page, as GitHub makes them."""
+    heads = re.findall(
+        r"^#+ (.*)$", FENCE.sub("", page.read_text(encoding="utf-8")), re.MULTILINE
+    )
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def test_generated_tables_are_up_to_date():
+    stale = [page.name for page in outdated(DOCS)]
+    assert not stale, f"run python -m tissuec.reference: {stale} are out of date"
+
+
+def test_everything_generated_is_shown_somewhere():
+    assert not unused(DOCS)
+
+
+def test_pages_are_linked_from_the_index():
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    missing = [page.name for page in DOCS.glob("*.md") if f"({page.name}" not in index]
+    assert missing == ["index.md"]
