@@ -190,7 +190,13 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
     )
     scene.write_text(long)
     command = [sys.executable, "-m", "tissuec", "run", str(scene), "--out"]
-    process = subprocess.Popen([*command, "broken"], cwd=scene.parent, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+    process = subprocess.Popen(
+        [*command, "broken"],
+        cwd=scene.parent,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+    )
     partial = scene.parent / "broken" / "pair.partial.vtkhdf"
     deadline = time.monotonic() + 60
     while not partial.exists() and time.monotonic() < deadline:
@@ -203,6 +209,8 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
     resumed = tissuec("run", scene, "--out", "broken", "--resume", cwd=scene.parent)
     assert resumed.returncode == 0, resumed.stderr
     assert tissuec("run", scene, "--out", "whole", cwd=scene.parent).returncode == 0
-    results = [h5py.File(scene.parent / folder / "pair.vtkhdf") for folder in ("broken", "whole")]
+    results = [
+        h5py.File(scene.parent / folder / "pair.vtkhdf") for folder in ("broken", "whole")
+    ]
     for name in ("VTKHDF/Points", "VTKHDF/Steps/Values", "VTKHDF/PointData/velocity"):
         assert np.array_equal(results[0][name][:], results[1][name][:])

@@ -2,12 +2,14 @@
 
 Every fenced block of a page is taken in order, in a folder of the page's own:
 
-- ``tis NAME`` is a file of that name, ``tis`` a file without one; both are checked. A ``tis``
-  block that does not begin with "language" is a part of a scene: what it leaves out is taken
-  from ``SCAFFOLD``.
+- ``tis NAME`` is a file of that name, ``tis + NAME`` more lines of it, ``tis`` a file without a
+  name; all are checked. A ``tis`` block that does not begin with "language" is a part of a
+  scene: what it leaves out is taken from ``SCAFFOLD``.
+- ``wrong NAME`` is a file with mistakes.
 - ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
   line, and for any lines where it stands alone.
-- ``python`` is run, one namespace for all of a page; ``output`` is what the last one printed.
+- ``python`` is run, one namespace for all of a page; ``python FILE`` as that module of the
+  package. ``output`` is what the last one printed.
 
 Other blocks are for reading only.
 """
@@ -37,6 +39,7 @@ from tissuec.verbs import VERBS
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.glob("*.md"), ROOT / "README.md"])
+RUN = [page for page in PAGES if page.name != "errors.md"]  # its pairs have tests of their own
 FENCE = re.compile(
     r"^```(?P<kind>\w+)(?: (?P<name>[^\n]*))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
 )
@@ -94,15 +97,23 @@ class Reader:
     code: int = 0
 
     def tis(self, block: Block) -> None:
-        text = block.text if block.text.startswith("language") else with_scaffold(block.text)
-        path = Path(block.name) if block.name else None
+        name, text = block.name.removeprefix("+ "), block.text
+        path = Path(name) if name else None
+        if name != block.name:
+            text = Path(name).read_text(encoding="utf-8") + text
+        elif not text.startswith("language"):
+            text = with_scaffold(text)
         if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            self.wrong(Block("wrong", name, text, block.place))
         try:
-            check_request(Request(Source(block.name or block.place, text, path)))
+            check_request(Request(Source(name or block.place, text, path)))
         except CompileError as error:
             pytest.fail("\n".join([block.place, *map(render, error.diagnostics)]))
+
+    def wrong(self, block: Block) -> None:
+        path = Path(block.name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(block.text, encoding="utf-8")
 
     def console(self, block: Block) -> None:
         commands = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
@@ -130,8 +141,10 @@ class Reader:
         if "matplotlib" in block.text:
             pytest.importorskip("matplotlib").use("Agg")
         said = io.StringIO()
+        module = block.name.removesuffix(".py").replace("/", ".")
+        space = {"__name__": module} if module else self.namespace
         with redirect_stdout(said):
-            exec(compile(block.text, block.place, "exec"), self.namespace)
+            exec(compile(block.text, block.place, "exec"), space)
         self.said = said.getvalue()
 
     def output(self, block: Block) -> None:
@@ -189,7 +202,7 @@ def families_stay():
         family._members.update(members)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
 def test_a_page_is_true(page, tmp_path, monkeypatch, families_stay):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")

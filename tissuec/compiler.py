@@ -117,9 +117,14 @@ def _place(bodies: Sequence[BodyArrays]) -> Mapping[str, Placed]:
 
 def _can_break(network: Network, script: Script) -> bool:
     """Return whether a spring can rupture, from the start or after a ``change``."""
-    events = [*script.events, *(event for trigger in script.triggers for event in trigger.events)]
+    events = [
+        *script.events,
+        *(event for trigger in script.triggers for event in trigger.events),
+    ]
     changes = (event.action for event in events if isinstance(event.action, ChangeParameter))
-    return bool(np.isfinite(network.strength).any()) or any(c.array == "strength" for c in changes)
+    return bool(np.isfinite(network.strength).any()) or any(
+        c.array == "strength" for c in changes
+    )
 
 
 def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) -> Plan:

@@ -10,7 +10,16 @@ import tissuec.validate
 FOLDER = Path(tissuec.validate.__file__).parent
 FORBIDDEN = ("engine", "integrators", "kernels", "mechanics", "run", "recording", "agenda")
 SOLVER = ("calendar", "crossings", "equations", "reference", "solution", "stepping", "walking")
-AROUND = {"compare", "events", "judge", "observing", "report", "uncertainty", "validation", "wording"}
+AROUND = {
+    "compare",
+    "events",
+    "judge",
+    "observing",
+    "report",
+    "uncertainty",
+    "validation",
+    "wording",
+}
 
 
 def imported(name):

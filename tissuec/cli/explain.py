@@ -50,11 +50,13 @@ def command(
         },
         "tissues": {t.name: _tissue(t) for t in tissues},
     }
+    plan = None
     if with_plan:
         from tissuec.prediction import predict
 
         compiled, warnings = compile_request(request)
-        document["plan"] = asdict(predict(compiled))
+        plan = predict(compiled)
+        document["plan"] = asdict(plan)
     if settings.json:
         print_json(document)
         return DONE
@@ -66,8 +68,8 @@ def command(
         )
     for one in tissues:
         _print_tissue(one)
-    if with_plan:
-        _print_plan(predict(compiled))
+    if plan is not None:
+        _print_plan(plan)
     return DONE
 
 
@@ -128,9 +130,9 @@ def _print_tissue(tissue: "Tissue") -> None:
 def _print_quantity(explained: "Explained") -> None:
     head = f"  {explained.quantity:<17}{explained.shown:<24}{explained.how:<10}"
     for reason in explained.reasons:
-        degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f}"
+        degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f} "
         facts = f"  ({reason.facts})" if reason.facts else ""
-        click.echo(f"{head}{degree:<20}{reason.place}{facts}")
+        click.echo(f"{head}{degree:<32}{reason.place}{facts}")
         head = " " * len(head)
 
 

@@ -1,5 +1,6 @@
 """``tissuec run``"""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +14,11 @@ from tissuec.core.units import TIME, show
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
+    from tissuec.network import Network
     from tissuec.pipeline import Request, Result
 
 SUFFIX = ".vtkhdf"
+MOST_SPRINGS_NAMED = 6
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED, "interrupted": INTERRUPTED}
 
 
@@ -127,9 +130,9 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         if happening.springs:
             counts[happening.kind] = counts.get(happening.kind, 0) + len(happening.springs)
         if settings.verbose or happening.kind in ("trigger", "note"):
-            settings.say(
-                f"  {show(time, TIME)}: {happening.kind}: {happening.cause} ({happening.span.place})"
-            )
+            springs = _springs(compiled.network, happening.springs)
+            what = f"{happening.kind}{springs}: {happening.cause}"
+            settings.say(f"  {show(time, TIME)}: {what} ({happening.span.place})")
     for kind, count in counts.items():
         settings.say(f"  {kind}: {count} springs")
     expectations = compiled.plan.expectations
@@ -147,6 +150,15 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
             f"  go on with: tissuec run {path} --resume"
             + ("" if str(result.path.parent) == "." else f" --out {result.path.parent}")
         )
+
+
+def _springs(network: "Network", springs: Sequence[int]) -> str:
+    """Return which springs something happened to, by the author's ids."""
+    if not springs:
+        return ""
+    ids = ", ".join(str(network.spring_ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
+    more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
+    return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
 
 
 def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:

@@ -21,6 +21,7 @@ from tissuec.scene.values import Value
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
+DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,11 +137,11 @@ class Conditions:
                 item.condition.span,
             )
 
+        sides = _sides(item.condition)
+
         def describe(moment: Moment) -> str:
-            return ", ".join(
-                f"{r.text} = {show(r.value(moment), r.measure.dimension, digits=5)}"
-                for r in readings.values()
-            )
+            scope = MeasureScope(readings, self.scope, moment)
+            return ", ".join(f"{_text(side)} = {_shown(scope, side)}" for side in sides)
 
         return Expectation(decide, describe, start, stop, pinned, item.span)
 
@@ -315,6 +316,31 @@ class Conditions:
                 node.span,
             )
         return min(time, self.duration)
+
+
+def _sides(node: s.Expression) -> list[s.Expression]:
+    """Return what a condition compares, without what is a number as it stands."""
+    match node:
+        case s.Compare(left=left, right=right):
+            sides = [left, right]
+        case s.Between(subject=subject, low=low, high=high):
+            sides = [subject, low, high]
+        case s.Not(operand=operand):
+            sides = _sides(operand)
+        case s.And(operands=operands) | s.Or(operands=operands):
+            sides = [side for operand in operands for side in _sides(operand)]
+        case _:
+            sides = [node]
+    return [side for side in sides if not isinstance(side, s.Number | s.Quantity)]
+
+
+def _text(node: s.Expression) -> str:
+    return " ".join(node.span.text.split())
+
+
+def _shown(scope: Scope, node: s.Expression) -> str:
+    value = scope.number(node)
+    return show(float(value.amount), value.dimension, digits=DIGITS)
 
 
 def walk(node: s.Expression) -> list[s.Expression]:

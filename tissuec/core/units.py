@@ -103,7 +103,9 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
 }
 
 
-LARGEST_EXPONENT = 9  # beyond, a unit is a slip, and its factor would leave the range of numbers
+LARGEST_EXPONENT = (
+    9  # beyond, a unit is a slip, and its factor would leave the range of numbers
+)
 
 
 class Unit(NamedTuple):

@@ -75,21 +75,27 @@ def _spelling(token: Token) -> str:
 def _row_pieces(layout: Layout) -> Iterator[Piece]:
     """Yield the rows of tables, those of one line together."""
     for rows in layout.rows.values():
-        start = rows.start
+        start, places, lines = rows.start, list[int](), list[str]()
         for line in blank_comments(layout.source.text[rows.start : rows.end]).split("\n"):
-            end = start + len(line)
             kept = line.strip()
             if kept.strip("; \t"):
-                place = start + line.index(kept)
-                yield Piece("ROWS", _spaced(kept), place, place + len(kept), begins=True)
-            start = end + 1
+                places.append(start + line.index(kept))
+                lines.append(kept)
+            start += len(line) + 1
+        for place, line, printed in zip(places, lines, _aligned(lines), strict=True):
+            yield Piece("ROWS", printed, place, place + len(line), begins=True)
 
 
-def _spaced(line: str) -> str:
-    """Return the rows of one line with single blanks between cells."""
-    if ";" in line or '"' in line:
-        return "; ".join(" ".join(row) for row in quoted_rows(line))
-    return " ".join(line.split())
+def _aligned(lines: list[str]) -> list[str]:
+    """Return the rows of a table, in columns where each line is one row."""
+    if any(";" in line or '"' in line for line in lines):
+        return ["; ".join(" ".join(row) for row in quoted_rows(line)) for line in lines]
+    rows = [line.split() for line in lines]
+    widths: dict[int, int] = {}
+    for row in rows:
+        for column, cell in enumerate(row):
+            widths[column] = max(widths.get(column, 0), len(cell))
+    return [" ".join(cell.rjust(widths[i]) for i, cell in enumerate(row)) for row in rows]
 
 
 def _needed(pieces: list[Piece], text: str) -> Iterator[Piece]:

@@ -78,4 +78,3 @@ def _check_springs(ends: NDArray[np.integer], node_count: int) -> None:
     itself = ends[:, 0] == ends[:, 1]
     if itself.any():
         raise TableError("springs", int(np.argmax(itself)), "joins a node to itself")
-

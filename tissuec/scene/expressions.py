@@ -23,8 +23,8 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
     "==": np.equal,
     "!=": np.not_equal,
 }
-_NUMERIC = {"sin": np.sin, "cos": np.cos}
-FUNCTIONS = ("sqrt", "sin", "cos", "abs", "min", "max")
+_NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
+FUNCTIONS = ("sqrt", "abs", "min", "max", *_NUMERIC)
 
 
 #: What overflows or has no value is found in the result.
@@ -244,7 +244,8 @@ class Scope:
                 self.expect(
                     first, NUMBER, node.arguments[0].span, what=f"the argument of {function}"
                 )
-                result = Value(_NUMERIC[function](first.amount))
+                with np.errstate(all="ignore"):
+                    result = Value(_NUMERIC[function](first.amount))
         return self._finite(result, node.span)
 
     def _finite(self, value: Value, span: Span) -> Value:

@@ -1,5 +1,6 @@
 """Parameters and derived numbers: ``param``, ``let`` and ``--set``."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,10 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings, Rejected
 from tissuec.scene.values import Value
+
+
+#: Names that every scene knows; its own ones win.
+CONSTANTS = {"pi": math.pi}
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +44,15 @@ class Constants(Scope):
         self.chain: list[str] = []
 
     def name(self, name: s.Name) -> Value:
+        if name.key not in self.declared and name.key in CONSTANTS:
+            return Value.number(CONSTANTS[name.key])
         if not self.has(name):
             self.unknown(name)
         self.used.add(name.key)
         return self._value(name)
 
     def has(self, name: s.Name) -> bool:
-        return name.key in self.declared
+        return name.key in self.declared or name.key in CONSTANTS
 
     def names(self) -> Sequence[str]:
         return [item.name.text for item in self.declared.values() if isinstance(item, s.Assign)]

@@ -22,6 +22,8 @@ class EndHold:
             return ()
         nodes = held_by(situation, self.holder)
         let_go(situation, nodes, lambda holder: holder == self.holder)
+        # Kept, so that a release at the same time is known to have been obeyed already.
+        situation.hold_ends[self.holder] = self.time
         return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 

@@ -44,6 +44,8 @@ class Release:
             nodes = self.group.indices
         text = sentence(self.span)
         if not len(let_go(situation, nodes, self._concerns)):
+            if self.group and situation.hold_ends.get(self.group.name) == situation.time:
+                return ()
             return (Happening("note", (), f"{text}: it is not held any more", self.span),)
         return (Happening("release", (), text, self.span),)
 
