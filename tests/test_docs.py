@@ -7,7 +7,8 @@ Every fenced block of a page is taken in order, in a folder of the page's own:
   scene: what it leaves out is taken from ``SCAFFOLD``.
 - ``wrong NAME`` is a file with mistakes.
 - ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
-  line, and for any lines where it stands alone.
+  line, and for any lines where it stands alone. ``VARYING`` parts need not agree: what the
+  clock, or the last digits of the processor, decide.
 - ``python`` is run, one namespace for all of a page; ``python FILE`` as that module of the
   package. ``output`` is what the last one printed.
 
@@ -44,6 +45,15 @@ FENCE = re.compile(
     r"^```(?P<kind>\w+)(?: (?P<name>[^\n]*))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
 )
 LINK = re.compile(r"\]\((?!https?:)(?P<path>[^)#\s]*)(?:#(?P<anchor>[^)\s]*))?\)")
+
+#: What differs between computers, and what both sides are to show instead.
+VARYING = {
+    r"\d+ steps": "# steps",
+    r"\((interpreted|compiled)\)": "(#)",
+    r"\d+\.\d\d s\b": "# s",
+    r"\d(\.\d+)?e[-+]\d+": "#e#",
+    r"  [\d.]+ m?s(, node \d+ of \w+)?$": "  #",  # where an error is largest
+}
 
 #: Parts of a scene, each left out where a block brings its own.
 SCAFFOLD = {
@@ -175,6 +185,7 @@ def with_scaffold(part: str) -> str:
 
 def assert_alike(said: str, expected: str, where: str) -> None:
     """Compare lines, with "…" for what may differ."""
+    said, expected = settled(said), settled(expected)
     pattern = "".join(
         r"(?:.*\n)*?" if line.strip() == "…" else pattern_of(line) + r"[ \t]*\n"
         for line in expected.rstrip().split("\n")
@@ -184,6 +195,13 @@ def assert_alike(said: str, expected: str, where: str) -> None:
         assert not said.strip(), f"{where}\nsaid, unexpectedly:\n{said}"
     elif not re.fullmatch(pattern, text):
         pytest.fail(f"{where}\nsaid:\n{text}\nbut the page shows:\n{expected}", pytrace=False)
+
+
+def settled(text: str) -> str:
+    """Return an answer without what differs between computers."""
+    for pattern, instead in VARYING.items():
+        text = re.sub(pattern, instead, text, flags=re.MULTILINE)
+    return text
 
 
 def pattern_of(line: str) -> str:

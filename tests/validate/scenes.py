@@ -38,7 +38,7 @@ output { trajectory of rod every 10 ms; force of right every 5 ms }
 
 def rod(
     *,
-    rupture="forbidden",
+    rupture="not allowed",
     viscosity="0.02 N*s/m",
     method="integrator is automatic; tolerance = 1e-4",
     extra="",

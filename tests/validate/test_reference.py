@@ -18,7 +18,7 @@ def times_until(stop, count=41):
 
 
 def pair(**parameters):
-    """Return two masses on a spring along x; the second is 12 cm away, the rest length 10 cm."""
+    """Return two masses 12 cm apart along x, on a spring of 10 cm."""
     network = {"mass": MASS, "stiffness": SPRING, "rest": 0.1} | parameters
     return make_net([[0, 0, 0], [0.12, 0, 0]], [[0, 1]], **network)
 
@@ -205,7 +205,7 @@ def test_released_node_flies_on_with_the_velocity_of_its_path():
     ]
     solution = reference(network, make_plan(network, 1.0, events), times_until(1.0))
     assert solution.position[:, 0, 0] == pytest.approx(2.0 * solution.times, abs=1e-12)
-    assert {"it": [0]} == {k: v.tolist() for k, v in solution.holders[0].items()}
+    assert {k: v.tolist() for k, v in solution.holders[0].items()} == {"it": [0]}
     assert not solution.holders[-1]
 
 
@@ -329,7 +329,7 @@ def test_default_error_per_step_is_far_below_the_promise():
 def test_solver_that_cannot_go_on_says_where():
     network = lonely()
     push = event(0.2, "push it", {"it": [0]}, **{"with": (np.nan, 0.0, 0.0)})
-    with pytest.raises(ReferenceFailure, match="SciPy's DOP853 could not go on at 0.2 s"):
+    with pytest.raises(ReferenceFailure, match=r"SciPy's DOP853 could not go on at 0\.2 s"):
         reference(network, make_plan(network, 1.0, [push]), times_until(1.0))
 
 

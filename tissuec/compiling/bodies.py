@@ -5,7 +5,7 @@ springs in a row are n times softer, so c scales with 1 / length); L0 = (1 - p) 
 a prestress p. A spring between two regions follows the body's ``interface``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Given, Tissue
 from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.values import LARGEST_NUMBER
 
 LARGEST = 50_000_000  # nodes or springs of one body; more does not fit into memory
 
@@ -60,7 +61,9 @@ class _Builder:
         self.scope = scope
         self.findings: Findings = scope.findings
 
+    @np.errstate(all="ignore")
     def build(self) -> BodyArrays:
+        """Return the arrays; numbers that leave the range of numbers are found in the end."""
         explicit = read_tables(self.body, self.scope) if self.body.tables else None
         self.mesh = explicit.mesh if explicit else self._generate()
         self.explicit = explicit or ExplicitBody.without_columns(self.mesh)
@@ -79,10 +82,31 @@ class _Builder:
         arrays["damping"], provenance["damping"] = self._per_spring("viscosity")
         arrays["rest"], provenance["rest"] = self._rest()
         arrays["strength"], provenance["strength"] = self._strength()
+        velocity = self._velocity(arrays["mass"])
+        self._check_sizes(arrays, velocity)
         return BodyArrays(
-            self.body, self.mesh, arrays, provenance, self._velocity(arrays["mass"]),
+            self.body, self.mesh, arrays, provenance, velocity,
             self.explicit.node_ids, self.explicit.spring_ids, self.regions,
         )  # fmt: skip
+
+    def _check_sizes(self, arrays: Mapping[str, Floats], velocity: Floats) -> None:
+        """Reject a body whose numbers are too large or too small to be reckoned with."""
+        named = {
+            "place": self.mesh.position,
+            "length": self.lengths,
+            "velocity": velocity,
+            "mass": arrays["mass"],
+            "spring constant": arrays["stiffness"],
+            "viscosity": arrays["damping"],
+            "rest length": arrays["rest"],
+        }
+        for name, values in named.items():
+            if not np.all(np.abs(values) < LARGEST_NUMBER):
+                message = f"body {self.body.name} has a {name} that is too large to reckon with"
+                self.findings.reject("TIS504", message, self.body.span, hint="check the units")
+        if np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
+            message = f"body {self.body.name} has a mass that is too small to reckon with"
+            self.findings.reject("TIS504", message, self.body.span, hint="check the units")
 
     # --- mesh and regions ----------------------------------------------------------------------
 
@@ -98,7 +122,7 @@ class _Builder:
                     hint=f"at most {LARGEST:,} of each can be held".replace(",", " "),
                 )
             return self.body.mesh.build()
-        except ValueError as error:
+        except (ValueError, ArithmeticError) as error:
             self.findings.reject("TIS309", f"body {self.body.name}: {error}", self.body.span)
 
     def _select_regions(self) -> dict[str, NDArray[np.bool_]]:
@@ -198,9 +222,8 @@ class _Builder:
         lengths = np.array(
             [np.nan if g is None or g.length is None else g.length for g in given]
         )[material]
-        with np.errstate(divide="ignore"):
-            scaled = values * (lengths / self.lengths) ** -QUANTITIES[name].scales
-        if np.isinf(scaled).any():
+        scaled = values * (lengths / self.lengths) ** -QUANTITIES[name].scales
+        if np.any(~np.isnan(lengths) & (self.lengths == 0.0)):
             self.findings.reject(
                 "TIS309",
                 f"{name} is given for a length, but a spring of {self.body.name} has none",

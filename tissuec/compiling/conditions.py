@@ -17,7 +17,7 @@ from tissuec.network import Floats
 from tissuec.plan import Condition, Expectation
 from tissuec.scene.expressions import FUNCTIONS, Scope, Truth
 from tissuec.scene.model import Tool
-from tissuec.scene.values import Value
+from tissuec.scene.values import Value, unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
@@ -258,7 +258,8 @@ class Conditions:
             clause.word != "along"
             or len(argument.clauses) > 1
             or not value.is_vector
-            or not np.any(value.amount)
+            or value.dimension != NUMBER
+            or (direction := unit_vector(value.amount)) is None
         ):
             self.findings.reject(
                 "TIS702",
@@ -269,7 +270,7 @@ class Conditions:
             self.findings.reject(
                 "TIS702", f"{key} is one number and has no direction", clause.span
             )
-        return value.amount / np.linalg.norm(value.amount)
+        return direction
 
     def _pinned(self, argument: s.Argument) -> float:
         if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):

@@ -1,6 +1,6 @@
 """Sets: names for nodes or springs, chosen on the drawn mesh and fixed for good."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from tissuec.lang import syntax as s
 from tissuec.network import Indices
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
+from tissuec.scene.order import Circle, names_in, needed_first
 from tissuec.scene.values import Value
 from tissuec.verbs import Group
 
@@ -53,7 +54,6 @@ class Groups:
         self.findings = scope.findings
         self.sets: dict[str, NamedSet | None] = {}
         self.used: set[str] = set()
-        self.choosing: list[str] = []
         # Each body and set has its arrays once, however many sentences name it.
         self.whole = {key: (placed.nodes, placed.springs) for key, placed in bodies.items()}
         self.inside: dict[str, Indices] = {}
@@ -129,20 +129,33 @@ class Groups:
         return self._set(name)
 
     def _set(self, name: s.Name) -> NamedSet:
-        if name.key in self.choosing:
-            circle = " -> ".join([*self.choosing[self.choosing.index(name.key) :], name.key])
-            self.findings.reject("TIS506", f"these sets need one another: {circle}", name.span)
         if name.key not in self.sets:
-            self.sets[name.key] = None  # stays None if the set is rejected: reported once only
-            self.choosing.append(name.key)
-            try:
-                self.sets[name.key] = self._choose(self.declared[name.key].item)
-            finally:
-                self.choosing.pop()
+            self._work_out(name.key)
         chosen = self.sets[name.key]
         if chosen is None:
             self.findings.stop()
         return chosen
+
+    def _work_out(self, wanted: str) -> None:
+        """Choose a set after those that it is made of; None stands for what was rejected."""
+        try:
+            order = needed_first(wanted, self._needs)
+        except Circle as circle:
+            self.sets.update(dict.fromkeys(circle.keys))
+            message = f"these sets need one another: {circle}"
+            self.findings.reject("TIS506", message, circle.name.span)
+        for key in order:
+            self.sets[key] = None
+            with self.findings.item():
+                self.sets[key] = self._choose(self.declared[key].item)
+
+    def _needs(self, key: str) -> Iterator[s.Name]:
+        """Yield the sets in a union that are still to be chosen."""
+        item = self.declared[key].item
+        assert isinstance(item, s.Assign)
+        for name in names_in(item.value) if isinstance(item.value, s.Listing) else ():
+            if name.key in self.declared and name.key not in self.sets:
+                yield name
 
     def _choose(self, item: s.Item) -> NamedSet:
         assert isinstance(item, s.Assign)

@@ -15,7 +15,7 @@ from tissuec.lang import syntax as s
 from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
-from tissuec.scene.values import Value
+from tissuec.scene.values import Value, unit_vector
 from tissuec.verbs import Group, Mover
 
 
@@ -162,10 +162,10 @@ class SentenceOrder:
                 f"a direction without a unit, such as (0, 0, 1), is needed behind {word}",
                 word=word,
             )
-        length = float(np.linalg.norm(value.amount))
-        if length == 0.0:
+        direction = unit_vector(value.amount)
+        if direction is None:
             self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
-        return value.amount / length
+        return direction
 
     def is_vector(self, word: str) -> bool:
         return self._value(word).is_vector

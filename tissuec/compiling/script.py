@@ -56,6 +56,7 @@ class ScriptReader:
         self.findings = scope.findings
         self.duration = duration
         self.repetitions = 0.0
+        self.actions: dict[tuple[int, float | None], Action] = {}
         self.late: set[Span] = set()  # times of which it was said that the run ends before
 
     def read(self, items: Sequence[s.Item]) -> Script:
@@ -93,7 +94,11 @@ class ScriptReader:
                     hint="write it beside the other times of the script",
                 )
             case s.Sentence() if not slot.is_outermost:
-                events.append(Event(slot.start, self._action(item, slot.duration)))
+                # One action serves all repetitions: it knows how long it lasts, not when.
+                key = (id(item), slot.duration)
+                if key not in self.actions:
+                    self.actions[key] = self._action(item, slot.duration)
+                events.append(Event(slot.start, self.actions[key]))
             case s.Sentence():
                 self.findings.reject(
                     "TIS304",
@@ -137,7 +142,7 @@ class ScriptReader:
                     hint=hint,
                 )
             if len(words) == 2:
-                return [self._checked(item, _Slot(start, stop - start))]
+                return [self._checked(item, _Slot(start, times[1] - times[0]))]
             return [
                 self._checked(item, slot)
                 for slot in self._repetitions(item, start, stop, times[2])

@@ -100,7 +100,7 @@ def _jit(function: FunctionType, *, inline: bool) -> Function:
     numba.config.CACHE_DIR = str(folder or "")
     try:
         # Only contraction of a b + c: anything more would break the tests for NaN.
-        options = {"error_model": "numpy", "fastmath": {"contract"}}
+        options = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
         if inline:
             return numba.njit(inline="always", **options)(function)
         return numba.njit(cache=folder is not None, **options)(function)

@@ -13,13 +13,8 @@ from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Interruption, Method, Samples, Statistics, Tier
-from tissuec.engine.state import (
-    first_step,
-    new_buffer,
-    new_progress,
-    new_task,
-    new_work,
-)
+from tissuec.engine.outbox import Outbox
+from tissuec.engine.state import first_step, new_progress, new_task, new_work
 from tissuec.engine.tiers import (
     bound_drive,
     bound_inside,
@@ -75,10 +70,10 @@ class Engine:
         *,
         tier: Tier | None = None,
     ):
-        self.network, self.method, self._record = network, method, record
+        self.network, self.method = network, method
         self.tier: Tier | None = tier or forced_tier()
         self._layout = Layout(network, watched=method.watch_strength, ledger=method.ledger)
-        self._buffer = new_buffer(sample_times, network.node_count)
+        self._outbox = Outbox(sample_times, self._layout, record)
         self._choice: Choice | None = None
         self._stale = True
         self._segment: float | None = None
@@ -94,10 +89,10 @@ class Engine:
     @property
     def statistics(self) -> Statistics:
         """Return what the run cost so far."""
-        now = self._progress
+        choice, now = self.choice, self._progress
         return Statistics(
-            method=self.choice.name,
-            reason=self.choice.reason,
+            method=choice.name,
+            reason=choice.reason,
             tier=self._tier,
             accepted=now.accepted,
             rejected=now.rejected,
@@ -160,14 +155,12 @@ class Engine:
 
     def finish(self, situation: Situation) -> None:
         """Record the sample at the final time, after every event there."""
-        times, now = self._buffer.times, self._progress
-        if now.sample < times.size and times[now.sample] <= situation.time:
-            ledger = self._work.ledger[now.current]
-            self._enter(
-                times[now.sample],
+        while self._outbox.is_due(self._progress, np.nextafter(situation.time, np.inf)):
+            self._progress = self._outbox.enter(
+                self._progress,
                 self._layout.inwards(situation.position),
                 self._layout.inwards(situation.velocity),
-                ledger,
+                self._work.ledger[self._progress.current],
             )
         self._flush()
 
@@ -224,7 +217,7 @@ class Engine:
         task = new_task(self.network, self._integrator, tolerance, method.duration)
         self._task = task._replace(fixed=0 if method.step is None else 1)
         start = new_progress(situation.time)
-        sample = int(np.searchsorted(self._buffer.times, situation.time))
+        sample = int(np.searchsorted(self._outbox.buffer.times, situation.time))
         self._progress = start._replace(sample=sample)
         self._switch = switching_point(self.network.spring_count)
 
@@ -316,7 +309,7 @@ class Engine:
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
         drive = bound_drive(self._integrator, self._layout.features, tier)
         reason, progress = drive(
-            self._progress, task, self._work, self._net(tier), self._buffer
+            self._progress, task, self._work, self._net(tier), self._outbox.buffer
         )
         self._progress = Progress(*progress)
         return reason
@@ -371,38 +364,19 @@ class Engine:
 
     def _cut(self, within: Within, stop: float) -> None:
         """Take over the accepted step up to a time within it, with its samples before that."""
-        times = self._buffer.times
-        while (index := self._progress.sample) < times.size and times[index] < stop:
-            self._enter(times[index], *within.state(times[index]))
+        while self._outbox.is_due(self._progress, stop):
+            when = float(self._outbox.buffer.times[self._progress.sample])
+            self._progress = self._outbox.enter(self._progress, *within.state(when))
         x, v, ledger = within.state(stop)
         work, now = self._work, self._progress.current
         work.x[now], work.v[now], work.ledger[now] = x, v, ledger
         self._update(time=stop, pending=0, fresh=1)
 
-    def _enter(self, time: float, x: Floats, v: Floats, ledger: Floats) -> None:
-        """Enter one sample into the buffer, emptying it first where it is full."""
-        if self._progress.filled == self._buffer.time.size:
-            self._flush()
-        buffer, index = self._buffer, self._progress.filled
-        buffer.time[index], buffer.position[index], buffer.velocity[index] = time, x, v
-        buffer.ledger[index] = ledger
-        self._update(sample=self._progress.sample + 1, filled=index + 1)
-
     def _flush(self) -> None:
-        """Give the samples in the buffer to the recorder."""
-        count, buffer = self._progress.filled, self._buffer
-        if not count:
-            return
-        self._update(filled=0)
-        self._record(
-            Samples(
-                time=buffer.time[:count].copy(),
-                position=self._layout.outwards(buffer.position[:count]),
-                velocity=self._layout.outwards(buffer.velocity[:count]),
-                work=buffer.ledger[:count, 0].copy(),
-                dissipated=buffer.ledger[:count, 1].copy(),
-            )
-        )
+        """Give the samples so far to the recorder."""
+        before = self._progress
+        self._update(filled=0)  # the recorder may ask for a checkpoint
+        self._outbox.flush(before)
 
     def _synchronise(self, situation: Situation) -> None:
         """Copy time and state into the situation."""

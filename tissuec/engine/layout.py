@@ -139,8 +139,8 @@ class Layout:
         """Return what acts, for the compiled tier."""
         springs, nodes = self.springs, len(self.order)
         return Net(
-            first=np.searchsorted(springs.low, np.arange(nodes + 1)),
-            other=springs.high.astype(np.int32),
+            first=np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.uint64),
+            other=(3 * springs.high).astype(np.uint32),
             stiffness=springs.stiffness,
             damping=springs.damping,
             rest=springs.rest,

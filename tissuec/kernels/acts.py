@@ -104,4 +104,4 @@ def pull_free(time: float, v: Floats, f: Floats, inverse_mass: Floats, acts: Act
                 f[i + 1] += s1
                 f[i + 2] += s2
                 power += s0 * v[i] + s1 * v[i + 1] + s2 * v[i + 2]
-    return power
+    return float(power)

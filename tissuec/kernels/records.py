@@ -40,8 +40,8 @@ class Acts(NamedTuple):
 class Net(NamedTuple):
     """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
 
-    first: Integers  # springs of node i are first[i]:first[i + 1], shape (node + 1,)
-    other: NDArray[np.int32]  # their upper node, shape (spring,)
+    first: NDArray[np.uint64]  # springs of node i are first[i]:first[i + 1], (node + 1,)
+    other: NDArray[np.uint32]  # three times their upper node, shape (spring,)
     stiffness: Floats  # c [N/m], shape (spring,)
     damping: Floats  # d [N s/m], shape (spring,)
     rest: Floats  # L0 [m], shape (spring,)

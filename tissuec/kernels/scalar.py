@@ -7,6 +7,8 @@ of a variant: what is switched off is never compiled.
 
 from math import sqrt
 
+import numpy as np
+
 from tissuec.kernels.acts import pull_free, put_driven
 from tissuec.kernels.records import Buffer, Floats, Net
 
@@ -19,6 +21,8 @@ LOADED = True  # there are loads that change in time
 # Added to a length before dividing: a spring of no length then has no direction and no force,
 # while any length that is not squared to zero stays what it is.
 TINY = 1e-200
+# Unsigned, so that no index has to be tested for being negative.
+ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
@@ -30,19 +34,19 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     for i in range(a.size):
         a[i] = 0.0
     for node in range(first.size - 1):
-        i = 3 * node
-        x0, x1, x2 = x[i], x[i + 1], x[i + 2]
-        v0, v1, v2 = v[i], v[i + 1], v[i + 2]
+        i = np.uint64(3 * node)
+        x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
+        v0, v1, v2 = v[i], v[i + ONE], v[i + TWO]
         f0 = f1 = f2 = 0.0
         for s in range(first[node], first[node + 1]):
-            j = 3 * other[s]
-            r0, r1, r2 = x[j] - x0, x[j + 1] - x1, x[j + 2] - x2
+            j = np.uint64(other[s])
+            r0, r1, r2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
             tension = stiffness[s] * (length - rest[s])
             if VISCOUS:
                 closing = (
-                    r0 * (v[j] - v0) + r1 * (v[j + 1] - v1) + r2 * (v[j + 2] - v2)
+                    r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
                 ) * inverse
                 tension += damping[s] * closing
                 if LEDGER:
@@ -54,11 +58,11 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             f1 += tension * r1
             f2 += tension * r2
             a[j] -= tension * r0
-            a[j + 1] -= tension * r1
-            a[j + 2] -= tension * r2
+            a[j + ONE] -= tension * r1
+            a[j + TWO] -= tension * r2
         a[i] += f0
-        a[i + 1] += f1
-        a[i + 2] += f2
+        a[i + ONE] += f1
+        a[i + TWO] += f2
     if LEDGER:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):
@@ -86,7 +90,7 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
     for node in range(first.size - 1):
         i = 3 * node
         for s in range(first[node], first[node + 1]):
-            j = 3 * other[s]
+            j = other[s]
             r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             out[s] = net.stiffness[s] * (length - net.rest[s])
@@ -120,22 +124,25 @@ def combine(base: Floats, factor: float, weights: Floats, rows: Floats, out: Flo
     last = rows.shape[0] - 1
     # Blocks that stay in the first-level cache while all rows are added to them.
     for start in range(0, out.size, 512):
-        stop = min(start + 512, out.size)
-        for i in range(start, stop):
-            out[i] = base[i]
+        part = slice(start, min(start + 512, out.size))
+        total, first = out[part], base[part]
+        for i in range(total.size):
+            total[i] = first[i]
         j = following(weights, -1, last)
         while j < last or (j == last and weights[j] != 0.0):
             # Four rows at a time, for less traffic; a row past the last has no weight.
             k = following(weights, j, last)
             m = following(weights, k, last)
             n = following(weights, m, last)
-            one = factor * weights[j]
-            two = factor * weights[k] if k > j else 0.0
+            one, two = factor * weights[j], factor * weights[k] if k > j else 0.0
             three = factor * weights[m] if m > k else 0.0
             four = factor * weights[n] if n > m else 0.0
-            for i in range(start, stop):
-                sum_of_two = one * rows[j, i] + two * rows[k, i]
-                out[i] += sum_of_two + (three * rows[m, i] + four * rows[n, i])
+            # Views that are indexed from 0 let the compiler use vector instructions.
+            row_one, row_two = rows[j, part], rows[k, part]
+            row_three, row_four = rows[m, part], rows[n, part]
+            for i in range(total.size):
+                pair = one * row_one[i] + two * row_two[i]
+                total[i] += pair + (three * row_three[i] + four * row_four[i])
             if n == last:
                 break
             j = following(weights, n, last)

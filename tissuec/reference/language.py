@@ -1,6 +1,6 @@
 """What the language consists of, as Markdown, part by part."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from tissuec.compiling.courses import PROFILES
 from tissuec.compiling.tables import NODE_COLUMNS, SPRING_COLUMNS
@@ -16,6 +16,7 @@ from tissuec.reference.markdown import code, described, fenced, summary, table
 from tissuec.scene import settings
 from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
 from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES, Quantity
 from tissuec.scene.schema import entries_of
 from tissuec.verbs import VERBS
@@ -28,7 +29,7 @@ def parts() -> dict[str, str]:
         "units": unit_table(),
         "prefixes": prefix_table(),
         "dimensions": dimension_table(),
-        "functions": ", ".join(map(code, FUNCTIONS)) + ".",
+        "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
         "operators": operator_table(),
         "quantities": quantity_table(),
         "body entries": entry_table(BODY_ENTRIES),
@@ -39,10 +40,14 @@ def parts() -> dict[str, str]:
         "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
         "simulate entries": entry_table(settings.simulate_schema()),
         "verbs": verb_sections(),
-        "profiles": ", ".join(map(code, PROFILES)) + ".",
+        "profiles": _listed(PROFILES),
         "measures": measure_table(),
         "integrators": integrator_table(),
     }
+
+
+def _listed(names: Iterable[str]) -> str:
+    return f"{', '.join(map(code, names))}."
 
 
 def reserved_words() -> str:

@@ -11,7 +11,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, describe, parse_unit, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
-from tissuec.scene.values import Value
+from tissuec.scene.values import LARGEST_NUMBER, Value
 
 Truth = NDArray[np.bool_]
 
@@ -87,7 +87,8 @@ class Scope:
         """Return the value of an expression; rejects what is none or mixes dimensions."""
         match node:
             case s.Number():
-                return Value(np.asarray(node.value), NUMBER, is_literal=True)
+                value = Value(np.asarray(node.value), NUMBER, is_literal=True)
+                return self._finite(value, node.span)
             case s.Quantity():
                 unit = parse_unit(node.unit)
                 return self._finite(
@@ -249,12 +250,13 @@ class Scope:
         return self._finite(result, node.span)
 
     def _finite(self, value: Value, span: Span) -> Value:
-        if self.is_known and not np.all(np.isfinite(value.amount)):
-            hint = "it is too large, or the root of a negative number"
-            self.findings.reject(
-                "TIS504", f'"{span.text}" is not a finite number', span, hint=hint
-            )
-        return value
+        if not self.is_known or np.all(np.abs(value.amount) < LARGEST_NUMBER):
+            return value
+        if np.any(np.isnan(value.amount)):
+            message, hint = "has no value", "it is the root of a negative number, or the like"
+        else:
+            message, hint = "is too large to reckon with", "check the units and the exponents"
+        self.findings.reject("TIS504", f'"{span.text}" {message}', span, hint=hint)
 
     # --- conditions ----------------------------------------------------------------------------
 

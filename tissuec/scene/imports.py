@@ -14,6 +14,7 @@ from tissuec.scene.findings import Findings
 
 SUFFIX = ".tis"
 SCENE_BLOCKS = ("body", "environment", "script", "simulate", "output")
+MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
 LARGEST_FILE = 256 * 1024 * 1024  # bytes; beyond, a text is a mistake rather than a scene
 
 
@@ -117,12 +118,18 @@ class _Loader:
                 item.span,
             )
         if path.resolve() not in self.seen:
+            if len(chain) > MOST_IN_A_ROW:
+                self.findings.reject(
+                    "TIS116",
+                    f"more than {MOST_IN_A_ROW} files use one another in a row",
+                    item.span,
+                )
             self.visit(read_source(path, name), chain)
 
     def _find(self, wanted: str, item: s.Sentence, source: Source) -> tuple[Path, str]:
         places = self._places(wanted, source)
         file = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
-        hits = [place / file for place in places if (place / file).is_file()]
+        hits = [place / file for place in places if _is_file(place / file)]
         if not hits:
             searched = tuple(Note(f"searched {place / file}") for place in places)
             self.findings.reject(
@@ -139,6 +146,14 @@ class _Loader:
         if wanted.startswith("./"):
             return [beside]
         return [beside / "library", *self.libraries, resources.library()]
+
+
+def _is_file(path: Path) -> bool:
+    """Return whether there is such a file; a name that no system allows is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def whole(module: s.Module) -> Span:

@@ -1,7 +1,7 @@
 """Parameters and derived numbers: ``param``, ``let`` and ``--set``."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from tissuec.core.errors import CompileError, Note, alternatives
@@ -11,8 +11,8 @@ from tissuec.lang.parser import parse
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings, Rejected
+from tissuec.scene.order import Circle, names_in, needed_first
 from tissuec.scene.values import Value
-
 
 #: Names that every scene knows; its own ones win.
 CONSTANTS = {"pi": math.pi}
@@ -41,7 +41,6 @@ class Constants(Scope):
         self.overrides = overrides
         self.values: dict[str, Value | None] = {}
         self.used: set[str] = set()
-        self.chain: list[str] = []
 
     def name(self, name: s.Name) -> Value:
         if name.key not in self.declared and name.key in CONSTANTS:
@@ -75,23 +74,35 @@ class Constants(Scope):
         ]
 
     def _value(self, name: s.Name) -> Value:
-        key = name.key
-        if key in self.chain:
-            circle = " -> ".join([*self.chain[self.chain.index(key) :], key])
-            self.findings.reject(
-                "TIS506", f"these numbers need one another: {circle}", name.span
-            )
-        if key not in self.values:
-            self.chain.append(key)
-            self.values[key] = None  # stays None if the value is rejected: reported once only
-            try:
-                self.values[key] = self._compute(key)
-            finally:
-                self.chain.pop()
-        value = self.values[key]
+        if name.key not in self.values:
+            self._work_out(name.key)
+        value = self.values[name.key]
         if value is None:
             raise Rejected
         return value
+
+    def _work_out(self, wanted: str) -> None:
+        """Compute a number after all that it needs; None stands for what was rejected."""
+        try:
+            order = needed_first(wanted, self._needs)
+        except Circle as circle:
+            self.values.update(dict.fromkeys(circle.keys))
+            message = f"these numbers need one another: {circle}"
+            self.findings.reject("TIS506", message, circle.name.span)
+        for key in order:
+            self.values[key] = None
+            with self.findings.item():
+                self.values[key] = self._compute(key)
+
+    def _needs(self, key: str) -> Iterator[s.Name]:
+        """Yield the names in a definition that are still to be worked out."""
+        item = self.declared[key]
+        assert isinstance(item, s.Assign)
+        override = self.overrides.get(key)
+        parts = (item.value, item.bounds, override.value if override else None)
+        for name in names_in(parts):
+            if name.key in self.declared and name.key not in self.values:
+                yield name
 
     def _compute(self, key: str) -> Value:
         item = self.declared[key]

@@ -102,7 +102,11 @@ def build(
     if len(scope.findings.errors) > errors:
         scope.findings.stop()
     try:
-        return cls(**values), places
+        with np.errstate(all="ignore"):
+            return cls(**values), places
+    except ArithmeticError:
+        message = f"{what} cannot be built of numbers as large or as small as these"
+        scope.findings.reject("TIS309", message, where, hint="check the units")
     except ValueError as error:  # entries that are right one by one and impossible together
         reason = str(error)
         named = [name for name in places if f'"{name}' in reason]

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.units import NUMBER, Dimension, show, si_unit
 
+#: In SI units; below it products of a few numbers are numbers still.
+LARGEST_NUMBER = 1e100
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Value:
@@ -33,3 +36,12 @@ class Value:
             parts = ", ".join(f"{component:.6g}" for component in self.amount)
             return f"({parts}) {si_unit(self.dimension)}".strip()
         return show(float(self.amount), self.dimension, digits=6)
+
+
+def unit_vector(vector: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the vector of length 1 in the same direction, shape (3,); None for none."""
+    largest = np.abs(vector).max()
+    if largest == 0.0:
+        return None
+    scaled = vector / largest
+    return scaled / np.linalg.norm(scaled)

@@ -14,7 +14,7 @@ from tissuec.plan import Plan
 from tissuec.situation import Situation
 from tissuec.validate.observing import Observed
 from tissuec.validate.solution import Reference
-from tissuec.validate.uncertainty import floor_of, relative
+from tissuec.validate.uncertainty import floor_of, relative, relative_positions
 from tissuec.verbs.holding import FIX
 
 FLOOR = 1e-6  # of the largest energy of the run: below, rounding is not told from errors
@@ -53,7 +53,7 @@ class Quantity:
 def position_errors(run: Observed, reference: Reference, network: Network) -> Floats:
     """Return the largest relative error of a position at each time, shape (row,)."""
     error = _distance(run.position, reference.position).max(axis=1, initial=0.0)
-    return relative(error, reference.displacement, floor_of(network))
+    return relative_positions(error, reference.displacement, network)
 
 
 def position(

@@ -131,10 +131,10 @@ class Equations:
     def pull(self, moved: Floats, velocity: Floats) -> Springs:
         """Return what the living springs do."""
         reach = self._reach + self.incidence @ moved
-        length = np.sqrt((reach * reach).sum(axis=1))
+        length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
-        closing = (direction * (self.incidence @ velocity)).sum(axis=1)
+        closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
         tension = self.stiffness * (length - self.rest) + self.damping * closing
         return Springs(direction, length, closing, np.where(length > 0.0, tension, 0.0))
 

@@ -109,7 +109,7 @@ def near_ties(
         spring = miss.number
         strain = float((reference if miss.in_run else run)[spring])
         allowed = 2.0 * network.stiffness[spring] * shift / network.strength[spring]
-        tie = 1.0 - strain <= allowed
+        tie = abs(1.0 - strain) <= allowed
         found.append(Miss(spring, miss.time, miss.in_run, strain, bool(tie)))
     return found
 

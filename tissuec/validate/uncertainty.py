@@ -1,4 +1,10 @@
-"""How well a reference knows itself: by a second one that is stepped otherwise."""
+"""How well a reference knows itself: by a second one that is stepped otherwise.
+
+The second one also begins from masses and rest lengths that differ by rounding. Where a motion
+amplifies that (a symmetric tube that collapses, a chain that buckles), no solution is better
+known than the two agree, however fine its steps; two that share every rounding could agree by
+chance.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -25,9 +31,9 @@ class Known:
 
     Attributes:
         reference: The reference.
-        second: One with a larger error per step, and steps that land on every other time only:
-            where output times are close, they and not the errors rule the steps of both, and
-            two equal solutions would tell nothing.
+        second: One of a net that differs by rounding, with a larger error per step, and steps
+            that land on every other time only: where output times are close, they and not the
+            errors rule the steps of both, and two equal solutions would tell nothing.
         uncertainty: Largest difference of a position between the two up to each row, relative
             to the largest displacement so far, shape (row,).
         is_sensitive: Whether finer steps did not bring references together: the motion itself
@@ -64,7 +70,7 @@ def known_reference(
         progress: Told a stage and the simulated time [s].
     """
 
-    def solve(times: Floats, error: float) -> Reference:
+    def solve(network: Network, times: Floats, error: float) -> Reference:
         stage = f"reference, {method} with rtol {error:.0e}"
         return reference(
             network,
@@ -76,9 +82,9 @@ def known_reference(
         )
 
     def pair(error: float) -> Known:
-        second = solve(every_other(times), APART * error)
-        first = solve(times, error)
-        return Known(first, second, uncertainty(first, second, floor_of(network)))
+        second = solve(shaken(network), every_other(times), APART * error)
+        first = solve(network, times, error)
+        return Known(first, second, uncertainty(first, second, network))
 
     known, promise = pair(rtol or default_rtol(plan)), plan.simulation.tolerance
     if rtol is not None or promise is None:
@@ -102,12 +108,31 @@ def floor_of(network: Network) -> float:
     return 1e-6 * network.extent
 
 
+def resolution_of(network: Network) -> float:
+    """Return the difference of positions that rounding alone makes [m].
+
+    Coordinates are known to half a unit in the last place; what adds up to one is a few.
+    """
+    return 16.0 * np.finfo(float).eps * float(np.abs(network.position).max(initial=0.0))
+
+
+def shaken(network: Network) -> Network:
+    """Return a network whose masses and rest lengths differ in the last place only."""
+    random = np.random.default_rng(0)
+
+    def shake(values: Floats) -> Floats:
+        signs = random.choice([-1.0, 1.0], len(values))
+        return values * (1.0 + 2.0 * np.finfo(float).eps * signs)
+
+    return replace(network, mass=shake(network.mass), rest=shake(network.rest))
+
+
 def every_other(times: Floats) -> Floats:
     """Return every other time and the last, shape (row,)."""
     return np.union1d(times[::2], times[-1:])
 
 
-def uncertainty(first: Reference, second: Reference, floor: float) -> Floats:
+def uncertainty(first: Reference, second: Reference, network: Network) -> Floats:
     """Return how far two solutions are apart until each row of the first, shape (row,).
 
     Args:
@@ -117,8 +142,19 @@ def uncertainty(first: Reference, second: Reference, floor: float) -> Floats:
     shared = np.searchsorted(first.times, second.times)
     pairs = zip(first.position[shared], second.position, strict=True)
     apart = np.array([largest(a - b) for a, b in pairs])
-    known = np.maximum.accumulate(relative(apart, first.displacement[shared], floor))
+    errors = relative_positions(apart, first.displacement[shared], network)
+    known = np.maximum.accumulate(errors)
     return known[np.searchsorted(shared, np.arange(len(first.times)))]
+
+
+def relative_positions(error: Floats, displacement: Floats, network: Network) -> Floats:
+    """Return errors of positions as a promise counts them: see ``tolerance``.
+
+    Relative to the largest displacement so far, never less than a millionth of the drawing;
+    what rounding makes of coordinates counts as nothing.
+    """
+    beyond = np.maximum(error - resolution_of(network), 0.0)
+    return relative(beyond, displacement, floor_of(network))
 
 
 def relative(error: Floats, scale: Floats, floor: float) -> Floats:

@@ -1,0 +1,192 @@
+"""Draw the figures of the documentation from runs of shipped scenes.
+
+    python docs/make_figures.py
+
+needs matplotlib (``pip install matplotlib``) and takes about ten seconds. Nothing in the
+pictures is drawn by hand: nets and forces are read from the result file of
+``library/scenes/sterilisation.tis``, and words from ``library/fuzzy/soft_tissue.tis``.
+"""
+
+import tempfile
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+from tissuec.core.resources import library
+from tissuec.fuzzy.sets import Shape
+from tissuec.pipeline import Request, compile_request, read_words, simulate
+from tissuec.results.trajectory import Trajectory
+
+FIGURES = Path(__file__).resolve().parent / "figures"
+INK, GRID, BLUE, RED, GREEN = "#222222", "#dddddd", "#2166ac", "#b2182b", "#1b7837"
+TENSION = LinearSegmentedColormap.from_list("tension", [BLUE, "#a8a8a8", RED])
+STYLE = {
+    "font.size": 9,
+    "axes.edgecolor": "#888888",
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+}
+MOMENTS = (
+    (0.0, "0 s: as drawn, under 4 % prestress"),
+    (0.6, "0.6 s: grasped and lifted by 6 mm"),
+    (1.2, "1.2 s: cut; the loose ends have drawn back"),
+)
+
+
+def main() -> None:
+    """Run the scene, draw every figure, and say where they are."""
+    FIGURES.mkdir(exist_ok=True)
+    plt.rcParams.update(STYLE)
+    with tempfile.TemporaryDirectory() as folder:
+        path = run(library() / "scenes" / "sterilisation.tis", Path(folder) / "run.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(overview(trajectory), "sterilisation.png", dpi=110)
+            save(curves(trajectory), "force_and_gap.png", dpi=110)
+    save(words(), "words.png", dpi=110)
+
+
+def run(scene: Path, target: Path) -> Path:
+    """Return the result file of a scene."""
+    request = Request.file(scene)
+    compiled, _ = compile_request(request)
+    return simulate(compiled, target, request=request).path
+
+
+def overview(trajectory: Trajectory) -> plt.Figure:
+    """Return the net at three moments above the force on the forceps and the gap."""
+    figure = plt.figure(figsize=(8.8, 5.3), layout="constrained")
+    left, right = figure.subfigures(1, 2, width_ratios=[1.55, 1])
+    frames = [int(np.abs(trajectory.times - time).argmin()) for time, _ in MOMENTS]
+    largest = 1e3 * max(
+        np.percentile(np.abs(trajectory.spring_force(frame)[0]), 99) for frame in frames
+    )
+    norm = Normalize(-largest, largest)
+    nets = left.subplots(3, 1)
+    for axes, frame, (_, title) in zip(nets, frames, MOMENTS, strict=True):
+        draw_net(axes, trajectory, frame, norm)
+        axes.set_title(title, loc="left", fontsize=9, y=0.9)
+    colours = plt.cm.ScalarMappable(norm=norm, cmap=TENSION)
+    bar = left.colorbar(colours, ax=nets, location="bottom", pad=0.0, aspect=40, fraction=0.03)
+    bar.set_label("tension of the springs [mN]; negative: pressed")
+    upper, lower = right.subplots(2, 1)
+    draw_force(upper, trajectory)
+    draw_gap(lower, trajectory)
+    return figure
+
+
+def curves(trajectory: Trajectory) -> plt.Figure:
+    """Return force and gap alone."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 2.6), layout="constrained")
+    draw_force(left, trajectory)
+    draw_gap(right, trajectory)
+    return figure
+
+
+def draw_net(axes: plt.Axes, trajectory: Trajectory, frame: int, norm: Normalize) -> None:
+    """Draw every spring from the side, those further away paler."""
+    position = 1e3 * trajectory.position[frame]
+    tension, springs = trajectory.spring_force(frame)
+    ends = position[trajectory.ends[springs]]
+    depth = ends[:, :, 1].mean(axis=1)
+    order = np.argsort(-depth)
+    near = 0.3 + 0.7 * (depth.max() - depth) / np.ptp(depth)
+    colours = TENSION(norm(1e3 * tension))
+    colours[:, 3] = near
+    # A slight turn about the axis of the tube, so that rings are seen as rings.
+    tilt = np.array([[1.0, 0.0], [0.25, 0.2], [0.0, 1.0]])
+    axes.add_collection(
+        LineCollection(list((ends @ tilt)[order]), colors=colours[order], linewidths=0.9)
+    )
+    axes.set(xlim=(-1, 66), ylim=(-12, 12), aspect="equal")
+    axes.axis("off")
+
+
+def draw_force(axes: plt.Axes, trajectory: Trajectory) -> None:
+    """Draw what the forceps feel."""
+    log = trajectory.logs["force of forceps A"]
+    axes.plot(log.time, 1e3 * log.value[:, 0], color=BLUE, lw=1, label="along the tube")
+    axes.plot(log.time, 1e3 * log.value[:, 2], color=RED, lw=1, label="upwards")
+    axes.set(xlabel="time [s]", ylabel="force on the forceps [mN]", xlim=(0, 2))
+    mark(axes, trajectory)
+    axes.legend(frameon=False, fontsize=8, loc="lower left")
+
+
+def draw_gap(axes: plt.Axes, trajectory: Trajectory) -> None:
+    """Draw how far the two stumps are apart."""
+    log = trajectory.logs["gap of oviduct"]
+    axes.plot(log.time, 1e3 * log.value[:, 0], color=GREEN, lw=1.2)
+    axes.set(xlabel="time [s]", ylabel="gap between the stumps [mm]", xlim=(0, 2))
+    mark(axes, trajectory)
+
+
+def mark(axes: plt.Axes, trajectory: Trajectory) -> None:
+    """Mark what happened."""
+    for event in trajectory.events:
+        if event.kind in ("grasp", "cut", "release"):
+            axes.axvline(event.time, color="#999999", lw=0.7, ls="--")
+            axes.annotate(
+                f" {event.kind}", (event.time, 1.0), xycoords=("data", "axes fraction"),
+                fontsize=8, va="top", color="#666666",
+            )  # fmt: skip
+
+
+def words() -> plt.Figure:
+    """Return the words of a property and of a quantity as sets."""
+    found, _ = read_words(Request.file(library() / "fuzzy" / "soft_tissue.tis"))
+    hardness = found.vocabulary.properties["hardness"]
+    constant = found.vocabulary.quantities["spring constant"].named
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(8.8, 2.5), width_ratios=[1, 2], layout="constrained"
+    )
+    for axes, named, unit in ((left, hardness, ""), (right, constant, " [N/m]")):
+        axis = named.scale.axis
+        low, high = axis.bounds
+        grid = np.linspace(low, high, 1001)
+        colours = plt.get_cmap("viridis")(np.linspace(0, 0.8, len(named.scale.words)))
+        for (word, shape), colour in zip(named.scale.words.items(), colours, strict=True):
+            draw_word(axes, axis, grid, word, shape, colour)
+        axes.set(xlabel=f"{named.name}{unit}", xlim=(axis.low, axis.high), ylim=(0, 1.18))
+        axes.set_yticks([0, 0.5, 1])
+        if axis.log:
+            axes.set_xscale("log")
+    left.set_ylabel("degree")
+    return figure
+
+
+def draw_word(axes: plt.Axes, axis, grid: np.ndarray, word: str, shape: Shape, colour) -> None:
+    """Draw the set of one word under its name."""
+    low, high = shape.support
+    inside = [x for x in grid if low <= x <= high]
+    axes.plot(
+        [axis.from_scale(x) for x in inside], [shape.degree(x) for x in inside],
+        color=colour, lw=1.5,
+    )  # fmt: skip
+    first, last = low <= axis.bounds[0] + 1e-9, high >= axis.bounds[1] - 1e-9
+    place = axis.low if first else axis.high if last else axis.value_of(shape)
+    side = "left" if first else "right" if last else "center"
+    axes.text(place, 1.05, word, color=colour, ha=side, fontsize=8)
+
+
+def save(figure: plt.Figure, name: str, *, dpi: int) -> None:
+    """Write a figure as a small picture."""
+    figure.savefig(FIGURES / name, dpi=dpi, metadata={"Software": None})
+    plt.close(figure)
+    print(f"{FIGURES / name}: {(FIGURES / name).stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()
