@@ -8,6 +8,7 @@ pictures is drawn by hand: nets and forces are read from the result file of
 """
 
 import tempfile
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -18,6 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
+from PIL import Image
 
 from tissuec.core.resources import library
 from tissuec.fuzzy.sets import Shape
@@ -27,6 +29,7 @@ from tissuec.results.trajectory import Trajectory
 FIGURES = Path(__file__).resolve().parent / "figures"
 INK, GRID, BLUE, RED, GREEN = "#222222", "#dddddd", "#2166ac", "#b2182b", "#1b7837"
 TENSION = LinearSegmentedColormap.from_list("tension", [BLUE, "#a8a8a8", RED])
+COLOURS = 256  # of a picture, as many as a palette holds
 STYLE = {
     "font.size": 9,
     "axes.edgecolor": "#888888",
@@ -54,9 +57,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = run(library() / "scenes" / "sterilisation.tis", Path(folder) / "run.vtkhdf")
         with Trajectory.open(path) as trajectory:
-            save(overview(trajectory), "sterilisation.png", dpi=110)
-            save(curves(trajectory), "force_and_gap.png", dpi=110)
-    save(words(), "words.png", dpi=110)
+            save(overview(trajectory), "sterilisation.png")
+    save(words(), "words.png")
 
 
 def run(scene: Path, target: Path) -> Path:
@@ -80,19 +82,13 @@ def overview(trajectory: Trajectory) -> plt.Figure:
         draw_net(axes, trajectory, frame, norm)
         axes.set_title(title, loc="left", fontsize=9, y=0.9)
     colours = plt.cm.ScalarMappable(norm=norm, cmap=TENSION)
-    bar = left.colorbar(colours, ax=nets, location="bottom", pad=0.0, aspect=40, fraction=0.03)
+    bar = left.colorbar(
+        colours, ax=nets, location="bottom", pad=0.0, aspect=35, fraction=0.03, shrink=0.8
+    )
     bar.set_label("tension of the springs [mN]; negative: pressed")
     upper, lower = right.subplots(2, 1)
     draw_force(upper, trajectory)
     draw_gap(lower, trajectory)
-    return figure
-
-
-def curves(trajectory: Trajectory) -> plt.Figure:
-    """Return force and gap alone."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 2.6), layout="constrained")
-    draw_force(left, trajectory)
-    draw_gap(right, trajectory)
     return figure
 
 
@@ -111,18 +107,20 @@ def draw_net(axes: plt.Axes, trajectory: Trajectory, frame: int, norm: Normalize
     axes.add_collection(
         LineCollection(list((ends @ tilt)[order]), colors=colours[order], linewidths=0.9)
     )
-    axes.set(xlim=(-1, 66), ylim=(-12, 12), aspect="equal")
+    axes.set(xlim=(-1, 66), ylim=(-13.5, 11.5), aspect="equal")
     axes.axis("off")
 
 
 def draw_force(axes: plt.Axes, trajectory: Trajectory) -> None:
     """Draw what the forceps feel."""
     log = trajectory.logs["force of forceps A"]
-    axes.plot(log.time, 1e3 * log.value[:, 0], color=BLUE, lw=1, label="along the tube")
+    axes.plot(log.time, 1e3 * log.value[:, 0], color=BLUE, lw=1, label="along tube")
     axes.plot(log.time, 1e3 * log.value[:, 2], color=RED, lw=1, label="upwards")
     axes.set(xlabel="time [s]", ylabel="force on the forceps [mN]", xlim=(0, 2))
     mark(axes, trajectory)
-    axes.legend(frameon=False, fontsize=8, loc="lower left")
+    axes.legend(
+        frameon=False, fontsize=8, loc="center", bbox_to_anchor=(0.54, 0.5), handlelength=1
+    )
 
 
 def draw_gap(axes: plt.Axes, trajectory: Trajectory) -> None:
@@ -181,10 +179,15 @@ def draw_word(axes: plt.Axes, axis, grid: np.ndarray, word: str, shape: Shape, c
     axes.text(place, 1.05, word, color=colour, ha=side, fontsize=8)
 
 
-def save(figure: plt.Figure, name: str, *, dpi: int) -> None:
-    """Write a figure as a small picture."""
-    figure.savefig(FIGURES / name, dpi=dpi, metadata={"Software": None})
+def save(figure: plt.Figure, name: str) -> None:
+    """Write a figure as a small picture of few colours."""
+    raw = BytesIO()
+    figure.savefig(raw, dpi=110)
     plt.close(figure)
+    picture = (
+        Image.open(raw).convert("RGB").quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
+    )
+    picture.save(FIGURES / name, optimize=True)
     print(f"{FIGURES / name}: {(FIGURES / name).stat().st_size / 1e3:.0f} kB")
 
 

@@ -39,7 +39,7 @@ def described(documented: object) -> str:
 
 
 def paragraphs(text: str) -> str:
-    """Return paragraphs with ``code`` as `code`, and tables of equal signs and \\b as blocks."""
+    """Return paragraphs with ``code`` as `code`, and tables and \\b parts as blocks."""
     parts = []
     for part in re.split(r"\n\s*\n", text.strip()):
         if part.startswith("\b\n"):
