@@ -77,7 +77,8 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
         if modes.checked and modes.count:
             yield Diagnostic(
                 "W303",
-                f"{body.name} has {_counted(modes.count, 'floppy mode')}: it can fold without any spring being stretched",
+                f"{body.name} has {_counted(modes.count, 'floppy mode')}: "
+                "it can fold without any spring being stretched",
                 body.span,
                 "add diagonals or interior springs, a longer reach of the lattice, or prestress",
             )
@@ -96,9 +97,10 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
             more = ", …" if len(zero) > MOST_SPRINGS_NAMED else ""
             yield Diagnostic(
                 "W304",
-                f"{body.name} has {_counted(len(zero), 'spring')} between nodes at one place (id {ids}{more})",
+                f"{body.name} has {_counted(len(zero), 'spring')} between nodes at one place "
+                f"(id {ids}{more})",
                 body.span,
-                "a spring without a length has no direction: it exerts no force until its ends part",
+                "a spring without a length has no direction: no force until its ends part",
             )
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.engine.running import TIERS, Bench, chain, pair
+from tests.engine.running import TIERS, Bench, block, chain, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
 
@@ -142,3 +142,25 @@ def test_cut_of_a_prestressed_chain_lets_the_ends_draw_apart_as_a_quarter_wave()
     after = np.maximum(ran.time - 0.05, 0.0)
     expected = 0.015 + 0.005 * np.cos(100.0 * after)
     assert ran.position[:, 1, 0] == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_few_dead_springs_are_as_good_as_gone(tier):
+    net = block(4, shrink=0.97, spin=(1.0, 2.0, 3.0))
+    assert net.spring_count > 100  # so that one dead spring is set to zero in place
+    bench = Bench(net, 0.2, step=1e-3, tier=tier)
+    bench.engine.restart(bench.situation)
+    bench.situation.alive[7] = False
+    bench.engine.restart(bench.situation)
+    ran = bench.run()
+    fresh = Bench(net, 0.2, step=1e-3, tier=tier)
+    fresh.situation.alive[7] = False
+    assert np.array_equal(ran.position, fresh.run().position)
+    whole = Bench(net, 0.2, step=1e-3, tier=tier).run()
+    assert np.abs(ran.position - whole.position).max() > 1e-5
+
+
+def test_springs_between_nodes_that_keep_still_leave_the_sums():
+    bench = Bench(chain(4), 1.0, step=0.01, fixed=[0, 1, 2], ruptures=True)
+    bench.engine.restart(bench.situation)
+    assert sorted(bench.engine._layout.springs.ids) == [2, 3, 4]

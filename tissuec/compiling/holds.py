@@ -3,7 +3,7 @@
 Conditions (``when``) are left out: they may or may not fire.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,12 @@ from tissuec.core.units import TIME, show
 from tissuec.network import Indices
 from tissuec.plan import Event
 from tissuec.verbs import Mover
+from tissuec.verbs.free import Free
 from tissuec.verbs.grasp import Grasp
 from tissuec.verbs.hold import Hold
 from tissuec.verbs.move import Move
 from tissuec.verbs.release import Release
+from tissuec.verbs.stop import Stop
 from tissuec.verbs.turn import Turn
 
 _NOTHING = np.zeros(0, dtype=np.int64)
@@ -45,34 +47,71 @@ class Driven:
 
 
 def check_holds(events: Sequence[Event], *, certain: bool) -> Iterator[Diagnostic]:
-    """Yield releases of what nothing holds (TIS401) and conflicting motions (TIS402).
+    """Yield releases of what nothing holds, conflicting motions, and tools that move nothing.
 
     Args:
         events: In the order in which they happen.
         certain: False if conditions may add grasps, so that a missing one is no mistake.
     """
-    taken: list[Taken] = []
-    driven: list[Driven] = []
+    story = _Story(certain)
+    said: set[tuple[str, Span | None]] = set()  # a repeated sentence is reported once
     for event in events:
+        for finding in story.tell(event):
+            if (finding.code, finding.span) not in said:
+                said.add((finding.code, finding.span))
+                yield finding
+
+
+class _Story:
+    """What is held and driven up to some event; a repeated sentence takes no more room."""
+
+    def __init__(self, certain: bool):
+        self.certain = certain
+        self.taken: dict[tuple[str, Span], Taken] = {}
+        self.driven: dict[tuple[str, Span], Driven] = {}
+
+    def tell(self, event: Event) -> Iterator[Diagnostic]:
+        """Enter an event, and yield what is wrong with it."""
         match event.action:
             case Grasp(group=group, tool=tool, span=span):
-                taken.append(Taken(tool, group.indices, event.time, span))
+                self._take(tool, group.indices, event.time, span)
             case Hold(group=group, span=span):
-                taken.append(Taken(group.name, group.indices, event.time, span))
-            case (
-                Move(mover=mover, duration=duration, span=span)
-                | Turn(mover=mover, duration=duration, span=span)
-            ):
-                nodes = _moved(mover, taken)
-                taken.append(Taken(mover.name, nodes, event.time, span))
-                stop = event.time + (duration if duration is not None else np.inf)
-                new = Driven(mover.name, nodes, event.time, stop, span)
-                yield from _conflicts(new, driven)
-                driven.append(new)
-            case Release() as release if certain:
-                yield from _unheld(release, event.time, taken)
+                self._take(group.name, group.indices, event.time, span)
+            case Move(mover=mover, span=span) | Turn(mover=mover, span=span) as motion:
+                nodes = _moved(mover, tuple(self.taken.values()))
+                if self.certain and mover.nodes is None and not len(nodes):
+                    yield _idle(mover, event.time, span)
+                self._take(mover.name, nodes, event.time, span)
+                lasting = np.inf if motion.duration is None else motion.duration
+                new = Driven(mover.name, nodes, event.time, event.time + lasting, span)
+                yield from _conflicts(new, tuple(self.driven.values()))
+                self.driven[mover.name, span] = new
+            case Stop(what="moving" | "turning", name=name):
+                self._end(lambda old: old.mover == name)
+            case Release(group=None, tool=tool):
+                yield from self._released(event.action, event.time)
+                self._end(lambda old: old.mover == tool)
+            case Release(group=group) | Free(group=group):
+                if isinstance(event.action, Release):
+                    yield from self._released(event.action, event.time)
+                self._end(lambda old: np.isin(old.nodes, group.indices).all())
             case _:
                 pass
+
+    def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
+        self.taken.setdefault((holder, span), Taken(holder, nodes, time, span))
+
+    def _end(self, is_over: Callable[[Driven], bool]) -> None:
+        self.driven = {key: old for key, old in self.driven.items() if not is_over(old)}
+
+    def _released(self, release: Release, time: float) -> Iterator[Diagnostic]:
+        if self.certain:
+            yield from _unheld(release, time, tuple(self.taken.values()))
+
+
+def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
+    message = f"{mover.name} has grasped nothing at {show(time, TIME)} and moves nothing"
+    return Diagnostic("W401", message, span, f"write before it: grasp … with {mover.name}")
 
 
 def _moved(mover: Mover, taken: Sequence[Taken]) -> Indices:
@@ -90,7 +129,8 @@ def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:
         if len(common):
             yield Diagnostic(
                 "TIS402",
-                f"{new.mover} and {old.mover} would move {len(common)} nodes along two paths at {show(new.start, TIME)}",
+                f"{new.mover} and {old.mover} would move {len(common)} nodes "
+                f"along two paths at {show(new.start, TIME)}",
                 new.span,
                 "let one motion end before the other begins, or make the sets differ",
                 (Note("the other motion", old.span),),

@@ -56,6 +56,7 @@ class ScriptReader:
         self.findings = scope.findings
         self.duration = duration
         self.repetitions = 0.0
+        self.times: dict[int, float] = {}
         self.actions: dict[tuple[int, float | None], Action] = {}
         self.late: set[Span] = set()  # times of which it was said that the run ends before
 
@@ -177,6 +178,12 @@ class ScriptReader:
         return [_Slot(start + k * every, None) for k in range(count)]
 
     def _time(self, node: s.Expression) -> float:
+        """Return a time [s]; it is the same in all repetitions."""
+        if id(node) not in self.times:
+            self.times[id(node)] = self._evaluated_time(node)
+        return self.times[id(node)]
+
+    def _evaluated_time(self, node: s.Expression) -> float:
         value = self.scope.number(node)
         self.scope.expect(value, TIME, node.span, what="the moment")
         if value.amount < 0.0:

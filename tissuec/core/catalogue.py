@@ -1,4 +1,4 @@
-"""What each code of a message means: ``codes.toml`` as values, and as the page of the manual."""
+"""What each code of a message means: ``codes.toml`` as values and as a page of the manual."""
 
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -60,8 +60,8 @@ def _entry(code: str) -> Entry:
     written = _document()[code]
     frames = _document()["frames"]
     frame = frames[written["frame"]].strip() if "frame" in written else ""
-    parts = (written[name].strip() for name in ("title", "text", "before", "after"))
-    return Entry(*parts, frame)
+    parts = {name: written[name].strip() for name in ("title", "text", "before", "after")}
+    return Entry(**parts, frame=frame)
 
 
 class _Codes(Mapping[str, Entry]):
@@ -104,7 +104,7 @@ errors: the text does not describe a scene. Codes that begin with W are warnings
 run, but may not mean what its author thinks; `--strict` makes errors of them. `tissuec explain
 TIS104` prints the same as below.
 
-A file is read to its end before anything is reported, so that one run shows up to ten mistakes."""
+A file is read to its end before anything is reported: one run shows up to ten mistakes."""
 
 
 def _wrapped(text: str) -> str:

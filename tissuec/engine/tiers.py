@@ -17,7 +17,9 @@ from tissuec.integrators import Integrator
 from tissuec.kernels import scalar
 from tissuec.kernels.records import Buffer, Progress, Task, Work
 
-IMPORT_COST = 0.7  # of the compiler and of loading the kernels [s]
+# How long to step interpreted before the compiled tier is worth its start [s]. That start takes
+# 0.6 s with kernels from the cache, and 3.5 s on a machine that has never compiled them.
+PATIENCE = 1.5
 CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s]
 SPRING_COST = 30e-9  # further, per spring [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
@@ -87,7 +89,7 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
 
 def switching_point(spring_count: int) -> int:
     """Return the number of evaluations after which the compiled tier pays."""
-    return int(IMPORT_COST / (CALL_COST + SPRING_COST * spring_count))
+    return int(PATIENCE / (CALL_COST + SPRING_COST * spring_count))
 
 
 def forced_tier() -> Tier | None:

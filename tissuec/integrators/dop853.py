@@ -141,7 +141,7 @@ class Dop853:
 
     The method of Prince and Dormand as tuned by Hairer, Nørsett & Wanner (1993), with error
     estimates of orders 5 and 3 and dense output of order 7. Storing accelerations only halves
-    the arithmetic. The method of choice for tolerances of 1e-5 and finer.
+    the arithmetic. The method of choice for all but coarse tolerances.
     """
 
     order = 8

@@ -4,9 +4,7 @@ import inspect
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-_PLACE = re.compile(
-    r"(<!-- generated: (?P<name>[\w -]+) -->\n).*?(<!-- end of (?P=name) -->)", re.DOTALL
-)
+_PLACE = r"(<!-- {mark}: (?P<name>[\w -]+) -->\n).*?(<!-- end of (?P=name) -->)"
 _SECTION = re.compile(r"^(Attributes|Args|Returns|Raises):$", re.MULTILINE)
 
 
@@ -51,24 +49,28 @@ def paragraphs(text: str) -> str:
     return "\n\n".join(parts)
 
 
-def replace_places(page: str, contents: Mapping[str, str]) -> str:
-    """Return a page with its generated places filled anew.
+def replace_places(page: str, contents: Mapping[str, str], mark: str = "generated") -> str:
+    """Return a page with its marked places filled anew.
 
     Raises:
-        ValueError: A place has a name that nothing is generated for.
+        ValueError: A place has a name that there are no contents for.
     """
 
     def fill(found: re.Match[str]) -> str:
         if found["name"] not in contents:
-            raise ValueError(f'nothing is generated for "{found["name"]}"')
+            raise ValueError(f'there is nothing to put at "{mark}: {found["name"]}"')
         return f"{found[1]}\n{contents[found['name']]}\n\n{found[3]}"
 
-    return _PLACE.sub(fill, page)
+    return _places(mark).sub(fill, page)
 
 
-def places(page: str) -> list[str]:
-    """Return the names of the generated places of a page, in order."""
-    return [found["name"] for found in _PLACE.finditer(page)]
+def places(page: str, mark: str = "generated") -> list[str]:
+    """Return the names of the marked places of a page, in order."""
+    return [found["name"] for found in _places(mark).finditer(page)]
+
+
+def _places(mark: str) -> re.Pattern[str]:
+    return re.compile(_PLACE.format(mark=mark), re.DOTALL)
 
 
 def _on_one_line(quoted: re.Match[str]) -> str:

@@ -58,7 +58,9 @@ class Scope:
             "TIS301",
             f'there is no number called "{name.text}"',
             name.span,
-            hint=alternatives(name.text, self.names(), what="numbers")
+            hint="text in quotes is a name; numbers stand without quotes"
+            if not name.words
+            else alternatives(name.text, self.names(), what="numbers")
             or f'declare it: "param {name.text} = …" or "let {name.text} = …"',
         )
 

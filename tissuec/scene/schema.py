@@ -186,7 +186,8 @@ def read_value(
             if not low <= number <= high:
                 scope.findings.reject(
                     "TIS308",
-                    f"{what} = {_grouped(number)} is not between {_grouped(low)} and {_grouped(high)}",
+                    f"{what} = {_grouped(number)} is not between "
+                    f"{_grouped(low)} and {_grouped(high)}",
                     node.span,
                 )
             return int(number)

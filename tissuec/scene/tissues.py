@@ -211,9 +211,11 @@ class TissueReader:
         axis = scale.scale.axis
         if any(isinstance(shape, Powered) for shape in shapes):
             self.findings.add(
-                "W205", f'"{item.phrase.span.text}": a power hedge does not move a word', item.phrase.span,
+                "W205",
+                f'"{item.phrase.span.text}": a power hedge does not move a word',
+                item.phrase.span,
                 hint="in a tissue it has no effect; use a hedge that shifts, or write a number",
-            )  # fmt: skip
+            )
         number = (
             axis.value_of(shapes[0]) if len(shapes) == 1 else axis.halfway(shapes[0], shapes[1])
         )

@@ -90,9 +90,11 @@ def read_word(
         for part, hedge in zip(front, chosen, strict=True):
             if not has_effect(hedge, shape, scale.scale.axis):
                 scope.findings.add(
-                    "W205", f'"{part}" has no effect on "{rest}": it stands where it would be moved to', name.span,
+                    "W205",
+                    f'"{part}" has no effect on "{rest}": it stands where it would be moved to',
+                    name.span,
                     hint=f'write "{rest}" alone, or another word',
-                )  # fmt: skip
+                )
         shape = hedged(chosen, shape, scale.scale.axis)
         reading = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
         assert in_conclusion is False or not isinstance(shape, Powered)
