@@ -13,7 +13,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.network import Indices
 from tissuec.plan import Event
-from tissuec.verbs import Mover
+from tissuec.verbs import Group, Mover
 from tissuec.verbs.free import Free
 from tissuec.verbs.grasp import Grasp
 from tissuec.verbs.hold import Hold
@@ -91,10 +91,10 @@ class _Story:
             case Release(group=None, tool=tool):
                 yield from self._released(event.action, event.time)
                 self._end(lambda old: old.mover == tool)
-            case Release(group=group) | Free(group=group):
+            case Release(group=Group(indices=nodes)) | Free(group=Group(indices=nodes)):
                 if isinstance(event.action, Release):
                     yield from self._released(event.action, event.time)
-                self._end(lambda old: np.isin(old.nodes, group.indices).all())
+                self._end(lambda old: bool(np.isin(old.nodes, nodes).all()))
             case _:
                 pass
 

@@ -72,14 +72,14 @@ class VectorNet:
 def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
     """Fill the scratch of ``net`` and return the tension of each spring."""
     r, length, inverse, tension = net.r, net.length, net.inverse, net.tension
-    np.take(x, net.high, out=r, mode="clip")
-    np.subtract(r, np.take(x, net.low, out=net.end, mode="clip"), out=r)
+    x.take(net.high, out=r, mode="clip")
+    np.subtract(r, x.take(net.low, out=net.end, mode="clip"), out=r)
     np.sqrt(np.einsum("ij,ij->j", r, r, out=length), out=length)
     np.divide(1.0, np.add(length, TINY, out=inverse), out=inverse)
     np.multiply(np.subtract(length, net.rest, out=tension), net.stiffness, out=tension)
     if net.viscous:
-        np.take(v, net.high, out=net.w, mode="clip")
-        np.subtract(net.w, np.take(v, net.low, out=net.end, mode="clip"), out=net.w)
+        v.take(net.high, out=net.w, mode="clip")
+        np.subtract(net.w, v.take(net.low, out=net.end, mode="clip"), out=net.w)
         np.einsum("ij,ij->j", r, net.w, out=net.closing)
         np.multiply(net.closing, inverse, out=net.closing)
         np.add(tension, np.multiply(net.closing, net.damping, out=length), out=tension)
@@ -98,7 +98,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.negative(net.f[0], out=net.f[1])
     # Without springs NumPy counts in integers.
     f = np.bincount(net.both, net.f.ravel(), a.size).astype(float, copy=False)
-    if net.ledger:
+    if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:
         power[0] += _pull(time, v, f, net)

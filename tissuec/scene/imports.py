@@ -34,14 +34,8 @@ class Program:
 
     @property
     def is_scene(self) -> bool:
-        """Return whether there is a body, or a block that only scenes have."""
-        blocks = [
-            item
-            for module in self.modules
-            for item in module.items
-            if isinstance(item, s.Block)
-        ]
-        return any(block.name.key.split(" ")[0] in SCENE_BLOCKS for block in blocks)
+        """Return whether there is a body, or something else that only scenes have."""
+        return any(_belongs_to_scenes(item) for module in self.modules for item in module.items)
 
 
 def read_source(path: Path, name: str | None = None) -> Source:
@@ -146,6 +140,16 @@ class _Loader:
         if wanted.startswith("./"):
             return [beside]
         return [beside / "library", *self.libraries, resources.library()]
+
+
+def _belongs_to_scenes(item: s.Item) -> bool:
+    match item:
+        case s.Block():
+            return item.name.key.split(" ")[0] in SCENE_BLOCKS
+        case s.Assign(keyword="set") | s.Table() | s.Expect():
+            return True
+        case _:
+            return False
 
 
 def _is_file(path: Path) -> bool:
