@@ -7,8 +7,8 @@ Every fenced block of a page is taken in order, in a folder of the page's own:
   scene: what it leaves out is taken from ``SCAFFOLD``.
 - ``wrong NAME`` is a file with mistakes.
 - ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
-  line, and for any lines where it stands alone. ``VARYING`` parts need not agree: what the
-  clock, or the last digits of the processor, decide.
+  line, and for any lines where it stands alone. ``VARYING`` parts need not agree, such as
+  what the clock, or the last digits of the processor, decide.
 - ``python`` is run, one namespace for all of a page; ``python FILE`` as that module of the
   package. ``output`` is what the last one printed.
 
@@ -46,12 +46,13 @@ FENCE = re.compile(
 )
 LINK = re.compile(r"\]\((?!https?:)(?P<path>[^)#\s]*)(?:#(?P<anchor>[^)\s]*))?\)")
 
-#: What differs between computers, and what both sides are to show instead.
+#: What may differ, and what both sides are to show instead.
 VARYING = {
     r"\d+ steps": "# steps",
     r"\((interpreted|compiled)\)": "(#)",
     r"\d+\.\d\d s\b": "# s",
     r"\d(\.\d+)?e[-+]\d+": "#e#",
+    r"\.tis:\d+": ".tis:#",  # lines of the library move
     r"  [\d.]+ m?s(, node \d+ of \w+)?$": "  #",  # where an error is largest
 }
 
@@ -213,7 +214,8 @@ def pattern_of(line: str) -> str:
 def families_stay():
     """Undo what a page adds to the families."""
     families = (MESHES, VERBS, MEASURES, INTEGRATORS)
-    before = [(family, len(family), dict(family._members)) for family in families]
+    # Listed first, so that each has all of its own members.
+    before = [(family, list(family), dict(family._members)) for family in families]
     yield
     for family, _, members in before:
         family._members.clear()

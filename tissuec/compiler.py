@@ -53,7 +53,6 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     network = join(built)
     groups = Groups(scene.declarations, _place(built), scene.constants)
     groups.choose_all()
-    findings.raise_errors()
     plan = _plan(scene, network, groups, findings)
     findings.raise_errors()
     return Compiled(scene, network, plan, groups)

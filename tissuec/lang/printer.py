@@ -77,8 +77,8 @@ def _row_pieces(layout: Layout) -> Iterator[Piece]:
     for rows in layout.rows.values():
         start, places, lines = rows.start, list[int](), list[str]()
         for line in blank_comments(layout.source.text[rows.start : rows.end]).split("\n"):
-            kept = line.strip()
-            if kept.strip("; \t"):
+            kept = line.strip("; \t")
+            if kept:
                 places.append(start + line.index(kept))
                 lines.append(kept)
             start += len(line) + 1

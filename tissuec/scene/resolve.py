@@ -67,6 +67,13 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         environment = read_environment(declarations, program.main, scope)
     with findings.item():
         simulation = read_simulation(declarations, program.main, scope)
+    for declared in declarations.of("learn").values():
+        findings.add(
+            "W701",
+            f"the learn block {declared.name.text} is not carried out by this version",
+            declared.name.span,
+            hint="run, check and validate look at the rest of the scene",
+        )
     scope.evaluate_all()
     findings.raise_errors()
     assert environment is not None and simulation is not None
