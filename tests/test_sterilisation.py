@@ -93,4 +93,4 @@ def test_every_array_names_the_line_it_came_from(repository):
     origin = network.provenance["stiffness"][17]
     assert origin.how == "rules"
     assert origin.span.text.startswith("if hardness is soft and elasticity is big")
-    assert network.provenance["rest"][0].span.text == "prestress = 4 %"
+    assert network.provenance["rest"][0].span.text == "prestress = 2 %"
