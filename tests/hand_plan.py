@@ -4,10 +4,10 @@ import numpy as np
 
 from tests.hand_net import order, span
 from tissuec.measures import MEASURES, Subject
-from tissuec.memory import MemoryRecording
 from tissuec.plan import Event, Expectation, Log, Output, Plan, Simulation, Trigger
-from tissuec.recording import Recorder
-from tissuec.run import run
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
 
 
 def event(time, sentence, groups=None, *, duration=None, tools=None, **clauses):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tissuec.core.source import Source
-from tissuec.memory import MemoryRecording
 from tissuec.pipeline import Request, compile_request
-from tissuec.recording import Recorder
-from tissuec.run import run
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
 
 PROMISED = 1e-8
 

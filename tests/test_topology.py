@@ -102,7 +102,7 @@ def test_extents_hold_every_node():
     assert box.diagonal == 5.0
 
 
-# --- floppy modes ------------------------------------------------------------------------------
+# --- floppy modes -----------------------------------------------------------------------------
 
 
 def net(kind, *values, **entries):
@@ -145,7 +145,7 @@ TWO_SQUARES = table(
 
 
 @pytest.mark.parametrize(
-    "drawn, options, expected",
+    ("drawn", "options", "expected"),
     [
         (TRIANGLE, {}, (0, 0, 6)),
         (SQUARE, {}, (1, 1, 6)),  # shears within its plane, folds out of it

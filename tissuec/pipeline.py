@@ -24,7 +24,7 @@ from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
     from tissuec.results.checkpoint import Checkpoint
-    from tissuec.run import Outcome
+    from tissuec.running.run import Outcome
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +125,9 @@ def simulate(
     Raises:
         ResultError: The file cannot be written, or there is nothing to resume.
     """
-    from tissuec.recording import Recorder, wishes
     from tissuec.results.writer import ResultWriter
-    from tissuec.run import run
+    from tissuec.running.recording import Recorder, wishes
+    from tissuec.running.run import run
 
     manifest = _manifest(compiled, request)
     state = None

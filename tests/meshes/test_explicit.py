@@ -27,7 +27,7 @@ def test_a_net_may_have_no_springs(nothing):
 
 
 @pytest.mark.parametrize(
-    "ends, row, message",
+    ("ends", "row", "message"),
     [
         ([[0, 1], [1, 4]], 1, "row 2 of the table of springs names a node outside 0 to 3"),
         ([[0, 1], [-1, 2]], 1, "names a node outside"),
@@ -50,7 +50,7 @@ def test_a_coordinate_that_is_not_finite_is_refused_with_its_row():
 
 
 @pytest.mark.parametrize(
-    "position, ends, entry",
+    ("position", "ends", "entry"),
     [
         (np.zeros((0, 3)), np.empty((0, 2), dtype=np.int32), "position"),
         (np.zeros((4, 2)), np.array([[0, 1]]), "position"),

@@ -14,7 +14,7 @@ def block(kind, cells, reach=REACH[0], cell=1.0):
 
 
 @pytest.mark.parametrize(
-    "kind, nodes, springs",
+    ("kind", "nodes", "springs"),
     [
         # grid nodes and edges of 2 x 3 x 4 cells
         ("sodium chloride", 60, 2 * 4 * 5 + 3 * 3 * 5 + 4 * 3 * 4),
@@ -103,7 +103,7 @@ def moduli(kind, reach, second_stiffness=1.0):
 
 
 @pytest.mark.parametrize(
-    "kind, reach, expected",
+    ("kind", "reach", "expected"),
     [
         ("sodium chloride", REACH[0], (1, 0, 0)),
         ("sodium chloride", REACH[1], (3, 1, 1)),
@@ -123,7 +123,7 @@ def test_caesium_chloride_is_isotropic_when_edges_have_two_thirds_of_the_stiffne
 
 
 @pytest.mark.parametrize(
-    "cell, size, message",
+    ("cell", "size", "message"),
     [
         (0.003, (0.04, 0.04, 0.02), r'"box" is 40 mm long in x.*39 mm or 42 mm would fit'),
         (

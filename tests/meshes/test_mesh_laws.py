@@ -51,7 +51,7 @@ def label(value):
 
 
 SAMPLES = list(samples())
-every_sample = pytest.mark.parametrize("kind, entries", SAMPLES, ids=label)
+every_sample = pytest.mark.parametrize(("kind", "entries"), SAMPLES, ids=label)
 
 
 def test_every_kind_has_a_sample():
@@ -164,7 +164,9 @@ def symmetries(kind, entries):
     return [mirrored(0), mirrored(1), mirrored(2)]
 
 
-@pytest.mark.parametrize("kind, entries", [s for s in SAMPLES if s[0] != "explicit"], ids=label)
+@pytest.mark.parametrize(
+    ("kind", "entries"), [s for s in SAMPLES if s[0] != "explicit"], ids=label
+)
 def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
     mesh = MESHES[kind](**entries).build()
     drawn = {tuple(pair) for pair in mesh.ends.tolist()}
@@ -173,7 +175,7 @@ def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
 
 
 @pytest.mark.parametrize(
-    "kind, entries", [s for s in SAMPLES if s[0] in ("sphere", "lattice")], ids=label
+    ("kind", "entries"), [s for s in SAMPLES if s[0] in ("sphere", "lattice")], ids=label
 )
 def test_the_skin_of_a_solid_is_closed_and_faces_outwards(kind, entries):
     mesh = MESHES[kind](**entries).build()

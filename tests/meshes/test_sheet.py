@@ -42,7 +42,7 @@ def test_second_neighbours_span_two_cells_along_rows_and_columns():
 
 
 @pytest.mark.parametrize(
-    "options, message",
+    ("options", "message"),
     [
         ({"second_edge": 2.0 * FIRST}, "must not be parallel"),
         ({"second_edge": -1e-6 * FIRST}, "must not be parallel"),

@@ -43,7 +43,7 @@ def test_crossed_springs_pass_through_the_inside(sides):
     assert np.linalg.norm(middle[:, 1:], axis=1).max() < 0.9 * apothem
 
 
-@pytest.mark.parametrize("sides, per_ring", [(4, 2), (10, 5), (5, 5), (7, 7)])
+@pytest.mark.parametrize(("sides", "per_ring"), [(4, 2), (10, 5), (5, 5), (7, 7)])
 def test_spokes_join_opposite_nodes(sides, per_ring):
     mesh = tube(sides=sides, interior="spokes", rings=2).build()
     lengths = np.linalg.norm(np.diff(mesh.position[mesh.ends], axis=1)[:, 0], axis=1)
@@ -53,7 +53,7 @@ def test_spokes_join_opposite_nodes(sides, per_ring):
 
 
 @pytest.mark.parametrize(
-    "options, entry",
+    ("options", "entry"),
     [
         ({"interior": "crossed", "sides": 5}, "sides"),
         ({"interior": "spokes", "sides": 3}, "sides"),

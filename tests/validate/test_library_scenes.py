@@ -34,7 +34,7 @@ def beginning(compiled, part):
 
 
 def assert_as_good_as_can_be_known(found):
-    """A tube under tension that collapses at 0 s amplifies roundings; nobody knows it better."""
+    """Where a motion amplifies roundings, as a buckling one does, nobody knows it better."""
     if found.verdict == "undecided":
         assert found.comparison.known.is_sensitive
     else:

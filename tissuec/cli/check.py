@@ -5,7 +5,15 @@ from pathlib import Path
 import click
 
 from tissuec.cli.common import (
-    DONE, WRONG_TEXT, Command, Settings, as_json, print_json, report, scene_options, summary,
+    DONE,
+    WRONG_TEXT,
+    Command,
+    Settings,
+    as_json,
+    print_json,
+    report,
+    scene_options,
+    summary,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, Diagnostic
 

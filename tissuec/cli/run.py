@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tissuec.cli.common import (
-    DONE, FAILED, INTERRUPTED, STOPPED, WRONG_TEXT, Command, Settings, as_json, print_json, report, scene_options,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    STOPPED,
+    WRONG_TEXT,
+    Command,
+    Settings,
+    as_json,
+    print_json,
+    report,
+    scene_options,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.units import TIME, show
@@ -72,7 +82,7 @@ def _run_one(
     path: Path, target: Path, settings: Settings, *,
     resume: bool, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
-    from tissuec.pipeline import Request, compile_request, simulate
+    from tissuec.pipeline import Request, compile_request
 
     document: dict[str, Any] = {"scene": str(path), "ok": False}
     try:

@@ -108,7 +108,7 @@ class _Builder:
             message = f"body {self.body.name} has a mass that is too small to reckon with"
             self.findings.reject("TIS504", message, self.body.span, hint="check the units")
 
-    # --- mesh and regions ----------------------------------------------------------------------
+    # --- mesh and regions ---------------------------------------------------------------------
 
     def _generate(self) -> Mesh:
         assert self.body.mesh is not None
@@ -166,7 +166,7 @@ class _Builder:
             material[inside] = number
         return material
 
-    # --- quantities ----------------------------------------------------------------------------
+    # --- quantities ---------------------------------------------------------------------------
 
     def _given(self, name: str, used: NDArray[np.int64]) -> list[Given | None]:
         """Return the quantity of each material; those in use must have one."""

@@ -159,7 +159,7 @@ class Conditions:
             )
         return lambda moment: bool(MeasureScope(readings, self.scope, moment).decide(node))
 
-    # --- measures ------------------------------------------------------------------------------
+    # --- measures -----------------------------------------------------------------------------
 
     def _readings(self, node: s.Expression) -> dict[int, Reading]:
         """Return every measure in a condition by the identity of its node."""
@@ -277,7 +277,7 @@ class Conditions:
             self._no_subject(argument.value.span.text, argument.span)
         return self._time(argument.value)
 
-    # --- times ---------------------------------------------------------------------------------
+    # --- times --------------------------------------------------------------------------------
 
     def _interval(self, item: s.Expect) -> tuple[float, float]:
         words = [clause.word for clause in item.clauses]

@@ -92,16 +92,21 @@ class SentenceOrder:
         name = self._object(after)
         if name.key in self.tools:
             return Mover(self.tools[name.key].name, None)
-        if not self.groups.is_known(name) and (
-            near := alternatives(name.text, [t.name for t in self.tools.values()], what="tools")
-        ):
-            if near.startswith("did you mean"):
-                self.scope.findings.reject(
-                    "TIS301",
-                    f'there is no set or tool called "{name.text}"',
-                    name.span,
-                    hint=near,
+        if (
+            not self.groups.is_known(name)
+            and (
+                near := alternatives(
+                    name.text, [t.name for t in self.tools.values()], what="tools"
                 )
+            )
+            and near.startswith("did you mean")
+        ):
+            self.scope.findings.reject(
+                "TIS301",
+                f'there is no set or tool called "{name.text}"',
+                name.span,
+                hint=near,
+            )
         group = self.groups.nodes(name)
         return Mover(group.name, group.indices)
 

@@ -120,7 +120,7 @@ class ScriptReader:
             with self.findings.item():
                 self._item(item, slot, events)
 
-    # --- times ---------------------------------------------------------------------------------
+    # --- times --------------------------------------------------------------------------------
 
     def _slots(self, item: s.Timed, outer: _Slot) -> list[_Slot]:
         words = [clause.word for clause in item.times]
@@ -203,7 +203,7 @@ class ScriptReader:
             )
         return slot
 
-    # --- verbs ---------------------------------------------------------------------------------
+    # --- verbs --------------------------------------------------------------------------------
 
     def _action(self, sentence: s.Sentence, duration: float | None) -> Action:
         verb = sentence.name.key.split(" ")[0]

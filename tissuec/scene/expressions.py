@@ -83,7 +83,7 @@ class Scope:
             hint='a test compares numbers: "a < b" or "a between b and c"',
         )
 
-    # --- values --------------------------------------------------------------------------------
+    # --- values -------------------------------------------------------------------------------
 
     def evaluate(self, node: s.Expression) -> Value:
         """Return the value of an expression; rejects what is none or mixes dimensions."""
@@ -260,7 +260,7 @@ class Scope:
             message, hint = "is too large to reckon with", "check the units and the exponents"
         self.findings.reject("TIS504", f'"{span.text}" {message}', span, hint=hint)
 
-    # --- conditions ----------------------------------------------------------------------------
+    # --- conditions ---------------------------------------------------------------------------
 
     def decide(self, node: s.Expression) -> Truth:
         """Return the truth of a condition, shape () or (item,)."""
@@ -292,7 +292,7 @@ class Scope:
             case _:
                 return self.test(node)
 
-    # --- dimensions ----------------------------------------------------------------------------
+    # --- dimensions ---------------------------------------------------------------------------
 
     def expect(self, value: Value, dimension: Dimension, span: Span, *, what: str) -> None:
         """Reject a value of another dimension, with the remedy."""

@@ -1,7 +1,7 @@
 """Collects diagnostics, so that one run reports many mistakes instead of the first."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import NoReturn
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
@@ -54,10 +54,8 @@ class Findings:
     @contextmanager
     def item(self) -> Iterator[None]:
         """Confine a rejection to one item, so that its neighbours are still looked at."""
-        try:
+        with suppress(Rejected):
             yield
-        except Rejected:
-            pass
 
     @property
     def errors(self) -> list[Diagnostic]:

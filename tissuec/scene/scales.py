@@ -118,7 +118,7 @@ class ScaleReader:
             length = float(value.amount)
         return next(spread for spread in quantity.spreads if spread == target.key), length
 
-    # --- the scale -----------------------------------------------------------------------------
+    # --- the scale ----------------------------------------------------------------------------
 
     def _scale(self, items: Sequence[s.Item]) -> NamedScale:
         axis, dimension = self._axis()

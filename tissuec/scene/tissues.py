@@ -76,7 +76,7 @@ class TissueReader:
             declared.item.head,
         )
 
-    # --- entries -------------------------------------------------------------------------------
+    # --- entries ------------------------------------------------------------------------------
 
     def _collect(self, declared: Declared, chain: tuple[str, ...]) -> _Written:
         """Return the entries of a tissue over those of its parent."""
@@ -168,7 +168,7 @@ class TissueReader:
             )  # fmt: skip
         written.numbers[key] = read_given(key, item, self.scope)
 
-    # --- facts ---------------------------------------------------------------------------------
+    # --- facts --------------------------------------------------------------------------------
 
     def _fact(self, item: s.Sentence | s.Assign, rules: Rules | None) -> Fact:
         scale = self.vocabulary.properties[item.name.key]
@@ -221,7 +221,7 @@ class TissueReader:
         )
         return number, " ".join(item.phrase.span.text.split())
 
-    # --- inference -----------------------------------------------------------------------------
+    # --- inference ----------------------------------------------------------------------------
 
     def _infer(
         self,

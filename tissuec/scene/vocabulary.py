@@ -159,7 +159,7 @@ class RulesReader:
             )
         chosen[item.name.key] = choice
 
-    # --- rules ---------------------------------------------------------------------------------
+    # --- rules --------------------------------------------------------------------------------
 
     def _rule(self, item: s.Rule) -> Rule:
         condition = self._condition(item.condition)

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.measures.moment import Ledger, Moment
-from tissuec.memory import MemoryRecording
 from tissuec.network import Floats, Network
 from tissuec.plan import Output, Plan
-from tissuec.recording import Recorder, Samples
-from tissuec.run import Outcome, run
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder, Samples
+from tissuec.running.run import Outcome, run
 from tissuec.situation import Situation
 from tissuec.validate.crossings import Break
 from tissuec.validate.solution import Firing

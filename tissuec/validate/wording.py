@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.compiler import Compiled
 from tissuec.core.units import TIME, show
-from tissuec.failing import describe_spring
+from tissuec.running.failing import describe_spring
 from tissuec.validate.compare import Quantity
 from tissuec.validate.events import Miss
 from tissuec.validate.judge import Judge

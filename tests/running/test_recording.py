@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 
 from tests.hand_net import chain, event_action, start
 from tests.hand_plan import log, make_plan, subject
-from tissuec.agenda import Timetable
 from tissuec.engine.method import Samples
 from tissuec.measures.moment import Ledger
-from tissuec.memory import MemoryRecording
 from tissuec.plan import Event
-from tissuec.recording import Recorder, wishes
-from tissuec.sampling import join_times, rows_at, rows_within
+from tissuec.running.agenda import Timetable
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder, wishes
+from tissuec.running.sampling import join_times, rows_at, rows_within
 
 NEAR = 1e-12
 

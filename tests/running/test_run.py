@@ -9,9 +9,9 @@ import pytest
 
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
-from tissuec.memory import MemoryRecording
-from tissuec.recording import Recorder
-from tissuec.run import run
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
 
 # Two masses 1 and 3 kg on a spring of 12 N/m: reduced mass 3/4, ω = 4.
 OMEGA = 4.0
@@ -417,7 +417,7 @@ def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(method, coun
 def test_checkpoints_on_the_way_change_nothing(monkeypatch):
     network, plan = eventful()
     _, undisturbed = carry_out(network, plan)
-    monkeypatch.setattr("tissuec.run.CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr("tissuec.running.run.CHECKPOINT_EVERY", 0.0)
     outcome, recording = carry_out(network, plan)
     assert outcome.kind == "done"
     assert recording.state is not None

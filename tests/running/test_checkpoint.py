@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.hand_net import chain, order, span, start, table
-from tissuec.checkpoint import read_state, write_state
+from tissuec.running.checkpoint import read_state, write_state
 from tissuec.verbs.motion import EndMotion
 
 
@@ -86,8 +86,8 @@ def test_only_values_of_this_package_go_in():
     "text",
     [
         {"record": "subprocess:Popen", "fields": {"args": "ls"}},
-        {"record": "tissuec.checkpoint:json", "fields": {}},
-        {"record": "tissuec.checkpoint:write_state", "fields": {}},
+        {"record": "tissuec.running.checkpoint:json", "fields": {}},
+        {"record": "tissuec.running.checkpoint:write_state", "fields": {}},
         {"record": "tissuec.verbs.fix:nothing", "fields": {}},
         {"something": 1},
     ],

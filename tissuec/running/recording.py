@@ -17,10 +17,10 @@ from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Network
 from tissuec.plan import Plan, times_every
 from tissuec.results.recording import LogChannel, Recording
-from tissuec.sampling import SAME, join_times, rows_at
+from tissuec.running.sampling import SAME, join_times, rows_at
+from tissuec.running.verdicts import Judge, Memory
 from tissuec.situation import Situation
 from tissuec.verbs import Happening
-from tissuec.verdicts import Judge, Memory
 
 
 class Samples(Protocol):

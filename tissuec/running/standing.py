@@ -7,14 +7,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.agenda import Timetable
-from tissuec.checkpoint import read_state, write_state
 from tissuec.network import Network
 from tissuec.plan import Plan
-from tissuec.sampling import SAME
+from tissuec.running.agenda import Timetable
+from tissuec.running.checkpoint import read_state, write_state
+from tissuec.running.sampling import SAME
+from tissuec.running.verdicts import Memory
 from tissuec.situation import Situation
 from tissuec.verbs import Happening
-from tissuec.verdicts import Memory
 
 
 @dataclass(slots=True, eq=False)

@@ -9,8 +9,8 @@ from tissuec import mechanics
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
-from tissuec.recording import Recorder
-from tissuec.standing import Standing
+from tissuec.running.recording import Recorder
+from tissuec.running.standing import Standing
 from tissuec.verbs import Happening
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from tissuec.measures.moment import Moment
 from tissuec.network import Floats
 from tissuec.plan import Expectation
-from tissuec.sampling import rows_at, rows_within
+from tissuec.running.sampling import rows_at, rows_within
 
 
 @dataclass(frozen=True, slots=True)

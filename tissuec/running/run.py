@@ -11,16 +11,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from tissuec.failing import explain
-from tissuec.interrupting import Interrupt, asked_to_stop
 from tissuec.network import Floats, Network
 from tissuec.plan import Plan
-from tissuec.recording import Recorder
+from tissuec.running.failing import explain
+from tissuec.running.interrupting import Interrupt, asked_to_stop
+from tissuec.running.recording import Recorder
+from tissuec.running.staging import Stage
+from tissuec.running.standing import Standing, read_standing
+from tissuec.running.verdicts import Failure
 from tissuec.situation import Situation
-from tissuec.staging import Stage
-from tissuec.standing import Standing, read_standing
 from tissuec.verbs import Happening
-from tissuec.verdicts import Failure
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine

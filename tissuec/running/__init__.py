@@ -1,0 +1,1 @@
+"""The run: from event to event, and what is recorded on the way."""
