@@ -84,6 +84,16 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+def uncounted(compiled: Compiled) -> list[str]:
+    """Return the bodies that are too large to have their floppy modes counted."""
+    held = situation_at_start(compiled).held
+    return [
+        body.name
+        for body in compiled.network.bodies
+        if 3 * np.count_nonzero(~held[body.nodes]) > topology.LARGEST_CHECK
+    ]
+
+
 def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network

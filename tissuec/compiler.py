@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiling.bodies import BodyArrays, build_body
-from tissuec.compiling.conditions import Conditions
+from tissuec.compiling.conditions import Conditions, asks_for_learning
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
@@ -143,6 +143,10 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
     output = outputs.read(single["output"].items if "output" in single else ())
     expectations: list[Expectation] = []
     for item in scene.declarations.expects:
+        if scene.declarations.of("learn") and asks_for_learning(item.condition):
+            text = "this expectation is about learning and is not judged by this version"
+            findings.add("W701", text, item.span)
+            continue
         with findings.item():
             expectations.append(conditions.expectation(item))
     return Plan(

@@ -145,6 +145,7 @@ def simulate(
             compiled.network, compiled.plan, recorder, progress=progress, resume=state
         )
         facts = {
+            "method": outcome.statistics.method,
             "statistics": asdict(outcome.statistics),
             "failed_expectations": len(outcome.failures),
         }
@@ -154,9 +155,9 @@ def simulate(
 
 def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     """Return what a result says of its origin: the whole text, what was set, and the plan."""
-    from tissuec.prediction import predict
+    from tissuec.prediction import skipped
 
-    simulation, plan = compiled.plan.simulation, asdict(predict(compiled))
+    simulation = compiled.plan.simulation
     return {
         "scene": request.source.name,
         "about": compiled.scene.about,
@@ -166,8 +167,7 @@ def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "tolerance": simulation.tolerance,
         "step": simulation.step,
         "duration": simulation.duration,
-        "method": plan["method"],
-        "plan": {name: plan[name] for name in ("reason", "facts", "skipped")},
+        "plan": {"skipped": list(skipped(compiled))},
     }
 
 

@@ -51,6 +51,7 @@ def command(
 def _check(
     path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]
 ) -> tuple[list[Diagnostic], str]:
+    from tissuec.checks import uncounted
     from tissuec.pipeline import Request, check_request
 
     try:
@@ -61,4 +62,7 @@ def _check(
     if compiled is None:
         return list(warnings), ""
     network = compiled.network
-    return list(warnings), f" ({network.node_count} nodes, {network.spring_count} springs)"
+    parts = [f"{network.node_count} nodes", f"{network.spring_count} springs"]
+    if too_large := uncounted(compiled):
+        parts.append(f"floppy modes not counted: {', '.join(too_large)} too large")
+    return list(warnings), f" ({', '.join(parts)})"

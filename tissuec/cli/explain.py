@@ -152,6 +152,7 @@ def _print_plan(plan: "Prediction") -> None:
         click.echo(f"  {skip}")
     click.echo("\ncost, with steps at that limit (a tolerance may need smaller ones)")
     click.echo(f"  about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations")
+    click.echo(f"  about {show(plan.seconds, TIME, digits=2)} of stepping, once it is compiled")
     click.echo(f"  result file up to {_bytes(plan.bytes)} before compression")
 
 

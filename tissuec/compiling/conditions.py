@@ -21,6 +21,7 @@ from tissuec.scene.values import Value, unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
+LEARNED = ("error", "track")  # measures of learning, which only a learn block can fill
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
 
 
@@ -342,6 +343,14 @@ def _text(node: s.Expression) -> str:
 def _shown(scope: Scope, node: s.Expression) -> str:
     value = scope.number(node)
     return show(float(value.amount), value.dimension, digits=DIGITS)
+
+
+def asks_for_learning(node: s.Expression) -> bool:
+    """Return whether a condition measures what only a learn block has."""
+    parts = walk(node)
+    inner = [arg.value for part in parts if isinstance(part, s.Call) for arg in part.arguments]
+    calls = [part for part in (*parts, *inner) if isinstance(part, s.Call)]
+    return any(call.function.key in LEARNED for call in calls)
 
 
 def walk(node: s.Expression) -> list[s.Expression]:

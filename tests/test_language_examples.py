@@ -1,0 +1,36 @@
+"""The files by which the language was first shown still mean what they say."""
+
+import pytest
+
+from tissuec.pipeline import Request, check_request, compile_request, simulate
+
+SAID = {"learn": {"W701"}}  # what is learnt from data is left aside, and said to be
+
+
+@pytest.fixture
+def examples(repository):
+    return repository / "tests" / "lang" / "examples"
+
+
+@pytest.mark.parametrize(
+    "name", ["soft_tissue", "fallopian_tube", "sterilisation", "indentation", "learn"]
+)
+def test_an_example_is_checked_without_errors(name, examples):
+    _, warnings = check_request(Request.file(examples / f"{name}.tis"))
+    assert {warning.code for warning in warnings} == SAID.get(name, set())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sterilisation",
+        pytest.param("indentation", marks=pytest.mark.slow),  # 17 449 nodes, 160 000 steps
+        pytest.param("learn", marks=pytest.mark.slow),  # the same, with more expectations
+    ],
+)
+def test_an_example_runs_and_its_expectations_hold(name, examples, tmp_path):
+    request = Request.file(examples / f"{name}.tis")
+    compiled, _ = compile_request(request)
+    outcome = simulate(compiled, tmp_path / "result.vtkhdf", request=request).outcome
+    assert outcome.kind == "done"
+    assert not outcome.failures
