@@ -3,9 +3,9 @@
 Everything that tables and sentences can say is drawn from: lines, planes and spaces, sizes from
 micrometres to kilometres, masses from a microgram to a ton, spring constants over four decades,
 parallel springs, springs of no length, nodes without springs, several bodies, every verb and
-profile, conditions, ruptures, events at equal times, at 0 s and at the end. Numbers are drawn in
-units of the scene's own length, mass and duration, so that every scene moves by a part of its
-size in a few periods and runs within a second.
+profile, conditions, ruptures, events at equal times, at 0 s and at the end. Numbers are drawn
+in units of the scene's own length, mass and duration, so that every scene moves by a part of
+its size in a few periods and runs within a second.
 """
 
 from dataclasses import dataclass, field
@@ -13,7 +13,41 @@ from dataclasses import dataclass, field
 import numpy as np
 
 AXES = ("x", "y", "z")
+UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "km": 1e3}
 PROFILES = ("smooth profile", "constant speed", "ramp")
+
+
+@dataclass(frozen=True)
+class View:
+    """The same scene in other coordinates, units and order of rows.
+
+    Attributes:
+        rotation: Of everything about the origin, shape (3, 3).
+        shift: Of everything after that, in lengths of the scene, shape (3,).
+        unit: Of the tables of nodes and springs; None draws one.
+        shuffle: Seed of another order of the rows of tables; None keeps it.
+    """
+
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    unit: str | None = None
+    shuffle: int | None = None
+
+    def direction(self, vector):
+        return _written(self.rotation @ vector)
+
+    def point(self, place, length):
+        return _written(self.rotation @ place + self.shift * length)
+
+    def rows(self, rows):
+        if self.shuffle is None:
+            return rows
+        order = np.random.default_rng(self.shuffle).permutation(len(rows))
+        return [rows[row] for row in order]
+
+
+def _written(vector):
+    return "(" + ", ".join(repr(float(part)) for part in vector) + ")"
 
 
 @dataclass
@@ -33,6 +67,7 @@ class Draft:
     mass: float
     time: float
     wild: bool
+    view: "View"
     count: list[int] = field(default_factory=list)
     pairs: list[list[tuple[int, int]]] = field(default_factory=list)
     sets: list[str] = field(default_factory=list)
@@ -55,7 +90,13 @@ class Draft:
         """Return the text of a vector in as many directions as the scene has."""
         drawn = np.zeros(3)
         drawn[: self.dimension] = self.random.normal(size=self.dimension) * size
-        return "(" + ", ".join(repr(float(part)) for part in drawn) + ")"
+        return self.view.direction(drawn)
+
+    def point(self, size):
+        """Return the text of a point, as ``vector`` does [m]."""
+        drawn = np.zeros(3)
+        drawn[: self.dimension] = self.random.normal(size=self.dimension) * size
+        return self.view.point(drawn, self.length)
 
     def moment(self):
         """Return a time [s]: at the start, at the end, on a coarse grid or anywhere."""
@@ -75,11 +116,12 @@ class Draft:
         return f"from {first!r} s to {second!r} s:"
 
 
-def random_scene(seed, *, extra_output=""):
+def random_scene(seed, *, extra_output="", view=None):
     """Return the text of the scene that a seed stands for.
 
     Args:
         extra_output: Further lines of the output block.
+        view: How the same scene is written down otherwise.
     """
     random = np.random.default_rng(seed)
     draft = Draft(
@@ -89,6 +131,7 @@ def random_scene(seed, *, extra_output=""):
         mass=float(10.0 ** random.uniform(-9, 3)),
         time=float(10.0 ** random.uniform(-4, 3)),
         wild=bool(random.random() < 0.15),
+        view=view or View(),
     )
     bodies = [_body(draft, f"body {name}") for name in "ab"[: 1 + draft.chance(0.3)]]
     _sets(draft)
@@ -126,28 +169,34 @@ def _body(draft, name):
     draft.count.append(count)
     draft.pairs.append(pairs)
     key = name.removeprefix("body ")
-    unit, scale = draft.pick([("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("km", 1e3)])
+    unit = draft.pick(list(UNITS))
+    unit = draft.view.unit or unit
+    scale = UNITS[unit]
     start = 0.0 if draft.chance(0.5) else 0.3 * draft.length / draft.time
     speed = np.zeros((count, 3))
     speed[:, : draft.dimension] = random.normal(size=(count, draft.dimension)) * start
     mass = draft.mass * 10.0 ** random.uniform(-1, 1, count)
+    turned, view = draft.view.rotation.T, draft.view
+    seen, moving = (place @ turned + view.shift) * draft.length / scale, speed @ turned
     nodes = [
-        " ".join(map(_number, (number + 1, *place[number] * draft.length / scale,
-                               mass[number], *speed[number])))
+        " ".join(map(_number, (number + 1, *seen[number], mass[number], *moving[number])))
         for number in range(count)
-    ]  # fmt: skip
+    ]
     springs = _springs(draft, place, mass, pairs)
     motion = []
     if draft.chance(0.25):
         motion.append(f"velocity = {draft.vector(0.3 * draft.length / draft.time)} m/s")
     if draft.dimension > 1 and draft.chance(0.25):
         turns = random.normal() * 2.0 / draft.time
-        motion.append(f"spin = (0, 0, {turns!r}) rad/s")
+        motion.append(f"spin = {view.direction(np.array([0, 0, turns]))} rad/s")
     rupture = "allowed" if draft.chance(0.5) else "not allowed"
     table = [
-        f"table springs of {key} in {unit} with columns \"id a b spring constant in N/m "
+        f'table springs of {key} in {unit} with columns "id a b spring constant in N/m '
         'viscosity in N*s/m rest length fraction force in N" {',
-        *(" ".join([*row[:5], _number(float(row[5]) / scale), row[6]]) for row in springs),
+        *(
+            " ".join([*row[:5], _number(float(row[5]) / scale), row[6]])
+            for row in view.rows(springs)
+        ),
         "}",
     ]
     return "\n".join(
@@ -155,7 +204,7 @@ def _body(draft, name):
             f"{name} {{ mesh is explicit; rupture is {rupture}; {'; '.join(motion)} }}",
             f'table nodes of {key} in {unit} with columns "id x y z mass in kg vx in m/s '
             'vy in m/s vz in m/s" {',
-            *nodes,
+            *view.rows(nodes),
             "}",
             *(table if springs else []),
         ]
@@ -206,8 +255,8 @@ def _springs(draft, place, mass, pairs):
             rest = 0.0
         strength = constant * (drawn + 0.1 * draft.length) * 10.0 ** random.uniform(-1.0, 0.5)
         draft.stretch = max(draft.stretch, 0.1 * constant * draft.length)
-        rows.append([str(number), str(a + 1), str(b + 1), repr(float(constant)),
-                     repr(float(viscosity)), repr(float(rest)), repr(float(strength))])  # fmt: skip
+        numbers = (constant, viscosity, rest, strength)
+        rows.append([str(number), str(a + 1), str(b + 1), *(repr(float(n)) for n in numbers)])
     return rows
 
 
@@ -239,8 +288,7 @@ def _script(draft):
     lines = []
     if draft.chance(0.6):
         lines.append(f"at 0 s: fix {draft.pick(draft.sets)}")
-    for _ in range(int(draft.random.integers(0, 8))):
-        lines.append(_timed(draft))
+    lines.extend(_timed(draft) for _ in range(int(draft.random.integers(0, 8))))
     if draft.chance(0.35):
         # What follows is one order at once and one later.
         inner = f"{{ {_order(draft)}; after {0.1 * draft.time!r} s: {_order(draft)} }}"
@@ -275,9 +323,10 @@ def _lasting(draft):
         case 2:
             through = ""
             if draft.chance(0.4):
-                through = f"through {draft.vector(draft.length)} m"
+                through = f"through {draft.point(draft.length)} m"
             angle = draft.random.normal() * 40.0
-            around = "(0, 0, 1)" if draft.dimension == 2 else "(1, 0.3, -0.2)"
+            axis = np.array([0, 0, 1] if draft.dimension == 2 else [1, 0.3, -0.2])
+            around = draft.view.direction(axis)
             if draft.dimension == 1:
                 return f"hold {draft.pick(draft.sets)}"
             return f"turn {target} by {angle!r} deg around {around} {through} using {profile}"
@@ -326,10 +375,11 @@ def _cut(draft):
     key = draft.pick("ab"[: len(draft.count)])
     if draft.spring_sets and draft.chance(0.4):
         return f"cut {draft.pick(draft.spring_sets)}"
-    place = f"{draft.vector(0.7 * draft.length)} m"
+    place = f"{draft.point(0.7 * draft.length)} m"
     if draft.dimension < 3 or draft.chance(0.5):
         return f"cut {key} along plane through {place} facing {draft.vector(1.0)} with shears"
-    return f"cut {key} along stroke from {place} to {draft.vector(draft.length)} m by (0.1, 1, 2) m"
+    sweep = draft.view.direction(np.array([0.1, 1.0, 2.0]) * draft.length)
+    return f"cut {key} along stroke from {place} to {draft.point(draft.length)} m by {sweep} m"
 
 
 def _change(draft):
@@ -342,7 +392,8 @@ def _change(draft):
         f"velocity of {group} to {draft.vector(0.3 * speed)} m/s",
     ]
     if draft.dimension > 1:
-        options.append(f"spin of {key} to (0, 0, {draft.random.normal() / draft.time!r}) rad/s")
+        spin = np.array([0, 0, draft.random.normal() / draft.time])
+        options.append(f"spin of {key} to {draft.view.direction(spin)} rad/s")
     if draft.spring_sets:
         bars = draft.pick(draft.spring_sets)
         factor = draft.random.uniform(0.5, 2.0)
@@ -356,12 +407,15 @@ def _change(draft):
 def _condition(draft):
     key, group = draft.pick("ab"[: len(draft.count)]), draft.pick(draft.sets)
     speed = 0.5 * draft.length / draft.time
+    ahead = draft.view.rotation @ np.array([1.0, 0.0, 0.0])
+    start = float(ahead @ draft.view.shift) * draft.length
+    along = f"along {_written(ahead)}"
     options = [
         f"speed({key}) > {speed!r} m/s",
-        f"position({group} along (1, 0, 0)) > {0.3 * draft.length!r} m",
+        f"position({group} {along}) > {start + 0.3 * draft.length!r} m",
         f"force({group}) > {float(max(draft.stretch, 1e-30))!r} N",
         f"ruptured({key})",
-        f"position({group} along (1, 0, 0)) < 0 m and speed({key}) > {0.2 * speed!r} m/s",
+        f"position({group} {along}) < {start!r} m and speed({key}) > {0.2 * speed!r} m/s",
     ]
     return draft.pick(options)
 

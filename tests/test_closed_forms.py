@@ -1,4 +1,4 @@
-"""Scenes as a user writes them, against closed forms: 1e-8 of the motion at a tolerance of 1e-9.
+"""Scenes as a user writes them against closed forms: 1e-8 of the motion at tolerance 1e-9.
 
 The promise itself is 1e-9; the factor of ten leaves room for closed forms that are themselves
 computed with cancellation.
@@ -192,7 +192,7 @@ def test_a_cut_prestressed_chain_draws_back_at_both_ends():
         scene_with_fixed(ends, nodes, springs, script=script, duration=0.6)
     )
     assert [h.springs for _, h in outcome.happenings if h.kind == "cut"] == [(count,)]
-    # At rest about the slack chain, from which each node is drawn by its share of the prestress.
+    # At rest about the slack chain, from which each node is drawn by its share.
     drawn = part * gap * np.arange(1, count + 1)
     swing = free_end_motion(np.maximum(time - cut, 0.0), drawn, count, mass, c)
     left = gap * np.arange(1, count + 1) - drawn + swing

@@ -59,7 +59,8 @@ def test_table_slopes_are_those_of_fritsch_and_butland_and_keep_it_monotone(valu
     times = np.cumsum(np.random.default_rng(seed).uniform(0.1, 2.0, len(values)))
     times -= times[0]
     slopes = monotone_slopes(times, np.array(values))
-    reference = PchipInterpolator(times, values)
+    with np.errstate(over="ignore"):
+        reference = PchipInterpolator(times, values)
     assert slopes == pytest.approx(reference.derivative()(times), abs=1e-9, rel=1e-9)
     course = Course("table", 0.0, times[-1], 0.0, times, np.array(values), slopes)
     for low, high in zip(range(len(values)), range(1, len(values)), strict=False):

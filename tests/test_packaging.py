@@ -1,4 +1,4 @@
-"""The grammars and the library are found in a wheel, a wheel built from the sdist, and a checkout."""
+"""Grammars and library are found in a wheel, a wheel built from the sdist, and a checkout."""
 
 import subprocess
 import sys
@@ -44,13 +44,15 @@ def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
 
 def test_an_unpacked_wheel_checks_a_shipped_scene(wheel, tmp_path):
     zipfile.ZipFile(wheel).extractall(tmp_path)
-    code = "import sys; sys.argv = ['tissuec', 'check', 'scene.tis']; from tissuec.cli import main; main()"
+    code = (
+        f"import sys; sys.path.insert(0, {str(tmp_path)!r}); "
+        "sys.argv = ['tissuec', 'check', 'scene.tis']; from tissuec.cli import main; main()"
+    )
     shipped = tmp_path / "tissuec" / "_data" / "library" / "scenes" / "sterilisation.tis"
     (tmp_path / "scene.tis").write_bytes(shipped.read_bytes())
     run = subprocess.run(
-        [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {code}"],
-        cwd=tmp_path, capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True
+    )
     assert run.returncode == 0, run.stderr
 
 

@@ -1,4 +1,4 @@
-"""Pieces against SciPy, node-wise lists against B, floppy modes against ranks and hand counts."""
+"""Pieces against SciPy, node-wise lists against B, floppy modes against ranks and counts."""
 
 import time
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec import topology
 from tissuec.compiler import Compiled
-from tissuec.core.errors import Diagnostic, Note
+from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
@@ -32,10 +32,10 @@ def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
 
 def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     """W301: a body that falls apart before anything is cut."""
-    for body, _, ends in _bodies(compiled):
+    for body, ends in _bodies(compiled):
         # Nodes without any spring are a matter of their own.
         count = len(np.unique(topology.pieces(_size(body), ends)[np.unique(ends)]))
-        if count > 1 and len(ends):
+        if count > 1:
             yield Diagnostic(
                 "W301",
                 f"{body.name} starts in {count} pieces",
@@ -45,16 +45,15 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W302: nodes that no spring, or a single one, holds."""
-    for body, _, ends in _bodies(compiled):
+    """W302: nodes that no spring holds."""
+    for body, ends in _bodies(compiled):
         if not len(ends):
             continue
-        degree = np.bincount(ends.ravel(), minlength=_size(body))
-        loose = int((degree == 0).sum())
+        loose = _size(body) - len(np.unique(ends))
         if loose:
             yield Diagnostic(
                 "W302",
-                f"{body.name} has {_counted(loose, 'node')} without springs",
+                f"{body.name} has {counted(loose, 'node')} without springs",
                 body.span,
                 "what no spring holds moves freely; leave it out, or add springs",
             )
@@ -64,23 +63,24 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
     """W303: ways to move that no spring resists."""
     network = compiled.network
     held = situation_at_start(compiled).held
-    for body, part, ends in _bodies(compiled):
+    for body, ends in _bodies(compiled):
         if not len(ends):
             continue
         modes = topology.floppy_modes(
             network.position[body.nodes],
             ends,
-            network.stiffness[part],
-            network.rest[part],
+            network.stiffness[body.springs],
+            network.rest[body.springs],
             held[body.nodes],
         )
         if modes.checked and modes.count:
             yield Diagnostic(
                 "W303",
-                f"{body.name} has {_counted(modes.count, 'floppy mode')}: "
+                f"{body.name} has {counted(modes.count, 'floppy mode')}: "
                 "it can fold without any spring being stretched",
                 body.span,
-                "add diagonals or interior springs, a longer reach of the lattice, or prestress",
+                "add diagonals or interior springs, a longer reach of the lattice, "
+                "or prestress",
             )
 
 
@@ -107,7 +107,7 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
             more = ", …" if len(zero) > MOST_SPRINGS_NAMED else ""
             yield Diagnostic(
                 "W304",
-                f"{body.name} has {_counted(len(zero), 'spring')} between nodes at one place "
+                f"{body.name} has {counted(len(zero), 'spring')} between nodes at one place "
                 f"(id {ids}{more})",
                 body.span,
                 "a spring without a length has no direction: no force until its ends part",
@@ -120,9 +120,12 @@ def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
         for name, given in tissue.given.items():
             if given.how == "otherwise":
                 yield Diagnostic(
-                    "W203", f"no rule gives the {name} of {tissue.name}; otherwise holds", tissue.span,
-                    f"write {name} = … in the tissue if you know it", (Note("the otherwise", given.span),),
-                )  # fmt: skip
+                    "W203",
+                    f"no rule gives the {name} of {tissue.name}; otherwise holds",
+                    tissue.span,
+                    f"write {name} = … in the tissue if you know it",
+                    (Note("the otherwise", given.span),),
+                )
 
 
 def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -160,7 +163,7 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
         if len(bad):
             yield Diagnostic(
                 "W305",
-                f"{body.name} has {_counted(len(bad), 'spring')} without a rest length "
+                f"{body.name} has {counted(len(bad), 'spring')} without a rest length "
                 f"(down to {show(float(bad.min()), LENGTH)})",
                 body.span,
                 "such a spring pulls until its ends meet; give it a rest length above zero",
@@ -198,9 +201,11 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
         for span in rules.spans:
             if span.source is compiled.scene.source and span not in woken:
                 yield Diagnostic(
-                    "W202", "no tissue in use can make this rule fire", span,
+                    "W202",
+                    "no tissue in use can make this rule fire",
+                    span,
                     "describe a tissue so that it does, or leave the rule out",
-                )  # fmt: skip
+                )
 
 
 CHECKS: tuple[Check, ...] = (
@@ -265,18 +270,10 @@ def _drawn_lengths(network: Network) -> Floats:
     return np.linalg.norm(second - first, axis=1)
 
 
-def _counted(number: int, what: str) -> str:
-    """Return "1 spring" or "2 springs"."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
-
-
-def _bodies(compiled: Compiled) -> Iterator[tuple[BodyPart, slice, NDArray[np.int32]]]:
+def _bodies(compiled: Compiled) -> Iterator[tuple[BodyPart, NDArray[np.int32]]]:
+    """Yield each body with the node pairs of its springs, numbered within the body."""
     for body in compiled.network.bodies:
-        yield (
-            body,
-            body.springs,
-            compiled.network.ends[body.springs] - np.int32(body.nodes.start),
-        )
+        yield body, compiled.network.ends[body.springs] - np.int32(body.nodes.start)
 
 
 def _size(body: BodyPart) -> int:

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiling.bodies import BodyArrays, build_body
-from tissuec.compiling.conditions import Conditions, asks_for_learning
+from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
+from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.script import Script, ScriptReader
+from tissuec.lang.syntax import key_of
 from tissuec.network import BodyPart, Network, Provenance
 from tissuec.plan import Expectation, Plan
 from tissuec.scene.findings import Findings
@@ -108,7 +110,7 @@ def _place(bodies: Sequence[BodyArrays]) -> Mapping[str, Placed]:
     placed: dict[str, Placed] = {}
     node = spring = 0
     for body in bodies:
-        placed[" ".join(body.body.name.lower().split())] = Placed(body, node, spring)
+        placed[key_of(body.body.name)] = Placed(body, node, spring)
         node += len(body.mesh.position)
         spring += len(body.mesh.ends)
     return placed
@@ -136,7 +138,7 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
             groups, scene.tools, conditions, scene.constants, duration=duration
         )
         script = reader.read(single["script"].items)
-        findings.diagnostics.extend(check_holds(script.events, certain=not script.triggers))
+        findings.extend(check_holds(script.events, certain=not script.triggers))
     outputs = OutputReader(
         groups, conditions, scene.constants, nodes=network.node_count, duration=duration
     )

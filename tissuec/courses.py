@@ -114,7 +114,8 @@ def monotone_slopes(times: Floats, values: Floats) -> Floats:
     w1, w2 = 2.0 * h[1:] + h[:-1], h[1:] + 2.0 * h[:-1]
     same = d[1:] * d[:-1] > 0.0
     safe = np.where(same, d[:-1], 1.0), np.where(same, d[1:], 1.0)
-    inner = np.where(same, (w1 + w2) / (w1 / safe[0] + w2 / safe[1]), 0.0)
+    with np.errstate(over="ignore"):  # a slope near 0 makes its share infinite, and the mean 0
+        inner = np.where(same, (w1 + w2) / (w1 / safe[0] + w2 / safe[1]), 0.0)
     return np.concatenate(
         [[_end_slope(h[0], h[1], d[0], d[1])], inner, [_end_slope(h[-1], h[-2], d[-1], d[-2])]]
     )

@@ -27,7 +27,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Provenance:
-    """The origin of every entry of one array: ``origins[index[i]]``, shape of index (entry,)."""
+    """The origin of every entry of one array, shape of ``index`` (entry,)."""
 
     index: NDArray[np.int32]
     origins: tuple[Origin, ...]

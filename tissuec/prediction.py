@@ -1,4 +1,4 @@
-"""What a run will do, told before it runs: arrays, method, stability, skips, cost, file size."""
+"""What a run will do, told before it runs: arrays, method, stability, skips, cost, size."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,12 +8,16 @@ import numpy as np
 
 from tissuec.checks import situation_at_start
 from tissuec.compiler import Compiled
+from tissuec.core.errors import counted
 from tissuec.engine.choice import choose, measured_facts
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
+from tissuec.network import Network
 
 SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measured
 FRAME_VALUES = 9  # position, velocity and force of a node
+LOG_VALUES = 4  # the time, and at most a vector
+ENERGY_VALUES = 7  # the time, and six kinds of energy
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +66,7 @@ def predict(compiled: Compiled) -> Prediction:
     facts["limit"] = float(limit)
     step = simulation.step or limit
     steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else 1.0
+    evaluations = steps * (integrator.trials + integrator.closing)
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,
@@ -69,13 +74,13 @@ def predict(compiled: Compiled) -> Prediction:
         facts=facts,
         skipped=tuple(skipped(compiled)),
         steps=steps,
-        evaluations=steps * (integrator.trials + integrator.closing),
-        seconds=steps * (integrator.trials + integrator.closing) * network.spring_count * SECONDS,
+        evaluations=evaluations,
+        seconds=evaluations * network.spring_count * SECONDS,
         bytes=_file_size(compiled),
     )
 
 
-def _arrays(network: Any) -> dict[str, dict[str, Any]]:
+def _arrays(network: Network) -> dict[str, dict[str, Any]]:
     names = ("position", "velocity", "mass", "ends", "stiffness", "damping", "rest", "strength")
     return {
         name: {
@@ -96,7 +101,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     if not plan.breakable:
         yield "rupture: no body may rupture, so tensions are not watched"
     if not plan.needs_ledger:
-        yield "energies: neither logged nor expected, so work and dissipation are not integrated"
+        yield "energies: not asked for, so work and dissipation are not integrated"
     if not plan.triggers:
         yield "conditions: no when, so steps are not looked at one by one"
     if not np.isfinite(plan.output.every):
@@ -106,7 +111,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     held = situation_at_start(compiled).held
     inner = int(held[network.ends].all(axis=1).sum())
     if inner:
-        yield f"{inner} springs between held nodes leave the sums"
+        yield f"{counted(inner, 'spring')} between held nodes, left out of the sums"
     yield "contact: it is off"
 
 
@@ -119,7 +124,7 @@ def _file_size(compiled: Compiled) -> int:
         per_frame = word * (FRAME_VALUES * len(output.frames) + network.spring_count)
         total += int(duration / output.every + 1) * per_frame
     for log in output.logs:
-        total += int(duration / log.every + 1) * 8 * 4
+        total += int(duration / log.every + 1) * 8 * LOG_VALUES
     if np.isfinite(output.energy):
-        total += int(duration / output.energy + 1) * 8 * 7
+        total += int(duration / output.energy + 1) * 8 * ENERGY_VALUES
     return total

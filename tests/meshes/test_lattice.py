@@ -20,8 +20,9 @@ def block(kind, cells, reach=REACH[0], cell=1.0):
         ("sodium chloride", 60, 2 * 4 * 5 + 3 * 3 * 5 + 4 * 3 * 4),
         # and centres, 8 springs each; 8 corners with one spring are tied by 3 edges each
         ("caesium chloride", 84, 8 * 24 + 24),
-        # 8 in each cell and more on the faces; 4 springs for each of the 96 in fourth positions,
-        # and ties: 3 at each of 8 corners, 5 at each of 4 * (1 + 2 + 3) nodes along the edges
+        # 8 in each cell and more on the faces; 4 springs for each of the 96 in fourth
+        # positions, and ties: 3 at each of 8 corners, 5 at each of 4 * (1 + 2 + 3) nodes along
+        # the edges
         ("diamond", 60 + 3 * 3 * 4 + 4 * 2 * 4 + 5 * 2 * 3 + 96, 4 * 96 + 24 + 120),
     ],
 )
@@ -42,7 +43,7 @@ def test_inner_nodes_have_the_neighbours_of_the_crystal(kind, shell):
 
 @pytest.mark.parametrize("kind", CRYSTALS)
 def test_only_nodes_on_edges_of_the_block_are_tied(kind):
-    """Springs longer than the nearest ones start where fewer than two nearest ones were left."""
+    """Longer springs than the nearest start where fewer than two nearest ones were left."""
     mesh = block(kind, (3, 3, 3)).build()
     ends = mesh.position[mesh.ends]
     squared = ((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1)
@@ -74,8 +75,8 @@ def test_nodes_lie_exactly_on_every_face_and_corner(kind):
 def moduli(kind, reach, second_stiffness=1.0):
     """Return C11, C12, C44 of the bulk in units of k/a, from homogeneous strain of one cell.
 
-    C_ijkl = (1/V) sum k r_i r_j r_k r_l / r^2 over the springs whose middle is in the cell, less
-    what the second sublattice gains by shifting against the first.
+    C_ijkl = (1/V) sum k r_i r_j r_k r_l / r^2 over the springs whose middle is in the cell,
+    less what the second sublattice gains by shifting against the first.
     """
     mesh = block(kind, (4, 4, 4), reach).build()
     first, second = mesh.position[mesh.ends].transpose(1, 0, 2)

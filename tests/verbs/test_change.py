@@ -55,7 +55,7 @@ def test_a_spin_keeps_momentum_and_turns_about_the_centre_of_mass():
 @pytest.mark.parametrize(
     ("sentence", "clauses", "code"),
     [
-        ("change colour", {"to": 1.0}, "TIS303"),
+        ("change colour", {"to": 1.0}, "TIS305"),
         ("change mass", {"of": "part"}, "TIS304"),
         ("change mass", {"of": "part", "to": 1.0, "by": 2.0}, "TIS306"),
         ("change mass", {"of": "part", "to": 0.0}, "TIS308"),

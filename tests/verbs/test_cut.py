@@ -109,7 +109,7 @@ def test_cutting_changes_no_array_of_the_network_or_of_an_earlier_situation():
 @pytest.mark.parametrize(
     ("clauses", "code"),
     [
-        ({"along": "circle"}, "TIS303"),
+        ({"along": "circle"}, "TIS305"),
         ({"along": "plane", "through": (0, 0, 0)}, "TIS304"),
         ({"along": "stroke", "from_": (0, 0, 0), "to": (1, 0, 0), "by": (2, 0, 0)}, "TIS306"),
         ({"along": "line", "from_": (0, 0, 0), "to": (1, 0, 0), "facing": (1, 0, 1)}, "TIS306"),

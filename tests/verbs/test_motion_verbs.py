@@ -258,7 +258,7 @@ def test_stopping_what_is_not_under_way_is_noted(situation, diary, what):
 
 
 def test_only_forces_and_motions_can_be_stopped():
-    with pytest.raises(Refused, match="TIS303"):
+    with pytest.raises(Refused, match="TIS305"):
         order("stop holding left", SETS)
 
 

@@ -82,7 +82,7 @@ def test_a_ramp_rises_from_nothing_over_the_interval(situation):
         ({}, "TIS304"),
         ({"with_": 0.5}, "TIS304"),
         ({"with_": (0, 0, 1), "along": (0, 0, 1)}, "TIS306"),
-        ({"with_": (0, 0, 1), "on": "every node"}, "TIS303"),
+        ({"with_": (0, 0, 1), "on": "every node"}, "TIS305"),
     ],
 )
 def test_a_force_needs_exactly_one_direction(clauses, code):

@@ -1,13 +1,15 @@
 """The command line: one file per command; only here anything is printed or exits."""
 
 import sys
+from importlib import import_module
 
 import click
 
 from tissuec import __version__
-from tissuec.cli.common import Settings, flag_options
+from tissuec.cli.common import Settings, flag_options, run_guarded
+from tissuec.core.errors import did_you_mean
 
-#: Command -> what ``--help`` says of it; the module of the same name is imported when it is used.
+#: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
 COMMANDS = {
     "run": "Simulate scenes and write their motion to HDF5.",
     "check": "Find mistakes without simulating.",
@@ -31,8 +33,6 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        from importlib import import_module
-
         return import_module(f"tissuec.cli.{cmd_name}").command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -40,11 +40,11 @@ class LazyGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
-    def resolve_command(self, ctx: click.Context, args: list[str]):
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
         """Suggest the nearest command for one that there is not."""
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from tissuec.core.errors import did_you_mean
-
             hint = did_you_mean(args[0], COMMANDS)
             if args[0].endswith(".tis"):
                 hint = f'did you mean "tissuec run {args[0]}"?'
@@ -73,6 +73,4 @@ group.params += flag_options()
 
 def main() -> None:
     """Run the command line; exit codes are those of design: 0, 1, 2, 3 or 130."""
-    from tissuec.cli.common import run_guarded
-
     sys.exit(run_guarded(group))

@@ -15,7 +15,7 @@ from tissuec.cli.common import (
     scene_options,
     summary,
 )  # fmt: skip
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, counted
 
 
 @click.command(cls=Command)
@@ -51,6 +51,7 @@ def command(
 def _check(
     path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]
 ) -> tuple[list[Diagnostic], str]:
+    """Return what is to be said about a file, and how large its scene is."""
     from tissuec.checks import uncounted
     from tissuec.pipeline import Request, check_request
 
@@ -62,7 +63,7 @@ def _check(
     if compiled is None:
         return list(warnings), ""
     network = compiled.network
-    parts = [f"{network.node_count} nodes", f"{network.spring_count} springs"]
+    parts = [counted(network.node_count, "node"), counted(network.spring_count, "spring")]
     if too_large := uncounted(compiled):
         parts.append(f"floppy modes not counted: {', '.join(too_large)} too large")
     return list(warnings), f" ({', '.join(parts)})"

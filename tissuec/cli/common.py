@@ -1,6 +1,6 @@
 """What the commands share: global flags, how they speak, and exit codes."""
 
-import json
+import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -10,12 +10,17 @@ from typing import Any, TypeVar
 
 import click
 
-from tissuec.core.errors import CompileError, Diagnostic, SimulationError, TissueError
+from tissuec.core.errors import (
+    CompileError,
+    Diagnostic,
+    SimulationError,
+    TissueError,
+    counted,
+)
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
 DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
 F = TypeVar("F", bound=Callable[..., Any])
-
 
 #: The global flags: name -> (spellings, help).
 FLAGS: dict[str, tuple[tuple[str, ...], str]] = {
@@ -58,7 +63,10 @@ def flag_options() -> list[click.Parameter]:
 
 
 class Command(click.Command):
-    """A command that takes the global flags too and hands them on as ``settings``."""
+    """A command that takes the global flags too and hands them on as ``settings``.
+
+    Where it leaves a CompileError to its caller, the findings are shown as the flags demand.
+    """
 
     def __init__(self, *args: Any, **keywords: Any):
         super().__init__(*args, **keywords)
@@ -66,36 +74,48 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         flags = {name: ctx.params.pop(name) for name in FLAGS}
-        ctx.params["settings"] = (ctx.find_object(Settings) or Settings()).merged(flags)
-        return super().invoke(ctx)
+        settings = (ctx.find_object(Settings) or Settings()).merged(flags)
+        ctx.params["settings"] = settings
+        try:
+            return super().invoke(ctx)
+        except CompileError as error:
+            tell_mistakes(error, settings)
+            return WRONG_TEXT
 
 
 def scene_options(function: F) -> F:
     """Add what every command that compiles a scene takes."""
-    function = click.option("--strict", is_flag=True, help="Treat warnings as errors.")(
-        function
+    options = (
+        click.option(
+            "--set",
+            "overrides",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help='Give a param another value, such as "cut time=0.9 s".',
+        ),
+        click.option(
+            "--library",
+            "libraries",
+            multiple=True,
+            metavar="DIR",
+            type=click.Path(path_type=Path, exists=True, file_okay=False),
+            help="Also search this folder for what scenes use.",
+        ),
+        click.option("--strict", is_flag=True, help="Treat warnings as errors."),
     )
-    function = click.option(
-        "--library", "libraries", multiple=True, type=click.Path(path_type=Path, exists=True, file_okay=False),
-        help="Also search this folder for what scenes use.", metavar="DIR",
-    )(function)  # fmt: skip
-    return click.option(
-        "--set",
-        "overrides",
-        multiple=True,
-        metavar="NAME=VALUE",
-        help='Give a param another value, such as "cut time=0.9 s".',
-    )(function)
+    for option in reversed(options):  # the last one applied stands first in the help
+        function = option(function)
+    return function
 
 
 def print_json(document: Any) -> None:
     """Print the one JSON document of a command; NaN and infinity become null."""
+    import json  # late: most commands print none
+
     click.echo(json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def _plain(value: Any) -> Any:
-    import math
-
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -116,6 +136,14 @@ def report(diagnostics: Sequence[Diagnostic], settings: Settings) -> None:
             click.echo(render(diagnostic, color=settings.color), err=True)
 
 
+def tell_mistakes(error: CompileError, settings: Settings, **facts: Any) -> None:
+    """Show why a text is wrong: on stderr, or with further facts as the JSON document."""
+    if settings.json:
+        print_json({**facts, "ok": False, "diagnostics": as_json(error.diagnostics)})
+    else:
+        report(error.diagnostics, settings)
+
+
 def as_json(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
     """Return diagnostics as plain data."""
     from tissuec.lang.render import as_dict
@@ -125,12 +153,31 @@ def as_json(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
 
 def summary(errors: int, warnings: int) -> str:
     """Return "2 errors, 1 warning", or an empty string."""
-    parts = [
-        f"{n} {word}{'s' if n > 1 else ''}"
-        for n, word in ((errors, "error"), (warnings, "warning"))
-        if n
+    counts = ((errors, "error"), (warnings, "warning"))
+    return ", ".join(counted(number, what) for number, what in counts if number)
+
+
+def aligned(rows: Sequence[Sequence[str]], least: Sequence[int]) -> list[str]:
+    """Return rows in columns that are as wide as their widest cell needs.
+
+    Args:
+        rows: Their cells; the last of each row has no column, so it may be as long as it is.
+        least: The least width of each column, two blanks to the next one included.
+    """
+    widths = list(least)
+    for row in rows:
+        for column, cell in enumerate(row[:-1]):
+            widths[column] = max(widths[column], len(cell) + 2)
+    return [
+        "".join(cell.ljust(width) for cell, width in zip(row[:-1], widths, strict=False))
+        + row[-1]
+        for row in rows
     ]
-    return ", ".join(parts)
+
+
+def cannot_write(path: Path, error: OSError) -> TissueError:
+    """Return an error that says that, and why, a file cannot be written."""
+    return TissueError(f'cannot write "{path}": {(error.strerror or str(error)).lower()}')
 
 
 def run_guarded(command: click.Command) -> int:
@@ -145,9 +192,6 @@ def run_guarded(command: click.Command) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return INTERRUPTED
-    except CompileError as error:
-        report(error.diagnostics, Settings())
-        return WRONG_TEXT
     except SimulationError as error:
         click.echo(f"error: {error}", err=True)
         return STOPPED

@@ -3,20 +3,30 @@
 import re
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, print_json, report, scene_options
+from tissuec.cli.common import (
+    DONE,
+    Command,
+    Settings,
+    aligned,
+    print_json,
+    report,
+    scene_options,
+)
 from tissuec.core.errors import TissueError, did_you_mean
 from tissuec.core.units import TIME, show
 
 if TYPE_CHECKING:
     from tissuec.prediction import Prediction
-    from tissuec.provenance import Explained
     from tissuec.scene.model import Tissue
+    from tissuec.scene.resolve import Words
 
-CODE = re.compile(r"(TIS|W)\d{3}", re.IGNORECASE)
+CODE = re.compile(r"(TIS|W)\d+", re.IGNORECASE)
+COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues look alike
 
 
 @click.command(cls=Command)
@@ -33,7 +43,10 @@ def command(
     settings: Settings, subject: str, tissue: str | None, with_plan: bool,
     overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> int:  # fmt: skip
-    """Say where every number of the scene SUBJECT comes from, or what a code such as TIS104 means."""
+    """Say where every number of the scene SUBJECT comes from.
+
+    SUBJECT may also be a code such as TIS104: then say what it means.
+    """
     if CODE.fullmatch(subject):
         return _explain_code(subject.upper(), settings)
     from tissuec.pipeline import Request, compile_request, read_words
@@ -43,29 +56,20 @@ def command(
     )
     words, warnings = read_words(request)
     tissues = _chosen(words, tissue)
-    document: dict[str, Any] = {
-        "params": {
-            p.name: {"value": p.value.amount, "overridden": p.overridden}
-            for p in words.constants.parameters()
-        },
-        "tissues": {t.name: _tissue(t) for t in tissues},
-    }
     plan = None
     if with_plan:
-        from tissuec.prediction import predict
+        from tissuec.prediction import predict  # late: it looks at the engine
 
         compiled, warnings = compile_request(request)
         plan = predict(compiled)
-        document["plan"] = asdict(plan)
     if settings.json:
-        print_json(document)
+        print_json(_document(words, tissues, plan))
         return DONE
     report(warnings if settings.verbose else (), settings)
     for parameter in words.constants.parameters():
         mark = " (set on the command line)" if parameter.overridden else ""
-        click.echo(
-            f"param {parameter.name} = {parameter.value}{mark}   {parameter.item.span.place}"
-        )
+        place = parameter.item.span.place
+        click.echo(f"param {parameter.name} = {parameter.value}{mark}   {place}")
     for one in tissues:
         _print_tissue(one)
     if plan is not None:
@@ -73,29 +77,39 @@ def command(
     return DONE
 
 
-def _chosen(words: Any, name: str | None) -> "list[Tissue]":
+def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
     """Return the tissue asked for; otherwise those that bodies use, or all without bodies."""
-    known: dict[str, Tissue] = words.tissues
+    from tissuec.lang import syntax as s
+    from tissuec.lang.walk import walk
+
+    known = words.tissues
     if name is not None:
-        key = " ".join(name.lower().split())
+        key = s.key_of(name)
         if key not in known:
             hint = did_you_mean(key, known) or f"tissues: {', '.join(known)}"
             raise TissueError(f'there is no tissue "{name}"; {hint}')
         return [known[key]]
-    from tissuec.lang.syntax import Block, Sentence
-
-    used: set[str] = set()
-    for declared in words.declarations.of("body").values():
-        items = list(declared.item.items) if isinstance(declared.item, Block) else []
-        items += [inner for item in items if isinstance(item, Block) for inner in item.items]
-        for item in items:
-            if (
-                isinstance(item, Sentence)
-                and item.name.key == "tissue"
-                and item.phrase is not None
-            ):
-                used.add(item.phrase.words[0].key)
+    used = {
+        part.phrase.words[0].key
+        for declared in words.declarations.of("body").values()
+        for part in walk(declared.item)
+        if isinstance(part, s.Sentence) and part.name.key == "tissue" and part.phrase
+    }
     return [tissue for key, tissue in known.items() if key in used or not used]
+
+
+def _document(
+    words: "Words", tissues: "list[Tissue]", plan: "Prediction | None"
+) -> dict[str, Any]:
+    """Return everything explained as plain data."""
+    document: dict[str, Any] = {
+        "params": {
+            p.name: {"value": p.value.amount, "overridden": p.overridden}
+            for p in words.constants.parameters()
+        },
+        "tissues": {tissue.name: _tissue(tissue) for tissue in tissues},
+    }
+    return document if plan is None else document | {"plan": asdict(plan)}
 
 
 def _tissue(tissue: "Tissue") -> dict[str, Any]:
@@ -116,31 +130,32 @@ def _tissue(tissue: "Tissue") -> dict[str, Any]:
 def _print_tissue(tissue: "Tissue") -> None:
     from tissuec.provenance import explain_tissue
 
-    click.echo(f"\n{tissue.name:<40}{tissue.span.place}")
-    for fact in tissue.facts:
-        click.echo(
-            f"  {fact.property:<17}{fact.written:<24}{fact.number:<10.4g}{fact.span.place}"
-        )
+    rows: list[tuple[str, ...]] = [
+        (fact.property, fact.written, f"{fact.number:.4g}", fact.span.place)
+        for fact in tissue.facts
+    ]
     for explained in explain_tissue(tissue):
-        _print_quantity(explained)
+        head = (explained.quantity, explained.shown, explained.how)
+        for reason in explained.reasons:
+            degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f}"
+            facts = f"  ({reason.facts})" if reason.facts else ""
+            rows.append((*head, degree, f"{reason.place}{facts}"))
+            head = ("", "", "")
+    click.echo(f"\n{tissue.name:<40}{tissue.span.place}")
+    for line in aligned(rows, COLUMNS):
+        click.echo(f"  {line}")
     for name, reason in tissue.missing.items():
         click.echo(f"  {name:<17}none: {reason}")
 
 
-def _print_quantity(explained: "Explained") -> None:
-    head = f"  {explained.quantity:<17}{explained.shown:<24}{explained.how:<10}"
-    for reason in explained.reasons:
-        degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f} "
-        facts = f"  ({reason.facts})" if reason.facts else ""
-        click.echo(f"{head}{degree:<32}{reason.place}{facts}")
-        head = " " * len(head)
-
-
 def _print_plan(plan: "Prediction") -> None:
     click.echo("\narrays")
-    for name, array in plan.arrays.items():
-        shape = " x ".join(map(str, array["shape"]))
-        click.echo(f"  {name:<12}{shape:<16}{_bytes(array['bytes'])}")
+    rows = [
+        (name, " x ".join(map(str, array["shape"])), _bytes(array["bytes"]))
+        for name, array in plan.arrays.items()
+    ]
+    for line in aligned(rows, (12, 16)):
+        click.echo(f"  {line}")
     facts = plan.facts
     click.echo(f"\nmethod: {plan.method}\n  because {plan.reason}")
     click.echo(
@@ -167,20 +182,13 @@ def _explain_code(code: str, settings: Settings) -> int:
     from tissuec.core.catalogue import CODES
 
     if code not in CODES:
-        raise TissueError(
-            f'there is no code "{code}"; {did_you_mean(code, CODES)}'.rstrip("; ")
-        )
+        hint = did_you_mean(code, CODES)
+        raise TissueError(f'there is no code "{code}"' + (f"; {hint}" if hint else ""))
     entry = CODES[code]
     if settings.json:
         print_json({"code": code, **asdict(entry)})
         return DONE
+    before, after = (indent(piece, "    ") for piece in (entry.before, entry.after))
     click.echo(f"{code}: {entry.title}\n\n{entry.text}")
-    if entry.before:
-        click.echo(
-            f"\ninstead of\n\n    {_indent(entry.before)}\n\nwrite\n\n    {_indent(entry.after)}"
-        )
+    click.echo(f"\ninstead of\n\n{before}\n\nwrite\n\n{after}")
     return DONE
-
-
-def _indent(text: str) -> str:
-    return text.strip().replace("\n", "\n    ")

@@ -1,12 +1,17 @@
 """``tissuec export``"""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings
+from tissuec.cli.common import DONE, Command, Settings, cannot_write
 from tissuec.core.errors import TissueError
+
+if TYPE_CHECKING:
+    from tissuec.network import Floats
 
 FORMATS = ("csv", "vtu", "obj")
 
@@ -83,25 +88,21 @@ def _kind(output: Path | None) -> str:
     return kind
 
 
-def _frame(times, frame: int | None, time: float | None) -> int:
+def _frame(times: "Floats", frame: int | None, time: float | None) -> int:
     """Return the number of the frame that is meant, from 0."""
-    import numpy as np
-
     if not len(times):
         raise TissueError("this result has no frames; the scene asks for no trajectory")
     if time is not None:
-        return int(np.abs(np.asarray(times) - time).argmin())
+        return int(abs(times - time).argmin())
     number = -1 if frame is None else frame
     if not -len(times) <= number < len(times):
         raise TissueError(f"there is no frame {number}; there are {len(times)}, counted from 0")
     return number % len(times)
 
 
-def _to_file(path: Path, write) -> None:
+def _to_file(path: Path, write: Callable[[TextIO], object]) -> None:
     try:
         with open(path, "w", encoding="utf-8", newline="") as stream:
             write(stream)
     except OSError as error:
-        raise TissueError(
-            f'cannot write "{path}": {(error.strerror or str(error)).lower()}'
-        ) from error
+        raise cannot_write(path, error) from error

@@ -26,7 +26,10 @@ from tissuec.core.errors import CompileError
 def command(
     settings: Settings, files: tuple[Path, ...], only_check: bool, show_diff: bool
 ) -> int:
-    """Lay FILES out in the one canonical way, in place; comments stay. "-" is stdin to stdout."""
+    """Lay FILES out in the one canonical way, in place; comments stay.
+
+    "-" is stdin to stdout.
+    """
     changed: list[str] = []
     wrong = False
     for path in files:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, print_json
+from tissuec.cli.common import DONE, Command, Settings, aligned, cannot_write, print_json
+from tissuec.core import resources
 from tissuec.core.errors import TissueError, did_you_mean
 
 KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
@@ -38,9 +39,9 @@ def show_all(settings: Settings) -> int:
         return DONE
     for kind, title in KINDS.items():
         click.echo(f"{title}:")
-        for entry in entries:
-            if entry["kind"] == kind:
-                click.echo(f"  {entry['name']:<28}{entry['about']}")
+        rows = [(entry["name"], entry["about"]) for entry in entries if entry["kind"] == kind]
+        for line in aligned(rows, (28,)):
+            click.echo(f"  {line}")
     click.echo("\ncopy one beside you to edit it: tissuec library copy NAME")
     return DONE
 
@@ -58,17 +59,13 @@ def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
     try:
         target.write_bytes(Path(entry["file"]).read_bytes())
     except OSError as error:
-        raise TissueError(
-            f'cannot write "{target}": {(error.strerror or str(error)).lower()}'
-        ) from error
+        raise cannot_write(target, error) from error
     settings.say(f"copied {entry['kind']}/{entry['name']} to {target}")
     return DONE
 
 
 def _entries() -> list[dict[str, str]]:
     """Return kind, name, file and first line of description of everything shipped."""
-    from tissuec.core import resources
-
     return [
         {"kind": kind, "name": path.stem, "about": _about(path), "file": str(path)}
         for kind in KINDS

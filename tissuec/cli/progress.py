@@ -42,8 +42,8 @@ class Progress:
         bar = "#" * round(part * WIDTH)
         speed = (time - self.first[1]) / max(now - self.first[0], 1e-9)
         left = f", {_minutes((self.duration - time) / speed)} left" if speed > 0.0 else ""
-        pace = f"{speed:.2g} x real time{left}"
-        return f"{self.name} [{bar:<{WIDTH}}] {show(time, TIME)} of {show(self.duration, TIME)}, {pace}"
+        done = f"{show(time, TIME)} of {show(self.duration, TIME)}"
+        return f"{self.name} [{bar:<{WIDTH}}] {done}, {speed:.2g} x real time{left}"
 
     def __enter__(self) -> Self:
         return self

@@ -1,6 +1,8 @@
 """``tissuec run``"""
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +21,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )  # fmt: skip
-from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.errors import CompileError, TissueError, counted
 from tissuec.core.units import TIME, show
 
 if TYPE_CHECKING:
@@ -132,28 +134,28 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     statistics = outcome.statistics
     settings.say(f"{path}: {outcome.message}")
     settings.say(
-        f"  {network.node_count} nodes, {network.spring_count} springs; {statistics.method}, "
-        f"{statistics.accepted} steps ({statistics.tier}), {outcome.wall_time:.2f} s"
+        f"  {counted(network.node_count, 'node')}, {counted(network.spring_count, 'spring')}; "
+        f"{statistics.method}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
+        f"{outcome.wall_time:.2f} s"
     )
-    counts: dict[str, int] = {}
+    counts: Counter[str] = Counter()
     for time, happening in outcome.happenings:
-        if happening.springs:
-            counts[happening.kind] = counts.get(happening.kind, 0) + len(happening.springs)
+        counts[happening.kind] += len(happening.springs)
         if settings.verbose or happening.kind in ("trigger", "note"):
             springs = _springs(compiled.network, happening.springs)
             what = f"{happening.kind}{springs}: {happening.cause}"
             settings.say(f"  {show(time, TIME)}: {what} ({happening.span.place})")
     for kind, count in counts.items():
-        settings.say(f"  {kind}: {count} springs")
+        if count:
+            settings.say(f"  {kind}: {counted(count, 'spring')}")
     expectations = compiled.plan.expectations
     for failure in outcome.failures:
         span = expectations[failure.expectation].span
-        settings.say(f"  FAILED {span.place}: {' '.join(span.text.split())}")
+        settings.say(f"  FAILED {span.place}: {span.one_line}")
         settings.say(f"         at {show(failure.time, TIME)}: {failure.measured}")
     if expectations:
-        settings.say(
-            f"  expectations: {len(expectations) - len(outcome.failures)} of {len(expectations)} hold"
-        )
+        kept = len(expectations) - len(outcome.failures)
+        settings.say(f"  expectations: {kept} of {len(expectations)} hold")
     settings.say(f"  result: {result.path}")
     if outcome.kind == "interrupted":
         settings.say(
@@ -172,8 +174,6 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
 
 
 def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
-    from dataclasses import asdict
-
     outcome = result.outcome
     expectations = compiled.plan.expectations
     return {
@@ -197,7 +197,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         "expectations": len(expectations),
         "failures": [
             {
-                "expect": " ".join(expectations[f.expectation].span.text.split()),
+                "expect": expectations[f.expectation].span.one_line,
                 "time": f.time,
                 "measured": f.measured,
             }

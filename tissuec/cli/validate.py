@@ -17,6 +17,7 @@ from tissuec.cli.common import (
     print_json,
     report,
     scene_options,
+    tell_mistakes,
 )
 from tissuec.cli.progress import Progress
 from tissuec.core.errors import CompileError
@@ -68,22 +69,18 @@ def command(
     """
     from tissuec.pipeline import Request, compile_request
 
-    document: dict[str, Any] = {"scene": str(scene), "ok": False}
     try:
         request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
         compiled, warnings = compile_request(request)
     except CompileError as error:
-        if settings.json:
-            print_json(document | {"diagnostics": as_json(error.diagnostics)})
-        else:
-            report(error.diagnostics, settings)
+        tell_mistakes(error, settings, scene=str(scene))
         return WRONG_TEXT
     if not settings.json:
         report(warnings, settings)
     code, found = _validate(compiled, method, rtol, settings)
     if settings.json:
-        extra = {"ok": code == DONE, "diagnostics": as_json(warnings)}
-        print_json(document | extra | found)
+        facts = {"scene": str(scene), "ok": code == DONE, "diagnostics": as_json(warnings)}
+        print_json(facts | found)
     return code
 
 

@@ -1,11 +1,18 @@
 """``tissuec words``"""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, print_json, report
+from tissuec.cli.common import DONE, Command, Settings, aligned, print_json, report
 from tissuec.core.units import Dimension, show
+
+if TYPE_CHECKING:
+    from tissuec.fuzzy.axis import Axis
+    from tissuec.fuzzy.sets import Shape
+    from tissuec.scene.vocabulary import Vocabulary
+    from tissuec.scene.words import NamedScale
 
 DEFAULT = "fuzzy/soft_tissue"
 
@@ -25,16 +32,16 @@ def command(settings: Settings, vocabulary: str) -> int:
         shipped = resources.library() / f"{vocabulary.removesuffix('.tis')}.tis"
         path = shipped if shipped.is_file() else path
     words, warnings = read_words(Request.file(path))
-    report(warnings, settings)
     listing = _listing(words.vocabulary)
     if settings.json:
         print_json(listing)
     else:
+        report(warnings, settings)
         _print(listing)
     return DONE
 
 
-def _listing(vocabulary) -> dict:
+def _listing(vocabulary: "Vocabulary") -> dict[str, Any]:
     scales = [("property", named) for named in vocabulary.properties.values()]
     scales += [("quantity", scale.named) for scale in vocabulary.quantities.values()]
     return {
@@ -44,7 +51,7 @@ def _listing(vocabulary) -> dict:
     }
 
 
-def _scale(kind: str, named) -> dict:
+def _scale(kind: str, named: "NamedScale") -> dict[str, Any]:
     axis = named.scale.axis
     return {
         "kind": kind,
@@ -54,34 +61,32 @@ def _scale(kind: str, named) -> dict:
         "scale": "log" if axis.log else "linear",
         "place": named.span.place,
         "words": [
-            {
-                "word": word,
-                "means": axis.value_of(shape),
-                "from": axis.from_scale(max(shape.support[0], axis.bounds[0])),
-                "to": axis.from_scale(min(shape.support[1], axis.bounds[1])),
-                "shown": _shown(axis, shape, named.dimension),
-            }
+            {"word": word, **_meaning(axis, shape, named.dimension)}
             for word, shape in named.scale.words.items()
         ],
     }
 
 
-def _shown(axis, shape, dimension: Dimension) -> list[str]:
-    low, high = (
-        axis.from_scale(min(max(end, axis.bounds[0]), axis.bounds[1])) for end in shape.support
-    )
-    return [show(value, dimension) for value in (axis.value_of(shape), low, high)]
+def _meaning(axis: "Axis", shape: "Shape", dimension: Dimension) -> dict[str, Any]:
+    """Return what a word stands for and from where to where it can reach, in SI units."""
+    lowest, highest = axis.bounds
+    ends = (axis.from_scale(min(max(end, lowest), highest)) for end in shape.support)
+    means, low, high = axis.value_of(shape), *ends
+    shown = [show(value, dimension) for value in (means, low, high)]
+    return {"means": means, "from": low, "to": high, "shown": shown}
 
 
-def _print(listing: dict) -> None:
+def _print(listing: dict[str, Any]) -> None:
     if listing["hedges"]:
         click.echo(f"hedges: {', '.join(listing['hedges'])}")
     for scale in listing["scales"]:
         log = ", log scale" if scale["scale"] == "log" else ""
         click.echo(f"\n{scale['kind']} {scale['name']}{log}   ({scale['place']})")
-        click.echo(f"  {'word':<16}{'stands for':<16}can mean")
+        rows = [("word", "stands for", "can mean")]
         for word in scale["words"]:
             means, low, high = word["shown"]
-            click.echo(f"  {word['word']:<16}{means:<16}{low} to {high}")
+            rows.append((word["word"], means, f"{low} to {high}"))
+        for line in aligned(rows, (16, 16)):
+            click.echo(f"  {line}")
     for name, count in listing["rules"].items():
         click.echo(f"\nrules {name}: {count}")

@@ -1,93 +1,27 @@
 """Conditions of a run: expressions over measures, checked now and judged later."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
 
 from tissuec.compiling.groups import Groups
+from tissuec.compiling.readings import MeasureScope, Reading, describe_sides
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
 from tissuec.measures import MEASURES, Measure, Subject
 from tissuec.measures.moment import Moment
 from tissuec.network import Floats
 from tissuec.plan import Condition, Expectation
-from tissuec.scene.expressions import FUNCTIONS, Scope, Truth
+from tissuec.scene.expressions import FUNCTIONS, Scope
 from tissuec.scene.model import Tool
-from tissuec.scene.values import Value, unit_vector
+from tissuec.scene.values import unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
-LEARNED = ("error", "track")  # measures of learning, which only a learn block can fill
-DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """One measure as a condition asks for it.
-
-    Attributes:
-        time: Of an earlier moment [s]; None for the present one.
-        along: Unit vector onto which a vector is projected; None for its length.
-    """
-
-    measure: type[Measure]
-    subjects: tuple[Subject, ...]
-    time: float | None
-    along: Floats | None
-    text: str
-
-    def value(self, moment: Moment) -> float:
-        """Return the number in SI units."""
-        then = moment if self.time is None else moment.pinned[self.time]
-        sample = self.measure.sample(self.subjects, then)
-        return (
-            float(sample @ self.along) if self.along is not None else self.measure.value(sample)
-        )
-
-
-class MeasureScope(Scope):
-    """A scope in which measures can be asked for.
-
-    Without a moment every measure has the value 1, so that units and names can be checked.
-    """
-
-    is_known = False
-
-    def __init__(
-        self, readings: Mapping[int, Reading], constants: Scope, moment: Moment | None
-    ):
-        super().__init__(constants.findings)
-        self.readings = readings
-        self.constants = constants
-        self.moment = moment
-
-    def name(self, name: s.Name) -> Value:
-        return self._measured(name) if id(name) in self.readings else self.constants.name(name)
-
-    def has(self, name: s.Name) -> bool:
-        return id(name) in self.readings or self.constants.has(name)
-
-    def names(self) -> Sequence[str]:
-        return self.constants.names()
-
-    def call(self, call: s.Call) -> Value:
-        return self._measured(call)
-
-    def test(self, node: s.Expression) -> Truth:
-        if isinstance(node, s.Call | s.Name) and id(node) in self.readings:
-            value = self._measured(node)
-            if value.dimension == NUMBER:
-                return np.asarray(value.amount != 0.0)
-        return super().test(node)
-
-    def _measured(self, node: s.Call | s.Name) -> Value:
-        reading = self.readings[id(node)]
-        value = 1.0 if self.moment is None else reading.value(self.moment)
-        return Value.number(value, reading.measure.dimension)
 
 
 class Conditions:
@@ -138,11 +72,8 @@ class Conditions:
                 item.condition.span,
             )
 
-        sides = _sides(item.condition)
-
         def describe(moment: Moment) -> str:
-            scope = MeasureScope(readings, self.scope, moment)
-            return ", ".join(f"{_text(side)} = {_shown(scope, side)}" for side in sides)
+            return describe_sides(item.condition, MeasureScope(readings, self.scope, moment))
 
         return Expectation(decide, describe, start, stop, pinned, item.span)
 
@@ -165,15 +96,12 @@ class Conditions:
     def _readings(self, node: s.Expression) -> dict[int, Reading]:
         """Return every measure in a condition by the identity of its node."""
         readings: dict[int, Reading] = {}
-        for part in walk(node):
-            if (
-                isinstance(part, s.Name)
-                and part.key in MEASURES
-                and MEASURES[part.key].subjects == 0
-            ):
-                readings[id(part)] = self._read(part.key, part, ())
-            elif isinstance(part, s.Call) and part.function.key not in FUNCTIONS:
-                readings[id(part)] = self._read(part.function.key, part, part.arguments)
+        for part in walk(node, enters=_is_mathematical):
+            match part:
+                case s.Name(key=key) if key in MEASURES and MEASURES[key].subjects == 0:
+                    readings[id(part)] = self._read(key, part, ())
+                case s.Call() if not _is_mathematical(part):
+                    readings[id(part)] = self._read(part.function.key, part, part.arguments)
         return readings
 
     def _read(
@@ -202,7 +130,7 @@ class Conditions:
                 self._no_subject(argument.value.span.text, argument.span)
         if len(subjects) != measure.subjects:
             self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
-        return Reading(measure, tuple(subjects), time, along, " ".join(node.span.text.split()))
+        return Reading(measure, tuple(subjects), time, along)
 
     def _counted(
         self, node: s.Call | s.Name, arguments: Sequence[s.Argument]
@@ -264,7 +192,8 @@ class Conditions:
         ):
             self.findings.reject(
                 "TIS702",
-                f"behind {argument.value.span.text} only a direction can stand: along (0, 0, 1)",
+                f"behind {argument.value.span.text} only a direction can stand: "
+                "along (0, 0, 1)",
                 clause.span,
             )
         if key not in ("force", "position"):
@@ -320,57 +249,5 @@ class Conditions:
         return min(time, self.duration)
 
 
-def _sides(node: s.Expression) -> list[s.Expression]:
-    """Return what a condition compares, without what is a number as it stands."""
-    match node:
-        case s.Compare(left=left, right=right):
-            sides = [left, right]
-        case s.Between(subject=subject, low=low, high=high):
-            sides = [subject, low, high]
-        case s.Not(operand=operand):
-            sides = _sides(operand)
-        case s.And(operands=operands) | s.Or(operands=operands):
-            sides = [side for operand in operands for side in _sides(operand)]
-        case _:
-            sides = [node]
-    return [side for side in sides if not isinstance(side, s.Number | s.Quantity)]
-
-
-def _text(node: s.Expression) -> str:
-    return " ".join(node.span.text.split())
-
-
-def _shown(scope: Scope, node: s.Expression) -> str:
-    value = scope.number(node)
-    return show(float(value.amount), value.dimension, digits=DIGITS)
-
-
-def asks_for_learning(node: s.Expression) -> bool:
-    """Return whether a condition measures what only a learn block has."""
-    parts = walk(node)
-    inner = [arg.value for part in parts if isinstance(part, s.Call) for arg in part.arguments]
-    calls = [part for part in (*parts, *inner) if isinstance(part, s.Call)]
-    return any(call.function.key in LEARNED for call in calls)
-
-
-def walk(node: s.Expression) -> list[s.Expression]:
-    """Return an expression and everything inside it that can hold a measure."""
-    found: list[s.Expression] = [node]
-    match node:
-        case s.Compare(left=left, right=right):
-            found += walk(left) + walk(right)
-        case s.Between(subject=subject, low=low, high=high):
-            found += walk(subject) + walk(low) + walk(high)
-        case s.Not(operand=operand) | s.Signed(operand=operand):
-            found += walk(operand)
-        case s.And(operands=operands) | s.Or(operands=operands):
-            found += [inner for operand in operands for inner in walk(operand)]
-        case s.Sum(first=first, rest=rest) | s.Product(first=first, rest=rest):
-            found += walk(first) + [inner for _, part in rest for inner in walk(part)]
-        case s.Power(base=base, exponent=exponent):
-            found += walk(base) + walk(exponent)
-        case s.Call(arguments=arguments) if node.function.key in FUNCTIONS:
-            found += [inner for argument in arguments for inner in walk(argument.value)]
-        case _:
-            pass
-    return found
+def _is_mathematical(call: s.Call) -> bool:
+    return call.function.key in FUNCTIONS

@@ -31,29 +31,20 @@ def read_courses(
     clause: s.Clause | None, default: str, columns: int, order: "SentenceOrder"
 ) -> tuple[Course, ...]:
     """Return the courses that a clause names, beginning at 0 s; one per column of a table."""
-    written = "the default" if clause is None else clause.value.span.text
     name = default if clause is None else _profile_name(clause, order)
+    word = clause.word if clause else None
     if name not in PROFILES:
-        problem = (
-            f'there is no profile "{written}"'
-            if name
-            else "the profile of the motion is not written"
-        )
-        order.reject(
-            "TIS305" if name else "TIS304",
-            problem,
-            hint=alternatives(name, PROFILES, what="profiles, behind using"),
-            word=clause.word if clause else None,
-        )
+        hint = alternatives(name, PROFILES, what="profiles, behind using")
+        if clause is None or not name:
+            problem = "the profile of the motion is not written"
+            order.reject("TIS304", problem, hint=hint, word=word)
+        problem = f'there is no profile "{clause.value.span.text}"'
+        order.reject("TIS305", problem, hint=hint, word=word)
     kind = PROFILES[name]
     stop = np.inf if order.duration is None else order.duration
     if kind in _NEED_AN_END and order.duration is None:
-        order.reject(
-            "TIS304",
-            f"{name} needs an interval",
-            hint="write from … to …: instead of at …:",
-            word=clause.word if clause else None,
-        )
+        hint = "write from … to …: instead of at …:"
+        order.reject("TIS304", f"{name} needs an interval", hint=hint, word=word)
     if kind == "sine":
         frequency = order.number("of", FREQUENCY)
         return (Course("sine", 0.0, stop, frequency),) * columns
@@ -75,9 +66,7 @@ def _table_courses(
     clause: s.Clause, columns: int, stop: float, order: "SentenceOrder"
 ) -> tuple[Course, ...]:
     assert isinstance(clause.value, s.Name)
-    factor = 1.0
-    if columns > 1:
-        factor = _length_unit(order)
+    factor = _length_unit(order) if columns > 1 else 1.0
     rows = _read_csv(clause, clause.value, 1 + columns, order)
     times, values = rows[:, 0], rows[:, 1:]
     if times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
@@ -104,15 +93,10 @@ def _table_courses(
 
 def _length_unit(order: "SentenceOrder") -> float:
     """Return the metres in the unit of ``in mm``."""
-    text = (
-        order.text("in")
-        if order.has("in")
-        else order.reject(
-            "TIS304",
-            "the unit of the path is not written",
-            hint='for example: along table "path.csv" in mm',
-        )
-    )
+    if not order.has("in"):
+        hint = 'for example: along table "path.csv" in mm'
+        order.reject("TIS304", "the unit of the path is not written", hint=hint)
+    text = order.text("in")
     try:
         unit = parse_unit(text)
     except UnitError as error:
@@ -125,50 +109,57 @@ def _length_unit(order: "SentenceOrder") -> float:
 def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
     """Return the numbers of a file beside the scene, shape (row, column), at least two rows."""
     path = PurePosixPath(name.quoted or "")
-    if path.is_absolute() or ".." in path.parts or set("\\:") & set(str(path)):
-        order.reject(
-            "TIS603",
-            f'"{path}" leads outside of the folder of the scene',
-            hint="put the file beside the scene",
-            word=clause.word,
-        )
-    folder = name.span.source.path.parent if name.span.source.path else None
-    if folder is None:
-        order.reject(
-            "TIS604",
-            f'"{path}": a scene that is no file has no tables beside it',
-            hint="save the scene to a file",
-            word=clause.word,
-        )
-    try:
-        text = read_source(folder / path, str(path)).text
-    except CompileError as error:
-        hint = "the file is looked for beside the scene"
-        order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=clause.word)
-    rows: list[list[float]] = []
-    may_be_names = True  # the first line that is no comment may name the columns
     form = "a row is a time in s and " + ("one number" if columns == 2 else "x, y and z")
-    for number, line in enumerate(text.split("\n"), start=1):
-        cells = line.replace(";", ",").replace("\t", ",").split(",")
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        try:
-            row = [float(cell) for cell in cells[:columns]]
-        except ValueError:
-            if may_be_names:
-                may_be_names = False
-                continue
-            row = []
-        if len(row) < columns or not np.all(np.isfinite(row)):
-            order.reject(
-                "TIS313",
-                f"line {number} of {path} is no row of {columns} numbers",
-                hint=form,
-                word=clause.word,
-            )
-        may_be_names = False
+    rows: list[list[float]] = []
+    lines = [
+        (number, line)
+        for number, line in enumerate(
+            _text_beside(name, path, order, clause.word).split("\n"), 1
+        )
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    for place, (number, line) in enumerate(lines):
+        row = _numbers(line, columns)
+        if row is None and place == 0:
+            continue  # the names of the columns
+        if row is None or len(row) < columns or not np.all(np.isfinite(row)):
+            message = f"line {number} of {path} is no row of {columns} numbers"
+            order.reject("TIS313", message, hint=form, word=clause.word)
         rows.append(row)
     if len(rows) < 2:
         message = f"{path} holds fewer than two rows of numbers"
         order.reject("TIS313", message, hint=form, word=clause.word)
     return np.array(rows)
+
+
+def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word: str) -> str:
+    """Return the text of a file beside the scene that names it behind ``word``."""
+    if path.is_absolute() or ".." in path.parts or set("\\:") & set(str(path)):
+        order.reject(
+            "TIS603",
+            f'"{path}" leads outside of the folder of the scene',
+            hint="put the file beside the scene",
+            word=word,
+        )
+    scene = name.span.source.path
+    if scene is None:
+        order.reject(
+            "TIS604",
+            f'"{path}": a scene that is no file has no tables beside it',
+            hint="save the scene to a file",
+            word=word,
+        )
+    try:
+        return read_source(scene.parent / path, str(path)).text
+    except CompileError as error:
+        hint = "the file is looked for beside the scene"
+        order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=word)
+
+
+def _numbers(line: str, columns: int) -> list[float] | None:
+    """Return the first cells of a line as numbers; None if one of them is none."""
+    cells = line.replace(";", ",").replace("\t", ",").split(",")
+    try:
+        return [float(cell) for cell in cells[:columns]]
+    except ValueError:
+        return None

@@ -4,18 +4,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.compiling.bodies import BodyArrays
-from tissuec.compiling.points import PointScope, extents, plain
+from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.core.errors import alternatives
-from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in
 from tissuec.network import Indices
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
-from tissuec.scene.order import Circle, names_in, needed_first
-from tissuec.scene.values import Value
+from tissuec.scene.order import Definitions
 from tissuec.verbs import Group
 
 
@@ -52,7 +50,7 @@ class Groups:
         self.bodies = bodies
         self.scope = scope
         self.findings = scope.findings
-        self.sets: dict[str, NamedSet | None] = {}
+        self.sets = Definitions("sets", self._needs, self._choose, scope.findings)
         self.used: set[str] = set()
         # Each body and set has its arrays once, however many sentences name it.
         self.whole = {key: (placed.nodes, placed.springs) for key, placed in bodies.items()}
@@ -60,9 +58,9 @@ class Groups:
 
     def choose_all(self) -> None:
         """Choose every set, so that mistakes in unused ones are reported too."""
-        for declared in self.declared.values():
+        for key in self.declared:
             with self.findings.item():
-                self._set(declared.name)
+                self.sets.find(key)
 
     def is_known(self, name: s.Name) -> bool:
         """Tell whether a name is a set or a body."""
@@ -113,95 +111,75 @@ class Groups:
 
     def _find(self, name: s.Name) -> NamedSet:
         if name.key not in self.declared:
-            known = [d.name.text for d in self.declared.values()] + [
-                p.built.body.name for p in self.bodies.values()
-            ]
             lines = {d.name.text: d.name.span.line for d in self.declared.values()}
+            known = [*lines, *(placed.built.body.name for placed in self.bodies.values())]
             hint = alternatives(name.text, known, what="sets and bodies")
             for text, line in lines.items():
-                hint = hint.replace(
-                    f'did you mean "{text}"?', f'did you mean "{text}" (line {line})?'
-                )
-            self.findings.reject(
-                "TIS301", f'there is no set called "{name.text}"', name.span, hint=hint
-            )
+                near = f'did you mean "{text}"'
+                hint = hint.replace(f"{near}?", f"{near} (line {line})?")
+            message = f'there is no set called "{name.text}"'
+            self.findings.reject("TIS301", message, name.span, hint=hint)
         self.used.add(name.key)
-        return self._set(name)
-
-    def _set(self, name: s.Name) -> NamedSet:
-        if name.key not in self.sets:
-            self._work_out(name.key)
-        chosen = self.sets[name.key]
-        if chosen is None:
-            self.findings.stop()
-        return chosen
-
-    def _work_out(self, wanted: str) -> None:
-        """Choose a set after those that it is made of; None stands for what was rejected."""
-        try:
-            order = needed_first(wanted, self._needs)
-        except Circle as circle:
-            self.sets.update(dict.fromkeys(circle.keys))
-            message = f"these sets need one another: {circle}"
-            self.findings.reject("TIS506", message, circle.name.span)
-        for key in order:
-            self.sets[key] = None
-            with self.findings.item():
-                self.sets[key] = self._choose(self.declared[key].item)
+        return self.sets.find(name.key)
 
     def _needs(self, key: str) -> Iterator[s.Name]:
-        """Yield the sets in a union that are still to be chosen."""
+        """Yield the sets in a union."""
         item = self.declared[key].item
         assert isinstance(item, s.Assign)
         for name in names_in(item.value) if isinstance(item.value, s.Listing) else ():
-            if name.key in self.declared and name.key not in self.sets:
+            if name.key in self.declared:
                 yield name
 
-    def _choose(self, item: s.Item) -> NamedSet:
+    def _choose(self, key: str) -> NamedSet:
+        item = self.declared[key].item
         assert isinstance(item, s.Assign)
         if isinstance(item.value, s.Listing):
             return self._union(item, item.value)
         clauses = {clause.word: clause for clause in item.clauses}
         kind = item.value.key if isinstance(item.value, s.Name) else ""
-        known = {"of", "where", "in"}
         if (
             kind not in ("nodes", "springs")
             or "of" not in clauses
             or len(clauses) < len(item.clauses)
-            or set(clauses) - known
+            or set(clauses) - {"of", "where", "in"}
         ):
             self.findings.reject(
                 "TIS312",
-                "a set is written: nodes of BODY where …, springs of BODY where …, nodes of BODY in [1, 2], or [A, B]",
+                "a set is written: nodes of BODY where …, springs of BODY where …, "
+                "nodes of BODY in [1, 2], or [A, B]",
                 item.value.span,
             )
-        body = clauses["of"].value
-        if not isinstance(body, s.Name) or body.key not in self.bodies:
-            names = [placed.built.body.name for placed in self.bodies.values()]
-            text = clauses["of"].value.span.text
-            self.findings.reject(
-                "TIS301",
-                f'there is no body called "{text}"',
-                clauses["of"].value.span,
-                hint=alternatives(text, names, what="bodies"),
-            )
-        placed = self.bodies[body.key]
-        of_springs = kind == "springs"
-        chosen = np.ones(len(placed.springs if of_springs else placed.nodes), dtype=bool)
+        placed = self._named_body(clauses["of"].value)
+        part = placed.springs if kind == "springs" else placed.nodes
+        points = points_of(placed.built, self.scope, of_springs=kind == "springs")
+        chosen = np.ones(len(part), dtype=bool)
         if "where" in clauses:
-            chosen &= self._points(placed, of_springs).select(clauses["where"].value)
+            chosen &= points.select(clauses["where"].value)
         if "in" in clauses:
-            chosen &= self._by_ids(placed, of_springs, clauses["in"].value)
+            chosen &= points.with_ids(clauses["in"].value, placed.built.body.name, kind[:-1])
         if not chosen.any():
-            condition = clauses["where"].value.span.text if "where" in clauses else "such an id"
+            wanted = (
+                clauses["where"].value.span.one_line if "where" in clauses else "such an id"
+            )
             self.findings.reject(
                 "TIS302",
-                f'the set "{item.name.text}" is empty: no {kind[:-1]} of {body.text} has {" ".join(condition.split())}',
+                f'the set "{item.name.text}" is empty: '
+                f"no {kind[:-1]} of {placed.built.body.name} has {wanted}",
                 item.name.span,
                 hint=extents(placed.built.mesh.position),
             )
-        first = placed.first_spring if of_springs else placed.first_node
-        return NamedSet(Group(item.name.text, np.flatnonzero(chosen) + first), of_springs)
+        return NamedSet(Group(item.name.text, part[chosen]), kind == "springs")
+
+    def _named_body(self, node: s.Expression) -> Placed:
+        if isinstance(node, s.Name) and node.key in self.bodies:
+            return self.bodies[node.key]
+        names = [placed.built.body.name for placed in self.bodies.values()]
+        self.findings.reject(
+            "TIS301",
+            f'there is no body called "{node.span.text}"',
+            node.span,
+            hint=alternatives(node.span.text, names, what="bodies"),
+        )
 
     def _union(self, item: s.Assign, listing: s.Listing) -> NamedSet:
         if item.clauses:
@@ -226,51 +204,31 @@ class Groups:
             kinds.pop(),
         )
 
-    def _by_ids(
-        self, placed: Placed, of_springs: bool, node: s.Expression
-    ) -> NDArray[np.bool_]:
-        if not isinstance(node, s.Listing):
-            self.findings.reject("TIS312", "ids are listed: in [1, 2, 3]", node.span)
-        ids = placed.built.spring_ids if of_springs else placed.built.node_ids
-        chosen = np.zeros(len(ids), dtype=bool)
-        for item in node.items:
-            value = self.scope.number(item)
-            self.scope.expect(value, NUMBER, item.span, what="an id")
-            hit = ids == float(value.amount)
-            if not hit.any():
-                what = "spring" if of_springs else "node"
-                span = f"ids run from {ids.min()} to {ids.max()}" if len(ids) else "it has none"
-                self.findings.reject(
-                    "TIS302",
-                    f"{placed.built.body.name} has no {what} with id {float(value.amount):g}",
-                    item.span,
-                    hint=span,
-                )
-            chosen |= hit
-        return chosen
 
-    def _points(self, placed: Placed, of_springs: bool) -> PointScope:
-        built = placed.built
-        mesh = built.mesh
-        on_surface = np.zeros(len(mesh.position), dtype=bool)
-        on_surface[mesh.skin.ravel()] = True
-        has_skin = bool(len(mesh.skin))
-        if not of_springs:
-            return PointScope(
-                self.scope,
-                mesh.position,
-                columns={"id": plain(built.node_ids)},
-                regions=built.regions,
-                surface=(lambda: on_surface) if has_skin else None,
-            )
-        ends = mesh.position[mesh.ends]
-        length = Value(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), LENGTH)
+def points_of(body: BodyArrays, scope: Scope, *, of_springs: bool) -> PointScope:
+    """Return the nodes of a body as points, or the middles of its springs."""
+    mesh = body.mesh
+    on_surface = np.zeros(len(mesh.position), dtype=bool)
+    on_surface[mesh.skin.ravel()] = True
+    surface = on_surface if len(mesh.skin) else None
+    if not of_springs:
         return PointScope(
-            self.scope,
-            ends.mean(axis=1),
-            columns={"id": plain(built.spring_ids), "length": length},
-            regions={
-                name: inside[mesh.ends].all(axis=1) for name, inside in built.regions.items()
-            },
-            surface=(lambda: on_surface[mesh.ends].all(axis=1)) if has_skin else None,
+            scope,
+            mesh.position,
+            ids=body.node_ids,
+            regions=body.regions,
+            surface=surface,
         )
+    ends = mesh.position[mesh.ends]
+
+    def inside(nodes: Mask) -> Mask:
+        return np.asarray(nodes[mesh.ends].all(axis=1))
+
+    return PointScope(
+        scope,
+        ends.mean(axis=1),
+        ids=body.spring_ids,
+        length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+        regions={name: inside(nodes) for name, nodes in body.regions.items()},
+        surface=None if surface is None else inside(surface),
+    )

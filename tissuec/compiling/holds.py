@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissuec.core.errors import Diagnostic, Note
+from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.network import Indices
@@ -129,7 +129,7 @@ def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:
         if len(common):
             yield Diagnostic(
                 "TIS402",
-                f"{new.mover} and {old.mover} would move {len(common)} nodes "
+                f"{new.mover} and {old.mover} would move {counted(len(common), 'node')} "
                 f"along two paths at {show(new.start, TIME)}",
                 new.span,
                 "let one motion end before the other begins, or make the sets differ",

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiling.courses import read_courses
 from tissuec.compiling.groups import Groups
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.courses import Course
@@ -92,20 +92,13 @@ class SentenceOrder:
         name = self._object(after)
         if name.key in self.tools:
             return Mover(self.tools[name.key].name, None)
-        if (
-            not self.groups.is_known(name)
-            and (
-                near := alternatives(
-                    name.text, [t.name for t in self.tools.values()], what="tools"
-                )
-            )
-            and near.startswith("did you mean")
-        ):
+        names = [tool.name for tool in self.tools.values()]
+        if not self.groups.is_known(name) and did_you_mean(name.text, names):
             self.scope.findings.reject(
                 "TIS301",
                 f'there is no set or tool called "{name.text}"',
                 name.span,
-                hint=near,
+                hint=alternatives(name.text, names, what="tools"),
             )
         group = self.groups.nodes(name)
         return Mover(group.name, group.indices)

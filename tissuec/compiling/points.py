@@ -1,6 +1,7 @@
 """Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +10,11 @@ from tissuec.core import units
 from tissuec.core.errors import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
+
+Mask: TypeAlias = NDArray[np.bool_]
 
 
 class PointScope(Scope):
@@ -20,9 +23,10 @@ class PointScope(Scope):
     Args:
         constants: Scope of the scene's own numbers.
         position: The points [m], shape (point, 3).
-        columns: Further numbers per point, such as "length" or "id".
-        regions: Membership of each point in each region, by lower-case name.
-        surface: Gives which points lie on the surface; None where no surface is known.
+        ids: Ids of the author, shape (point,); None where nothing has ids yet.
+        length: Lengths of springs [m], shape (point,); None for nodes.
+        regions: Membership of each point in each region, by key of its name.
+        surface: Which points lie on the surface, shape (point,); None where there is none.
     """
 
     def __init__(
@@ -30,9 +34,10 @@ class PointScope(Scope):
         constants: Scope,
         position: Floats,
         *,
-        columns: Mapping[str, Value] | None = None,
-        regions: Mapping[str, NDArray[np.bool_]] | None = None,
-        surface: Callable[[], NDArray[np.bool_]] | None = None,
+        ids: Indices | None = None,
+        length: Floats | None = None,
+        regions: Mapping[str, Mask] | None = None,
+        surface: Mask | None = None,
     ):
         super().__init__(constants.findings)
         self.constants = constants
@@ -40,7 +45,10 @@ class PointScope(Scope):
         self.columns = {
             name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")
         }
-        self.columns.update(columns or {})
+        if ids is not None:
+            self.columns["id"] = Value(ids.astype(float), NUMBER)
+        if length is not None:
+            self.columns["length"] = Value(length, LENGTH)
         self.regions = regions or {}
         self.surface = surface
 
@@ -71,13 +79,41 @@ class PointScope(Scope):
                         node.span,
                         hint="choose its nodes by their places or their ids",
                     )
-                return self.surface()
+                return self.surface
             case _:
                 return super().test(node)
 
-    def select(self, condition: s.Expression) -> NDArray[np.bool_]:
+    def select(self, condition: s.Expression) -> Mask:
         """Return which points meet a condition, shape (point,)."""
         return np.broadcast_to(self.decide(condition), len(self.position)).astype(bool)
+
+    def with_ids(self, node: s.Expression, body: str, what: str) -> Mask:
+        """Return which points have one of the listed ids, shape (point,).
+
+        Args:
+            node: What stands behind ``in``.
+            body: Name of the body, for messages.
+            what: "node" or "spring".
+        """
+        if not isinstance(node, s.Listing):
+            self.findings.reject("TIS312", "ids are listed: in [1, 2, 3]", node.span)
+        ids = self.columns["id"].amount
+        chosen = np.zeros(len(ids), dtype=bool)
+        for item in node.items:
+            value = self.constants.number(item)
+            self.expect(value, NUMBER, item.span, what="an id")
+            hit = ids == float(value.amount)
+            if not hit.any():
+                self.findings.reject(
+                    "TIS302",
+                    f"{body} has no {what} with id {float(value.amount):g}",
+                    item.span,
+                    hint=f"ids run from {ids.min():.0f} to {ids.max():.0f}"
+                    if len(ids)
+                    else "it has none",
+                )
+            chosen |= hit
+        return chosen
 
     def _within(self, node: s.Within) -> Truth:
         radius, centre = self.number(node.radius), self.evaluate(node.centre)
@@ -118,8 +154,3 @@ def extents(position: Floats) -> str:
         f"{axis} runs from {units.show(a, LENGTH)} to {units.show(b, LENGTH)}"
         for axis, a, b in zip("xyz", low, high, strict=True)
     )
-
-
-def plain(numbers: NDArray[np.int64]) -> Value:
-    """Return whole numbers as a value without a dimension."""
-    return Value(numbers.astype(float), NUMBER)

@@ -197,7 +197,8 @@ class ScriptReader:
             what = "lasts until" if slot.duration else "happens at"
             self.findings.add(
                 "W402",
-                f"this {what} {show(end, TIME)}, but the run ends at {show(self.duration, TIME)}",
+                f"this {what} {show(end, TIME)}, "
+                f"but the run ends at {show(self.duration, TIME)}",
                 item.head,
                 hint="write an earlier time, or a longer duration in simulate",
             )

@@ -20,8 +20,7 @@ from tissuec.meshes import Mesh
 from tissuec.meshes.explicit import Explicit, TableError
 from tissuec.network import Floats, Indices
 from tissuec.scene.expressions import Scope
-from tissuec.scene.model import Body
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.model import Body, Tables
 
 ID = "id"
 _WORD = re.compile(r"[^\s,]+")
@@ -31,7 +30,8 @@ NODE_COLUMNS: dict[str, Dimension | None] = {
 }  # fmt: skip
 SPRING_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "a": None, "b": None, "rest length": LENGTH,
-    **{name: QUANTITIES[name].dimension for name in ("spring constant", "viscosity", "fraction force")},
+    "spring constant": units.STIFFNESS, "viscosity": units.VISCOSITY,
+    "fraction force": units.FORCE,
 }  # fmt: skip
 #: Columns that may leave a cell open with "-": the tissue gives what is missing.
 _OPEN = ("mass", "rest length", "spring constant", "viscosity", "fraction force")
@@ -57,21 +57,20 @@ class ExplicitBody:
         return cls(mesh, nodes, springs, {}, {})
 
 
-def read_tables(body: Body, scope: Scope) -> ExplicitBody:
+def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     """Return the mesh and the columns of an explicit body; mistakes point at their cell."""
-    assert body.tables is not None
-    nodes = _Reader(body.tables.nodes, NODE_COLUMNS, ("x",), scope).read()
+    nodes = _Reader(tables.nodes, NODE_COLUMNS, ("x",), scope).read()
     node_ids = nodes.ids()
     if not len(node_ids):
         message = f"the table holds no node of {body.name}"
         scope.findings.reject(
-            "TIS302", message, body.tables.nodes.name.span, hint="write at least one row"
+            "TIS302", message, tables.nodes.name.span, hint="write at least one row"
         )
     position = np.stack([nodes.get(axis, default=0.0) for axis in "xyz"], axis=1)
-    if body.tables.springs is None:
+    if tables.springs is None:
         springs, ends, spring_ids = None, np.zeros((0, 2), np.int32), np.zeros(0, np.int64)
     else:
-        springs = _Reader(body.tables.springs, SPRING_COLUMNS, ("a", "b"), scope).read()
+        springs = _Reader(tables.springs, SPRING_COLUMNS, ("a", "b"), scope).read()
         spring_ids = springs.ids()
         ends = np.stack(
             [springs.node_numbers(end, node_ids, body.name) for end in ("a", "b")], axis=1
@@ -106,43 +105,19 @@ class _Reader:
 
     def read(self) -> "_Reader":
         """Read header and rows."""
-        clauses = {clause.word: clause for clause in self.table.clauses}
-        header = clauses.get("with")
-        value = header.value if header else None
-        if (
-            not isinstance(value, s.Name)
-            or value.words.lower() != "columns"
-            or value.quoted is None
-        ):
-            self.findings.reject(
-                "TIS304",
-                "a table needs its columns",
-                self.table.name.span,
-                hint='for example: with columns "id x y z"',
-            )
-        if stray := set(clauses) - {"of", "in", "with"}:
-            clause = clauses[stray.pop()]
-            self.findings.reject(
-                "TIS303", f'"{clause.word}" cannot stand in a table', clause.span
-            )
-        length = (
-            self._unit(clauses["in"].value.span.text, LENGTH, clauses["in"].value.span)
-            if "in" in clauses
-            else None
-        )
-        assert header is not None
-        factors = self._header(value.quoted, length, header)
+        factors = self._header()
         wanted = [
             Column(
                 name, "whole" if self.known[name] is None else "number", optional=name in _OPEN
             )
-            for name in self.names
+            for name in factors
         ]
         try:
             cells = read_rows(self.table, wanted)
         except CompileError as error:
-            self.findings.diagnostics.extend(error.diagnostics)
+            self.findings.extend(error.diagnostics)
             self.findings.stop()
+        self.names = list(factors)
         for name, column in zip(self.names, cells, strict=True):
             self.columns[name] = self._scaled(name, column, factors[name])
             self._check_sign(name, self.columns[name])
@@ -188,44 +163,68 @@ class _Reader:
             )
         return found
 
-    def _header(
-        self, text: str, length: float | None, clause: s.Clause
-    ) -> dict[str, float | None]:
-        """Read the header into ``names``; return the factor to SI of each column."""
+    def _header(self) -> dict[str, float | None]:
+        """Return the factor to SI of each column, None for ids."""
+        clauses = {clause.word: clause for clause in self.table.clauses}
+        header = clauses.get("with")
+        value = header.value if header else None
+        if (
+            not isinstance(value, s.Name)
+            or value.words.lower() != "columns"
+            or value.quoted is None
+        ):
+            self.findings.reject(
+                "TIS304",
+                "a table needs its columns",
+                self.table.name.span,
+                hint='for example: with columns "id x y z"',
+            )
+        for word, clause in clauses.items():
+            if word not in ("of", "in", "with"):
+                self.findings.reject("TIS303", f'"{word}" cannot stand in a table', clause.span)
+        length = None
+        if "in" in clauses:
+            unit = clauses["in"].value.span
+            length = self._unit(unit.text, LENGTH, unit)
+        factors = self._columns(value.quoted, value.span.end - 1, length)
+        for name in self.needed:
+            if name not in factors:
+                message = f'the table needs a column "{name}"'
+                self.findings.reject("TIS304", message, clauses["with"].span)
+        return factors
+
+    def _columns(self, text: str, end: int, length: float | None) -> dict[str, float | None]:
+        """Return the columns that a header names; its ``text`` ends at offset ``end``."""
         factors: dict[str, float | None] = {}
-        words = list(_WORD.finditer(text))
-        begin = clause.value.span.end - 1 - len(text)
-
-        def place(word: re.Match[str]) -> Span:
-            return Span(clause.span.source, begin + word.start(), begin + word.end())
-
+        begin = end - len(text)
+        words = [
+            Span(self.table.span.source, begin + word.start(), begin + word.end())
+            for word in _WORD.finditer(text)
+        ]
         while words:
-            pair = " ".join(word[0].lower() for word in words[:2])
-            name = pair if pair in self.known else words[0][0].lower()
-            where = place(words[0]).to(place(words[name.count(" ")]))
-            words = words[1 + name.count(" ") :]
+            pair = " ".join(word.text.lower() for word in words[:2])
+            name = pair if pair in self.known else words[0].text.lower()
+            count = 1 + name.count(" ")
+            where = words[0].to(words[count - 1])
+            words = words[count:]
             if name not in self.known:
                 self.findings.reject(
-                    "TIS303", f'"{name}" is not a column of {self.table.name.text}', where,
+                    "TIS303",
+                    f'"{name}" is not a column of {self.table.name.text}',
+                    where,
                     hint=alternatives(name, self.known, what="columns"),
-                )  # fmt: skip
+                )
             if name in factors:
                 self.findings.reject("TIS307", f'column "{name}" stands twice', where)
             dimension = self.known[name]
             factors[name] = None
-            if len(words) > 1 and words[0][0] == "in":
+            if len(words) > 1 and words[0].text == "in":
                 if dimension is None:
-                    self.findings.reject("TIS502", f"{name} has no unit", place(words[1]))
-                factors[name] = self._unit(words[1][0], dimension, place(words[1]))
+                    self.findings.reject("TIS502", f"{name} has no unit", words[1])
+                factors[name] = self._unit(words[1].text, dimension, words[1])
                 words = words[2:]
             elif dimension is not None:
                 factors[name] = self._default_factor(name, dimension, length, where)
-            self.names.append(name)
-        for name in self.needed:
-            if name not in factors:
-                self.findings.reject(
-                    "TIS304", f'the table needs a column "{name}"', clause.span
-                )
         return factors
 
     def _default_factor(
@@ -267,16 +266,14 @@ class _Reader:
         return scaled
 
     def _check_sign(self, name: str, column: Floats) -> None:
-        bad = (
-            (column <= 0.0)
-            if name in _ABOVE_ZERO
-            else (column < 0.0)
-            if name in _NOT_BELOW_ZERO
-            else None
-        )
-        if bad is not None and bad.any():
-            row = int(np.flatnonzero(bad)[0])
-            wanted = "above zero" if name in _ABOVE_ZERO else "zero or more"
+        if name in _ABOVE_ZERO:
+            bad, wanted = np.flatnonzero(column <= 0.0), "above zero"
+        elif name in _NOT_BELOW_ZERO:
+            bad, wanted = np.flatnonzero(column < 0.0), "zero or more"
+        else:
+            return
+        if len(bad):
+            row = int(bad[0])
             self.findings.reject(
                 "TIS308", f"the {name} in row {row + 1} must be {wanted}", self._cell(row, name)
             )

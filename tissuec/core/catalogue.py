@@ -1,5 +1,6 @@
 """What each code of a message means: ``codes.toml`` as values and as a page of the manual."""
 
+import textwrap
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -108,6 +109,4 @@ A file is read to its end before anything is reported: one run shows up to ten m
 
 
 def _wrapped(text: str) -> str:
-    import textwrap
-
     return textwrap.fill(text, _MOST_IN_A_LINE)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Literal
 
 from tissuec.core.source import Span
@@ -48,8 +47,15 @@ class SimulationError(TissueError):
     """The run diverged or could not go on; the message names the spring, time and line."""
 
 
+def counted(number: int, what: str) -> str:
+    """Return a number with what it counts: ``1 spring``, ``2 springs``."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty string."""
+    from difflib import get_close_matches  # late: most runs have no misspelt word
+
     near = get_close_matches(word, list(known), n=1, cutoff=0.6)
     return f'did you mean "{near[0]}"?' if near else ""
 

@@ -62,6 +62,11 @@ class Span:
         return self.source.text[self.start : self.end]
 
     @property
+    def one_line(self) -> str:
+        """Return the text that the span covers on one line, with single blanks."""
+        return " ".join(self.text.split())
+
+    @property
     def place(self) -> str:
         """Return ``name:line``, the short form for tables and run-time messages."""
         return f"{self.source.name}:{self.line}"

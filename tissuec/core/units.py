@@ -102,10 +102,8 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
     for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
 }
 
-
-LARGEST_EXPONENT = (
-    9  # beyond, a unit is a slip, and its factor would leave the range of numbers
-)
+#: Beyond, a unit is a slip, and its factor would leave the range of numbers.
+LARGEST_EXPONENT = 9
 
 
 class Unit(NamedTuple):

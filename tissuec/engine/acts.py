@@ -1,6 +1,7 @@
 """Motions and loads written out as the tables that kernels read, for one stretch of time."""
 
 from collections.abc import Iterable, Sequence
+from math import inf
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Term
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
+LOOKS = 32  # at least so often a period of a path is looked at, or a full turn, or a ramp
 
 
 def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
@@ -19,6 +21,44 @@ def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
     courses = [term.course for term in terms]
     courses += [motion.turn.course for motion in motions if motion.turn is not None]
     return np.unique(np.concatenate([*(course.knots for course in courses), np.zeros(0)]))
+
+
+def longest_step(motions: Iterable[Motion], start: float, until: float, looks: int) -> float:
+    """Return the largest step that follows prescribed paths in a stretch of time [s].
+
+    No error estimate sees a path that no free node feels; springs between driven and held nodes
+    would break unnoticed, or in another period.
+
+    Args:
+        motions: All of them.
+        start, until: The stretch, without knots inside [s].
+        looks: How often a step is looked into.
+    """
+    middle = start + 0.5 * (until - start)
+    longest = inf
+    for motion in motions:
+        turn = motion.turn
+        courses = [term.course for term in motion.shifts]
+        for course in courses if turn is None else [*courses, turn.course]:
+            if not course.start < middle < course.stop:
+                continue
+            if course.kind == "sine" and course.frequency:
+                longest = min(longest, 1.0 / abs(course.frequency))
+            elif course.kind in ("ramp", "smooth"):
+                longest = min(longest, course.stop - course.start)
+        if turn is not None and turn.angle:
+            fastest = _fastest(turn.course, start, until)
+            if fastest > 0.0:
+                longest = min(longest, 2.0 * np.pi / (fastest * abs(turn.angle)))
+    return float(longest) * looks / LOOKS
+
+
+def _fastest(course: Course, start: float, until: float) -> float:
+    """Return about the largest rate of a course within a stretch [1/s]."""
+    if course.kind == "sine":
+        return 2.0 * np.pi * abs(course.frequency)
+    inside = start + (until - start) * np.linspace(0.0, 1.0, LOOKS + 1)[1:-1]
+    return max(abs(course.at(time)[1]) for time in inside)
 
 
 def pack_acts(

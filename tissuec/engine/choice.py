@@ -13,7 +13,7 @@ from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
 from tissuec.situation import Situation
 
-CROSSING = 5e-3
+CROSSING = 2e-2
 DEFAULT_TOLERANCE = 1e-4
 
 

@@ -5,9 +5,17 @@ NumPy; ``tissuec.engine.tiers`` binds the names of integrator and operations to 
 back to Python whenever something needs a decision, and can then go on where it was.
 """
 
-from math import isfinite
+from math import isfinite, nan
 
-from tissuec.integrators.verlet import VelocityVerlet, estimate, finish, prepare, propose, step
+from tissuec.integrators.verlet import (
+    VelocityVerlet,
+    book,
+    estimate,
+    finish,
+    prepare,
+    propose,
+    step,
+)
 from tissuec.kernels.records import (
     FULL,
     HELD,
@@ -29,6 +37,7 @@ from tissuec.kernels.vector import (
     copy_sample,
     distance,
     force,
+    kinetic,
     peaks,
     place,
     polynomials,
@@ -54,12 +63,15 @@ def drive(
     time, size, end, memory, calm = progress[:5]
     displacement, speed, current, pending, prepared, fresh = progress[5:11]
     accepted, rejected, evaluations, sample, filled, smallest, largest = progress[11:18]
+    energy = progress[18]
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
         force(time, x, v, a, work.power[1], net)
         evaluations += 1
         fresh = 0
+        if LEDGER:
+            work.trend[0] = work.trend[1] = nan
     growing = True
     reason = REACHED
     while True:
@@ -71,7 +83,8 @@ def drive(
                 # Emptied between steps, where a run can be resumed, rather than within one.
                 reason = FULL
                 break
-            if evaluations >= task.evaluations:
+            # Not while a step is tried again: what was learned from it would be forgotten.
+            if growing and evaluations >= task.evaluations:
                 reason = PAUSED
                 break
             end = landing(time, size, task)
@@ -84,8 +97,16 @@ def drive(
             reach = max(displacement, distance(work.x[1 - current], work.origin))
             pace = max(speed, distance(work.v[1 - current], work.zero))
             ratio = 0.0
+            most = energy
+            wrong = 0.0
+            if LEDGER:
+                wrong = book(h, current, work)
+                most = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
             if task.fixed == 0:
                 ratio = judge(h, reach, pace, current, task, work)
+                if LEDGER:
+                    worse = judge_ledger(h, wrong, most, task)
+                    ratio = max(ratio, worse) + 0.0 * (ratio + worse)
                 if not ratio <= 1.0:
                     factor = 0.1
                     if isfinite(ratio):
@@ -100,7 +121,7 @@ def drive(
             near |= finish(time, end, current, work, net)
             evaluations += CLOSING
             accepted += 1
-            displacement, speed = reach, pace
+            displacement, speed, energy = reach, pace, most
             smallest, largest = min(smallest, h), max(largest, h)
             if task.fixed == 0:
                 proposal, memory, calm = propose(h, ratio, memory, calm)
@@ -161,12 +182,15 @@ def drive(
         filled,
         smallest,
         largest,
+        energy,
     )
 
 
 def landing(time: float, size: float, task: Task) -> float:
     """Return where the next step ends, so that no sliver is left before the landing."""
     rest = task.until - time
+    if task.fixed == 0:
+        size = min(size, task.longest)
     if size >= rest * (1.0 - 1e-10):
         return task.until
     if task.fixed == 1:
@@ -195,6 +219,21 @@ def judge(h: float, reach: float, pace: float, current: int, task: Task, work: W
     position /= allowed * max(reach, task.floor) + task.noise
     velocity /= allowed * max(pace, task.floor / h) + task.noise / h
     return max(position, velocity) + 0.0 * (position + velocity)
+
+
+def turnover(current: int, work: Work) -> float:
+    """Return the larger of work done and energy dissipated until the end of a step [J]."""
+    return max(abs(work.ledger[1 - current, 0]), abs(work.ledger[1 - current, 1]))
+
+
+def judge_ledger(h: float, wrong: float, energy: float, task: Task) -> float:
+    """Return the error of the ledger in a step over what it may be, as ``judge`` does.
+
+    Prescribed paths do work even where no free node feels them, so that positions alone do not
+    tell how finely the power must be resolved.
+    """
+    allowed = min(task.budget * h, task.share)
+    return wrong / (allowed * max(energy, task.least) + 2.2e-16 * energy)
 
 
 def look(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tissuec import mechanics
 from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose
 from tissuec.engine.layout import Layout
@@ -107,6 +108,10 @@ class Engine:
             self._begin(situation)
         self._layout.update(situation)
         self._load(situation)
+        if self.method.ledger:
+            present = mechanics.energies(situation, situation.position, situation.velocity)
+            energy = float(present.kinetic + present.elastic)
+            self._update(energy=max(self._progress.energy, energy))
         springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
         if self._work.tension.shape[1] != springs:
             self._work = self._work._replace(tension=np.zeros((3, springs)))
@@ -177,6 +182,7 @@ class Engine:
             "origin": self._layout.outwards(work.origin),
             "ledger": work.ledger[now.current].copy(),
             "power": work.power[1].copy(),
+            "trend": work.trend.copy(),
             "bound": self._task.bound,
             "method": self.choice.name,
             "reason": self.choice.reason,
@@ -201,10 +207,12 @@ class Engine:
         work.v[0] = layout.inwards(situation.velocity)
         work.origin[:] = layout.inwards(np.asarray(state["origin"]))
         work.ledger[0], work.power[1] = state["ledger"], state["power"]
+        work.trend[:] = state["trend"]
         segment = float(state["segment"])
         self._segment = None if np.isnan(segment) else segment
         layout.start, layout.until = float(state["stretch"]), segment
-        self._task = self._task._replace(bound=float(state["bound"]))
+        longest = layout.longest_step(self._integrator.looks)
+        self._task = self._task._replace(bound=float(state["bound"]), longest=longest)
 
     def _begin(self, situation: Situation) -> None:
         """Choose the integrator and make the arrays of the run."""
@@ -251,6 +259,7 @@ class Engine:
         now, layout = self._progress, self._layout
         self._segment = until
         layout.start, layout.until = now.time, until
+        self._task = self._task._replace(longest=layout.longest_step(self._integrator.looks))
         features = layout.features
         if features.moved or features.loaded:
             # Velocities and forces may jump here; the accelerations so far are no longer true.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.acts import knots, pack_acts
+from tissuec.engine.acts import knots, longest_step, pack_acts
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.integrators import Integrator
@@ -179,6 +179,10 @@ class Layout:
         """Return motions and loads for the present stretch of time."""
         motions = list(self.situation.motions.values())
         return pack_acts(motions, self.timed, self.place, self.start, self.until)
+
+    def longest_step(self, looks: int) -> float:
+        """Return the largest step that follows the motions of the present stretch [s]."""
+        return longest_step(self.situation.motions.values(), self.start, self.until, looks)
 
     def next_knot(self, time: float, until: float) -> float:
         """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""

@@ -35,6 +35,8 @@ def new_work(integrator: type[Integrator], node_count: int) -> Work:
         dense_v=integrator.dense_v.copy(),
         weights=np.zeros((2, rows)),
         tension=np.zeros((3, 0)),
+        booked=np.zeros((2, 2)),
+        trend=np.full(2, np.nan),
     )
 
 
@@ -59,6 +61,7 @@ def new_progress(time: float) -> Progress:
         filled=0,
         smallest=inf,
         largest=0.0,
+        energy=0.0,
     )
 
 
@@ -84,15 +87,18 @@ def new_task(
     # Nodes that all coincide in the drawing have no size; the springs may tell one.
     size = extent or float(network.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
+    floor = max(FLOOR * size, TINIEST)
     return Task(
         until=0.0,
         evaluations=0,
         hold=0,
         fixed=0,
+        longest=inf,
         budget=integrator.safety * tolerance / duration if duration else inf,
         share=integrator.share * tolerance,
-        floor=max(FLOOR * size, TINIEST),
+        floor=floor,
         noise=max(ROUNDING * max(coordinates, size), TINIEST),
+        least=max(0.5 * float(network.stiffness.max(initial=0.0)) * floor**2, TINIEST),
         bound=1e6 * extent if extent and network.spring_count else inf,
     )
 

@@ -31,6 +31,7 @@ OPERATIONS = (
     "drift",
     "force",
     "kick",
+    "kinetic",
     "peaks",
     "place",
     "polynomials",
@@ -80,7 +81,7 @@ def bound_inside(integrator: type[Integrator], features: Features) -> Inside:
 
 def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any]:
     """Return what the names in the stepping code mean for an integrator and features."""
-    functions = ("step", "estimate", "finish", "prepare", "propose")
+    functions = ("step", "estimate", "book", "finish", "prepare", "propose")
     numbers = ("trials", "closing", "insiders", "end_row", "looks", "control_order")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}

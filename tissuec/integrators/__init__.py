@@ -69,8 +69,16 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
+    def book(h: float, current: int, work: Work) -> float:
+        """Set the ledger at the step's end; return its largest local error [J].
+
+        Called after each step that was tried, where work and dissipation are integrated.
+        """
+        ...
+
+    @staticmethod
     def finish(time: float, end: float, current: int, work: Work, net: object) -> bool:
-        """Complete an accepted step with accelerations and ledger; tell as ``step`` does."""
+        """Complete an accepted step with accelerations; tell as ``step`` does."""
         ...
 
     @staticmethod

@@ -11,7 +11,6 @@ import numpy as np
 
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.scalar import LEDGER
 from tissuec.kernels.tableau853 import E3, E5, STAGES, A, C, D
 from tissuec.kernels.vector import (
     VectorNet,
@@ -107,14 +106,26 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return position, blended_error(five, three)
 
 
+def book(h: float, current: int, work: Work) -> float:
+    """Set the ledger at the step's end; return the largest local error of its entries [J]."""
+    table, power, nothing = work.tableau, work.power, work.zero[:2]
+    five, three = work.booked[0], work.booked[1]
+    quadrature(work.ledger[current], h, table[STAGES + RESULT], power, work.ledger[1 - current])
+    quadrature(nothing, h, table[ERROR + 2], power, five)
+    quadrature(nothing, h, table[ERROR + 3], power, three)
+    worst = 0.0
+    for k in range(2):
+        below = sqrt(five[k] ** 2 + 0.01 * three[k] ** 2)
+        if below > 0.0:
+            worst = max(worst, five[k] ** 2 / below)
+    return worst
+
+
 def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
-    """Evaluate the end of an accepted step and add its work and dissipation."""
+    """Evaluate the end of an accepted step."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     near = force(end, x, v, a, work.power[1 + RESULT], net)
     scale(1.0, a, work.rows[1 + RESULT])
-    if LEDGER:
-        weights, ledger = work.tableau[STAGES + RESULT], work.ledger[1 - current]
-        quadrature(work.ledger[current], end - time, weights, work.power, ledger)
     return near
 
 
@@ -163,6 +174,7 @@ class Dop853:
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)
+    book = staticmethod(book)
     finish = staticmethod(finish)
     prepare = staticmethod(prepare)
     propose = staticmethod(propose)

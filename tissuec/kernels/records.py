@@ -74,6 +74,8 @@ class Work(NamedTuple):
     dense_v: Floats  # the same for velocities
     weights: Floats  # shape (2, row)
     tension: Floats  # three looks at the springs [N], shape (3, spring) or (3, 0)
+    booked: Floats  # two estimates of the error of the ledger [J], shape (2, 2)
+    trend: Floats  # rates of both powers in the last step [W/s], NaN if unknown, shape (2,)
 
 
 class Task(NamedTuple):
@@ -83,10 +85,12 @@ class Task(NamedTuple):
     evaluations: int  # come back at the first step's start with so many in all
     hold: int  # 1: come back after each accepted step before its samples are taken
     fixed: int  # 1: keep the size of the steps
+    longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
     share: float  # local error allowed in one step, relative to the motion
     floor: float  # smallest displacement that errors are measured by [m]
     noise: float  # error that is put down to rounding [m]
+    least: float  # smallest energy that errors of the ledger are measured by [J]
     bound: float  # displacement beyond which the run is looked at [m]
 
 
@@ -111,6 +115,7 @@ class Progress(NamedTuple):
     filled: int  # samples in the buffer
     smallest: float  # step so far [s]
     largest: float  # step so far [s]
+    energy: float  # largest so far, where the ledger is kept [J]
 
 
 class Buffer(NamedTuple):

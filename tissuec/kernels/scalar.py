@@ -171,6 +171,16 @@ def polynomials(table: Floats, part: float, out: Floats) -> None:
         out[j] = value
 
 
+def kinetic(v: Floats, net: Net) -> float:
+    """Return the kinetic energy of the free nodes [J]."""
+    total = 0.0
+    for node in range(net.inverse_mass.size):
+        if net.inverse_mass[node] > 0.0:
+            i = 3 * node
+            total += (v[i] ** 2 + v[i + 1] ** 2 + v[i + 2] ** 2) / net.inverse_mass[node]
+    return 0.5 * total
+
+
 def quadrature(
     base: Floats, factor: float, weights: Floats, power: Floats, out: Floats
 ) -> None:

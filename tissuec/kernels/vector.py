@@ -57,6 +57,8 @@ class VectorNet:
         self.stiffness, self.damping, self.rest = stiffness, damping, rest
         self.strength, self.near = strength, near
         self.inverse_mass = np.repeat(inverse_mass, 3)
+        is_free = self.inverse_mass > 0.0
+        self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts = acts
         self.watched, self.ledger = watched, ledger
@@ -174,6 +176,11 @@ def scale(factor: float, vector: Floats, out: Floats) -> None:
 def polynomials(table: Floats, part: float, out: Floats) -> None:
     """Set out_j = Σ_k table[k, j] part^(k + 1)."""
     np.dot(part ** np.arange(1, len(table) + 1), table, out=out)
+
+
+def kinetic(v: Floats, net: VectorNet) -> float:
+    """Return the kinetic energy of the free nodes [J]."""
+    return float(np.dot(net.half_mass, v * v))
 
 
 def quadrature(

@@ -268,5 +268,5 @@ class Builder:
         return s.Module(version, tuple(items), self.source)
 
     def items(self, children: list[Any]) -> s.Module:
-        """Return what follows a mistake; its problems count, the module itself is dropped."""
+        """Return a part of a text: an assignment alone, or what follows a mistake."""
         return s.Module(s.Number(1.0, Span(self.source, 0, 0)), tuple(children), self.source)

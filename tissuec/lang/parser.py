@@ -38,18 +38,19 @@ def lark_parser() -> Lark:
     return load_parser(_BUILDER)
 
 
-def parse(source: Source) -> Module:
+def parse(source: Source, *, has_heading: bool = True) -> Module:
     """Return the syntax nodes of a text.
 
     Args:
         source: A text as :func:`tissuec.lang.characters.normalise` returns it.
+        has_heading: Whether the text begins with its language; False for a part of a scene.
 
     Raises:
         CompileError: The text has mistakes; up to ten are reported, in order.
     """
     layout = lay_out(source)
     with _LOCK, _no_garbage_collection():
-        module, problems = _parse(layout)
+        module, problems = _parse(layout, has_heading=has_heading)
     if module is None or problems:
         raise CompileError(in_order(problems)[:MOST_PROBLEMS])
     return module
@@ -67,12 +68,12 @@ def _no_garbage_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _parse(layout: Layout) -> tuple[Module | None, list[Diagnostic]]:
+def _parse(layout: Layout, *, has_heading: bool) -> tuple[Module | None, list[Diagnostic]]:
     """Return the module, unless a statement had to be left out, and all problems."""
-    heading = check_heading(layout.source, layout.text)
+    heading = check_heading(layout.source, layout.text) if has_heading else None
     problems = [*layout.problems, *([heading] if heading else [])]
     text, begin = layout.text, 0
-    rule = "items" if heading else "file"
+    rule = "items" if heading or not has_heading else "file"
     _BUILDER.begin(layout)
     while len(problems) < MOST_PROBLEMS:
         try:

@@ -16,6 +16,11 @@ def _span() -> Span:
     return field(compare=False, repr=False)
 
 
+def key_of(text: str) -> str:
+    """Return the form under which names are compared: small letters, single blanks."""
+    return " ".join(text.lower().split())
+
+
 # --- expressions ------------------------------------------------------------------------------
 
 
@@ -34,8 +39,8 @@ class Name:
 
     @property
     def key(self) -> str:
-        """Return the form under which names are compared: small letters, single blanks."""
-        return " ".join(self.text.lower().split())
+        """Return the name as ``key_of`` has it."""
+        return key_of(self.text)
 
 
 @dataclass(frozen=True, slots=True)

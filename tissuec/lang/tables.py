@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, counted
 from tissuec.core.source import Span
 from tissuec.lang.layout import MOST_PROBLEMS
 from tissuec.lang.plain import shown
@@ -195,8 +195,7 @@ def _places(rows_span: Span, wanted: set[int]) -> dict[int, list[Span]]:
 
 
 def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
-    cells = "1 cell" if len(row) == 1 else f"{len(row)} cells"
-    message = f"this row has {cells} where {len(columns)} are needed"
+    message = f"this row has {counted(len(row), 'cell')} where {len(columns)} are needed"
     hint = f"the columns are {', '.join(column.name for column in columns)}"
     return Diagnostic("TIS120", message, row[0].to(row[-1]), hint)
 

@@ -15,8 +15,9 @@ class Mesh:
 
     Attributes:
         position: Node positions [m], shape (node, 3).
-        ends: Node pair of each spring, shape (spring, 2), lower index first, no pair twice.
-        skin: Closed or open surface as triangles for viewers, shape (triangle, 3); may be empty.
+        ends: Node pair of each spring, shape (spring, 2), lower index first.
+        skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
+            empty.
     """
 
     position: NDArray[np.float64]
@@ -25,12 +26,12 @@ class Mesh:
 
 
 class Generator(Protocol):
-    """What a member of ``MESHES`` can do; its dataclass fields are its entries in the language."""
+    """What a member of ``MESHES`` can do; its fields are its entries in the language."""
 
     def build(self) -> Mesh: ...
 
     def size(self) -> tuple[int, int]:
-        """Return an upper bound of (nodes, springs) without building, to refuse absurd counts."""
+        """Return upper bounds of (nodes, springs) without building, to refuse absurd counts."""
         ...
 
 

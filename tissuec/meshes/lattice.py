@@ -49,6 +49,7 @@ CRYSTALS = {
     ),
 }
 _REACH = ("nearest neighbours", "second neighbours", "third neighbours")
+LARGEST = 2**53  # cells along a side; up to here each whole number is a float of its own
 _MARGIN = 3  # the longest component of a third neighbour, in fine steps
 
 
@@ -102,19 +103,22 @@ class Lattice:
         """Return the number of cells along x, y and z.
 
         Raises:
-            ValueError: A side of the box is not a whole number of cells.
+            ValueError: A side of the box is not a whole number of cells, or of more cells than
+                can be counted.
         """
         low, high = self.corners
-        length = high - low
-        count = np.maximum(np.rint(length / self.cell), 1.0)
+        with np.errstate(over="ignore"):
+            length = high - low
+            count = np.maximum(np.rint(length / self.cell), 1.0)
+        if np.any(count > LARGEST):
+            raise ValueError('"cell" is too small for the "box": it holds too many cells')
         # A billionth is far above rounding of sizes and far below any size someone means. The
         # second part is the rounding of coordinates far away from the origin.
         allowed = 1e-9 * length + 4.0 * np.spacing(np.maximum(np.abs(low), np.abs(high)))
-        for axis, misfit in zip(
-            "xyz", np.abs(length - count * self.cell) > allowed, strict=True
-        ):
+        misfits = np.abs(length - count * self.cell) > allowed
+        for axis, side, misfit in zip("xyz", length.tolist(), misfits, strict=True):
             if misfit:
-                raise ValueError(self._misfit(axis, float(length["xyz".index(axis)])))
+                raise ValueError(self._misfit(axis, side))
         return int(count[0]), int(count[1]), int(count[2])
 
     def _misfit(self, axis: str, length: float) -> str:

@@ -34,7 +34,8 @@ def _problem(value: Any, declared: object) -> str:
             if not np.isfinite(value):
                 return f'must be finite, not "{value}"'
             if above is not None and value <= above:
-                return f"must be above {units.show(above, dimension)}, not {units.show(value, dimension)}"
+                limit, shown = (units.show(number, dimension) for number in (above, value))
+                return f"must be above {limit}, not {shown}"
             return _outside(value, at_least, at_most, dimension)
         case Point():
             return _not_points(value, (3,))

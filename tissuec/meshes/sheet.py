@@ -1,4 +1,4 @@
-"""A flat sheet: rows and columns of nodes in any plane, such as a membrane or a patch of skin."""
+"""A flat sheet: rows and columns of nodes in any plane, such as a patch of skin."""
 
 from dataclasses import dataclass
 from typing import Annotated

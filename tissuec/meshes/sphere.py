@@ -27,7 +27,8 @@ class Sphere:
         centre: Centre of the sphere.
         radius: Distance of every surface node from the centre.
         subdivisions: How often each of the 20 triangles is divided in four.
-        interior: Springs through the inside: none, spokes (to the centre) or antipodes (across).
+        interior: Springs through the inside: none, spokes (to the centre) or antipodes
+            (across).
     """
 
     centre: Position

@@ -195,11 +195,13 @@ def _rates(plan: Plan) -> list[float]:
 
 def _all_times(plan: Plan, streams: list[Floats], near: float) -> Floats:
     """Return all times at which a sample is wanted [s], shape (sample,)."""
-    expectations = plan.expectations
+    expectations, duration = plan.expectations, plan.simulation.duration
     judged = [time for e in expectations for time in (e.start, e.stop, *e.pinned)]
     wanted = np.concatenate([*streams, np.array(judged, dtype=float)])
-    anchors = np.array([event.time for event in plan.events])
-    return join_times(np.minimum(wanted, plan.simulation.duration), anchors, near)
+    # Frames keep their times to the last bit, whatever else is logged.
+    frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
+    anchors = np.concatenate([frames, [event.time for event in plan.events]])
+    return join_times(np.minimum(wanted, duration), anchors, near)
 
 
 def _frozen(situation: Situation) -> Situation:

@@ -12,7 +12,7 @@ SAME = 1e-12
 def join_times(times: Floats, anchors: Floats, near: float) -> Floats:
     """Return distinct times in ascending order.
 
-    Of times that are nearly the same the first counts, or the anchor if one is among them.
+    Of times that are nearly the same the first counts, or the last anchor that is among them.
 
     Args:
         times: [s], shape (time,), in any order.
@@ -23,10 +23,9 @@ def join_times(times: Floats, anchors: Floats, near: float) -> Floats:
     if not len(times):
         return times
     times = times[np.concatenate([[True], np.diff(times) > near])]
-    for anchor in anchors:
-        place = np.searchsorted(times, anchor - near)
-        if place < len(times) and abs(times[place] - anchor) <= near:
-            times[place] = anchor
+    places = np.minimum(np.searchsorted(times, anchors - near), len(times) - 1)
+    is_there = np.abs(times[places] - anchors) <= near
+    times[places[is_there]] = anchors[is_there]
     return times
 
 

@@ -1,7 +1,7 @@
 """Bodies: a mesh, its tissue, and regions with tissues of their own."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,25 +14,41 @@ from tissuec.meshes import MESHES, Generator
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Findings
+from tissuec.scene.given import read_given
 from tissuec.scene.model import Body, Given, Region, Tables, Tissue
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.tables import explicit_tables, tables_of
 
 EXPLICIT = "explicit"
-TABLES = ("nodes", "springs")
 INTERFACES = ("mean", "softer", "stiffer")
-Number = Annotated[float, Measure(units.NUMBER)]
 
 #: Entries of a body beside mesh, tissue and regions.
 BODY_ENTRIES: dict[str, schema.Entry] = {
     entry.name: entry
     for entry in (
-        schema.Entry("mass", "mass", Measure(units.MASS, above=0.0), None, "mass of the whole body, shared equally by its nodes"),
-        schema.Entry("interface", "interface", OneOf(INTERFACES), "", "what a spring between two regions is made of"),
+        schema.Entry(
+            "mass",
+            "mass",
+            Measure(units.MASS, above=0.0),
+            None,
+            "mass of the whole body, shared equally by its nodes",
+        ),
+        schema.Entry(
+            "interface",
+            "interface",
+            OneOf(INTERFACES),
+            "",
+            "what a spring between two regions is made of",
+        ),
         schema.Entry("velocity", "velocity", Point(units.VELOCITY), None, "initial velocity"),
-        schema.Entry("spin", "spin", Point(units.FREQUENCY), None, "initial rotation about the centre of mass, in rad/s"),
+        schema.Entry(
+            "spin",
+            "spin",
+            Point(units.FREQUENCY),
+            None,
+            "initial rotation about the centre of mass, in rad/s",
+        ),
     )
-}  # fmt: skip
+}
 
 
 def read_body(
@@ -73,12 +89,10 @@ class _BodyReader:
         self.rest: dict[str, Any] = {}
 
     def read(self) -> Body:
-        errors = len(self.findings.errors)
-        for item in self.block.items:
-            with self.findings.item():
-                self._item(item)
-        if len(self.findings.errors) > errors:
-            self.findings.stop()
+        with self.findings.together():
+            for item in self.block.items:
+                with self.findings.item():
+                    self._item(item)
         tables = self._tables()
         if self.mesh is None and not self.is_explicit:
             self.findings.reject(
@@ -92,7 +106,8 @@ class _BodyReader:
                 "TIS304",
                 f'body {self.name.text} has regions and needs "interface"',
                 self.block.head,
-                hint="write interface is mean, softer or stiffer: what springs between two regions are made of",
+                hint="write interface is mean, softer or stiffer: "
+                "what springs between two regions are made of",
             )
         zero = np.zeros(3)
         return Body(
@@ -154,7 +169,8 @@ class _BodyReader:
                     "TIS303",
                     "an explicit mesh stands in tables, not in entries",
                     item.items[0].span,
-                    hint=f'table nodes of {self.name.text} in mm with columns "id x y z" {{ … }}',
+                    hint=f"table nodes of {self.name.text} in mm "
+                    'with columns "id x y z" { … }',
                 )
             return
         items = item.items if isinstance(item, s.Block) else ()
@@ -190,7 +206,7 @@ class _BodyReader:
                 hint=f"region {name.text} where z > 10 mm {{ tissue is … }}",
             )
         for other in self.regions:
-            if other.name.lower() == name.text.lower():
+            if s.key_of(other.name) == name.key:
                 self.findings.reject(
                     "TIS503",
                     f'region "{name.text}" is defined twice',
@@ -215,64 +231,17 @@ class _BodyReader:
         return Region(name.text, block.clauses[0].value, tissue, prestress, block.head)
 
     def _tables(self) -> Tables | None:
-        mine: dict[str, s.Table] = {}
-        for table in self.declarations.tables:
-            owner = owner_of(table)
-            if owner is None or owner.key != self.name.key:
-                continue
-            if table.name.key in mine:
-                first = mine[table.name.key].name.span
-                self.findings.reject(
-                    "TIS503",
-                    f"body {self.name.text} has two tables of {table.name.text}",
-                    table.name.span,
-                    notes=(Note("first here", first),),
-                )
-            mine[table.name.key] = table
-        if mine and not self.is_explicit:
-            first = next(iter(mine.values()))
+        tables = tables_of(self.name, self.declarations, self.findings)
+        if self.is_explicit:
+            return explicit_tables(self.name, self.block.head, tables, self.findings)
+        if tables:
             self.findings.reject(
                 "TIS306",
                 f"body {self.name.text} has a mesh and a table",
-                first.name.span,
+                next(iter(tables.values())).name.span,
                 hint="write mesh is explicit",
             )
-        if not self.is_explicit:
-            return None
-        if "nodes" not in mine:
-            self.findings.reject(
-                "TIS304",
-                f"body {self.name.text} needs a table of nodes",
-                self.block.head,
-                hint=f'table nodes of {self.name.text} in mm with columns "id x y z" {{ 1 0 0 0 }}',
-            )
-        return Tables(mine["nodes"], mine.get("springs"))
-
-
-def owner_of(table: s.Table) -> s.Name | None:
-    """Return the body that a table names, None if it names none."""
-    values = [clause.value for clause in table.clauses if clause.word == "of"]
-    return values[0] if values and isinstance(values[0], s.Name) else None
-
-
-def check_table(table: s.Table, declarations: Declarations, findings: Findings) -> None:
-    """Reject a table that no body has: a misspelt one must not be passed over."""
-    if table.name.key not in TABLES:
-        findings.reject(
-            "TIS303",
-            f'"{table.name.text}" is not a table of a body',
-            table.name.span,
-            hint=alternatives(table.name.key, TABLES, what="tables"),
-        )
-    owner = owner_of(table)
-    if owner is None:
-        findings.reject(
-            "TIS304",
-            "a table needs to name its body",
-            table.name.span,
-            hint=f"for example: table {table.name.text} of net …",
-        )
-    declarations.find("body", owner, findings)
+        return None
 
 
 def _word(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
@@ -290,26 +259,3 @@ def _word(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) 
             hint=f"for example: {example}",
         )
     return item.phrase.words[0]
-
-
-def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
-    """Return a physical quantity written as a number: ``fraction force = 0.4 N``.
-
-    ``per 1 mm`` behind it makes it a value for springs of that length.
-    """
-    quantity = QUANTITIES[name]
-    low = {"at_least": 0.0} if quantity.may_be_zero and name != "prestress" else {"above": 0.0}
-    limits = {"above": -10.0, "at_most": 0.99} if name == "prestress" else low
-    value = schema.read_value(
-        Measure(quantity.dimension, **limits), item.value, scope, what=name
-    )
-    length = None
-    for clause in item.clauses:
-        if clause.word != "per" or not quantity.scales:
-            scope.findings.reject(
-                "TIS303", f'"{clause.word}" cannot stand behind {name}', clause.span
-            )
-        length = schema.read_value(
-            Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length"
-        )
-    return Given(quantity, value, quantity.spreads[0], length, "written", item.span)

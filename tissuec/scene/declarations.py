@@ -1,12 +1,16 @@
 """What a program declares, sorted by kind, each name once."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
+
+T = TypeVar("T")
 
 #: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
 NAMED = ("property", "quantity", "rules", "tissue", "body", "tool", "learn")
@@ -51,6 +55,16 @@ class Declarations:
         """Return the declarations of one kind."""
         return self.named.get(kind, {})
 
+    def read_each(
+        self, kind: str, read: Callable[[Declared], T], findings: Findings
+    ) -> dict[str, T]:
+        """Return what ``read`` makes of each declaration; a mistake rejects one only."""
+        found: dict[str, T] = {}
+        for key, declared in self.of(kind).items():
+            with findings.item():
+                found[key] = read(declared)
+        return found
+
     def find(self, kind: str, name: s.Name, findings: Findings) -> Declared:
         """Return what a name of that kind stands for, or reject the name."""
         known = self.of(kind)
@@ -68,7 +82,7 @@ class Declarations:
 
 
 #: Kinds whose names stand side by side in sentences and so must differ from one another.
-_ONE_NAMESPACE = ("param", "let", "set", "body", "tool")
+_NAMESPACES = (("param", "let", "set", "body", "tool"), ("property", "quantity"))
 
 
 def collect(program: Program, findings: Findings) -> Declarations:
@@ -156,16 +170,9 @@ def _declare(
                 clause.span,
                 hint=f'write {kind} "{quoted}"',
             )
-    if name.words in SYMBOLS and name.quoted is None and kind in _ONE_NAMESPACE:
+    if name.words in SYMBOLS and name.quoted is None and kind in _NAMESPACES[0]:
         findings.reject("TIS507", f'"{name.text}" is a unit and cannot be a name', name.span)
-    kinds = (
-        _ONE_NAMESPACE
-        if kind in _ONE_NAMESPACE
-        else ("property", "quantity")
-        if kind in ("property", "quantity")
-        else (kind,)
-    )
-    for other in kinds:
+    for other in next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,)):
         if name.key in to.of(other):
             first = to.of(other)[name.key].name.span
             findings.reject(
@@ -199,7 +206,8 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 "TIS303",
                 f'"{text}" cannot be set here',
                 span,
-                hint=f'write "param {text} = …" or "let {text} = …", or put it into the block it belongs to',
+                hint=f'write "param {text} = …" or "let {text} = …", '
+                "or put it into the block it belongs to",
             )
         case s.Sentence() | s.Block():
             first = item.name.words.split(" ")[0] if item.name.words else item.name.text

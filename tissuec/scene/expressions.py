@@ -1,6 +1,7 @@
 """Expressions and conditions: names looked up, dimensions checked, numbers in SI units."""
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 from typing import NoReturn
 
 import numpy as np
@@ -23,16 +24,16 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
     "==": np.equal,
     "!=": np.not_equal,
 }
+_EXTREMES = {"min": np.minimum, "max": np.maximum}
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
-FUNCTIONS = ("sqrt", "abs", "min", "max", *_NUMERIC)
-
+FUNCTIONS = ("sqrt", "abs", *_EXTREMES, *_NUMERIC)
 
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
 
 
 class Scope:
-    """Where names and calls are looked up; subclasses add nodes of a mesh or measures of a run."""
+    """Where names and calls are looked up; subclasses add points or measures."""
 
     #: Whether values are known now; if they are measured in a run, none can be refused.
     is_known = True
@@ -127,16 +128,14 @@ class Scope:
     def _vector(self, node: s.Vector) -> Value:
         items = [self.number(item) for item in node.items]
         if len(items) != 3:
-            hint = (
-                "decimals use a point"
-                if len(items) > 3
-                else "write 0 for a component that is not needed"
-            )
+            is_long = len(items) > 3
             self.findings.reject(
                 "TIS312",
                 f"a vector has three components, not {len(items)}",
                 node.span,
-                hint=hint,
+                hint="decimals use a point"
+                if is_long
+                else "write 0 for a component that is not needed",
             )
         if node.unit is not None:
             unit = parse_unit(node.unit)
@@ -144,23 +143,20 @@ class Scope:
                 Value(item.amount * unit.factor, unit.dimension) if item.is_literal else item
                 for item in items
             ]
-        # A bare 0 among components with units could only mean none of them, so it is let through.
-        known = [
-            item.dimension
-            for item in items
-            if not (item.is_literal and not np.any(item.amount))
+        # A bare 0 among components with units could only mean none of them: it is let through.
+        given = [
+            (item, part.span)
+            for item, part in zip(items, node.items, strict=True)
+            if not item.is_literal or np.any(item.amount)
         ]
-        dimension = known[0] if known else NUMBER
-        for item, part in zip(items, node.items, strict=True):
-            if item.dimension != dimension and not (
-                item.is_literal and not np.any(item.amount)
-            ):
-                self._mismatch("this vector mixes", dimension, item.dimension, part.span)
+        dimension = given[0][0].dimension if given else NUMBER
+        for item, span in given:
+            if item.dimension != dimension:
+                self._mismatch("this vector mixes", dimension, item.dimension, span)
         literal = all(item.is_literal for item in items)
         stacked = np.stack(np.broadcast_arrays(*(item.amount for item in items)), axis=-1)
-        return self._finite(
-            Value(stacked, dimension, is_vector=True, is_literal=literal), node.span
-        )
+        vector = Value(stacked, dimension, is_vector=True, is_literal=literal)
+        return self._finite(vector, node.span)
 
     @_quietly
     def _sum(self, node: s.Sum) -> Value:
@@ -219,37 +215,32 @@ class Scope:
 
     @_quietly
     def _call(self, node: s.Call) -> Value:
-        if node.function.key not in FUNCTIONS:
+        name, function = node.function.text, node.function.key
+        if function not in FUNCTIONS:
             return self.call(node)
         for argument in node.arguments:
             if argument.clauses:
-                self.findings.reject(
-                    "TIS312", f"{node.function.text} takes plain numbers", argument.span
-                )
+                self.findings.reject("TIS312", f"{name} takes plain numbers", argument.span)
         values = [self.number(argument.value) for argument in node.arguments]
-        if not values or (len(values) > 1 and node.function.key not in ("min", "max")):
-            self.findings.reject("TIS312", f"{node.function.text} takes one number", node.span)
+        if not values or (len(values) > 1 and function not in _EXTREMES):
+            self.findings.reject("TIS312", f"{name} takes one number", node.span)
+        spans = [argument.span for argument in node.arguments]
+        return self._finite(self._applied(function, values, spans), node.span)
+
+    def _applied(self, function: str, values: Sequence[Value], spans: Sequence[Span]) -> Value:
+        """Return a mathematical function of its arguments, which stand at ``spans``."""
         first = values[0]
-        match node.function.key:
-            case "sqrt":
-                result = Value(np.sqrt(first.amount), first.dimension**0.5)
-            case "abs":
-                result = Value(np.abs(first.amount), first.dimension)
-            case "min" | "max":
-                for value, argument in zip(values[1:], node.arguments[1:], strict=True):
-                    self._same("cannot compare", first, value, argument.span)
-                pick = np.minimum if node.function.key == "min" else np.maximum
-                amount = first.amount
-                for value in values[1:]:
-                    amount = pick(amount, value.amount)
-                result = Value(amount, first.dimension)
-            case function:
-                self.expect(
-                    first, NUMBER, node.arguments[0].span, what=f"the argument of {function}"
-                )
-                with np.errstate(all="ignore"):
-                    result = Value(_NUMERIC[function](first.amount))
-        return self._finite(result, node.span)
+        if function in _EXTREMES:
+            for value, span in zip(values[1:], spans[1:], strict=True):
+                self._same("cannot compare", first, value, span)
+            amount = reduce(_EXTREMES[function], (value.amount for value in values))
+            return Value(amount, first.dimension)
+        if function == "sqrt":
+            return Value(np.sqrt(first.amount), first.dimension**0.5)
+        if function == "abs":
+            return Value(np.abs(first.amount), first.dimension)
+        self.expect(first, NUMBER, spans[0], what=f"the argument of {function}")
+        return Value(_NUMERIC[function](first.amount))
 
     def _finite(self, value: Value, span: Span) -> Value:
         if not self.is_known or np.all(np.abs(value.amount) < LARGEST_NUMBER):
@@ -266,9 +257,9 @@ class Scope:
         """Return the truth of a condition, shape () or (item,)."""
         match node:
             case s.And():
-                return _fold(np.logical_and, [self.decide(part) for part in node.operands])
+                return reduce(np.logical_and, map(self.decide, node.operands))
             case s.Or():
-                return _fold(np.logical_or, [self.decide(part) for part in node.operands])
+                return reduce(np.logical_or, map(self.decide, node.operands))
             case s.Not():
                 return ~self.decide(node.operand)
             case s.Compare():
@@ -334,10 +325,3 @@ class Scope:
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
         )
-
-
-def _fold(join: Callable[[Truth, Truth], Truth], parts: list[Truth]) -> Truth:
-    result = parts[0]
-    for part in parts[1:]:
-        result = join(result, part)
-    return result

@@ -1,6 +1,6 @@
 """Collects diagnostics, so that one run reports many mistakes instead of the first."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import NoReturn
 
@@ -30,9 +30,13 @@ class Findings:
         notes: tuple[Note, ...] = (),
     ) -> None:
         """Record a finding and go on."""
-        finding = Diagnostic(code, message, span, hint, notes)
-        if finding not in self.diagnostics:
-            self.diagnostics.append(finding)
+        self.extend([Diagnostic(code, message, span, hint, notes)])
+
+    def extend(self, findings: Iterable[Diagnostic]) -> None:
+        """Record findings that were made elsewhere, each once."""
+        for finding in findings:
+            if finding not in self.diagnostics:
+                self.diagnostics.append(finding)
 
     def reject(
         self,
@@ -56,6 +60,14 @@ class Findings:
         """Confine a rejection to one item, so that its neighbours are still looked at."""
         with suppress(Rejected):
             yield
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Leave the present item in the end if anything was found wrong in between."""
+        before = len(self.errors)
+        yield
+        if len(self.errors) > before:
+            raise Rejected
 
     @property
     def errors(self) -> list[Diagnostic]:

@@ -79,7 +79,7 @@ class _Loader:
         try:
             module = parse(source)
         except CompileError as error:
-            self.findings.diagnostics.extend(error.diagnostics)
+            self.findings.extend(error.diagnostics)
             return
         for item in module.items:
             if isinstance(item, s.Sentence) and item.name.words.lower() == "use":

@@ -135,7 +135,7 @@ class Environment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A whole text, resolved. ``declarations`` still holds what needs meshes: sets, script, …"""
+    """A whole text, resolved; ``declarations`` still holds what needs meshes, such as sets."""
 
     source: Source
     imports: tuple[Source, ...]  # files that it uses, in the order of reading

@@ -1,14 +1,15 @@
-"""The order in which definitions are worked out that need one another.
+"""Definitions that need one another, and the order in which they are worked out.
 
 Chains of them may be as long as the text, so nothing here recurs.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Generic, TypeVar
 
-from tissuec.core.source import Span
 from tissuec.lang import syntax as s
+from tissuec.scene.findings import Findings
+
+T = TypeVar("T")
 
 
 class Circle(Exception):
@@ -46,18 +47,48 @@ def needed_first(start: str, needs: Callable[[str], Iterable[s.Name]]) -> list[s
     return list(order)
 
 
-def names_in(node: Any) -> Iterator[s.Name]:
-    """Yield every name in an expression, but those of functions."""
-    waiting = [node]
-    while waiting:
-        match waiting.pop():
-            case s.Name() as name:
-                yield name
-            case tuple() as parts:
-                waiting.extend(parts)
-            case s.Call(arguments=arguments):
-                waiting.extend(arguments)
-            case Span():
-                pass
-            case part if is_dataclass(part):
-                waiting.extend(getattr(part, field.name) for field in fields(part))
+class Definitions(Generic[T]):
+    """Definitions of one kind by key; each is worked out once, when first asked for.
+
+    Args:
+        what: What they are called in messages, such as "numbers".
+        needs: Gives the names in a definition that are definitions too.
+        work_out: Returns what a definition stands for, or rejects it.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        needs: Callable[[str], Iterable[s.Name]],
+        work_out: Callable[[str], T],
+        findings: Findings,
+    ):
+        self.what = what
+        self.needs = needs
+        self.work_out = work_out
+        self.findings = findings
+        self.values: dict[str, T | None] = {}  # None stands for what was rejected
+
+    def find(self, key: str) -> T:
+        """Return what a definition stands for; rejects the item that asks for a wrong one."""
+        if key not in self.values:
+            self._work_out_with_needs(key)
+        value = self.values[key]
+        if value is None:
+            self.findings.stop()
+        return value
+
+    def _work_out_with_needs(self, wanted: str) -> None:
+        try:
+            order = needed_first(wanted, self._open_needs)
+        except Circle as circle:
+            self.values.update(dict.fromkeys(circle.keys))
+            message = f"these {self.what} need one another: {circle}"
+            self.findings.reject("TIS506", message, circle.name.span)
+        for key in order:
+            self.values[key] = None
+            with self.findings.item():
+                self.values[key] = self.work_out(key)
+
+    def _open_needs(self, key: str) -> Iterator[s.Name]:
+        return (name for name in self.needs(key) if name.key not in self.values)

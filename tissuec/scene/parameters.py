@@ -8,10 +8,11 @@ from tissuec.core.errors import CompileError, Note, alternatives
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
+from tissuec.lang.walk import names_in
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Findings, Rejected
-from tissuec.scene.order import Circle, names_in, needed_first
+from tissuec.scene.findings import Findings
+from tissuec.scene.order import Definitions
 from tissuec.scene.values import Value
 
 #: Names that every scene knows; its own ones win.
@@ -36,10 +37,13 @@ class Constants(Scope):
     ):
         super().__init__(findings)
         self.declared = {
-            key: d.item for kind in ("param", "let") for key, d in declarations.of(kind).items()
+            key: declared.item
+            for kind in ("param", "let")
+            for key, declared in declarations.of(kind).items()
+            if isinstance(declared.item, s.Assign)
         }
         self.overrides = overrides
-        self.values: dict[str, Value | None] = {}
+        self.definitions = Definitions("numbers", self._needs, self._compute, findings)
         self.used: set[str] = set()
 
     def name(self, name: s.Name) -> Value:
@@ -48,65 +52,40 @@ class Constants(Scope):
         if not self.has(name):
             self.unknown(name)
         self.used.add(name.key)
-        return self._value(name)
+        return self.definitions.find(name.key)
 
     def has(self, name: s.Name) -> bool:
         return name.key in self.declared or name.key in CONSTANTS
 
     def names(self) -> Sequence[str]:
-        return [item.name.text for item in self.declared.values() if isinstance(item, s.Assign)]
+        return [item.name.text for item in self.declared.values()]
 
     def evaluate_all(self) -> None:
         """Evaluate what nobody asked for, so that mistakes in it are reported too."""
-        for item in self.declared.values():
-            assert isinstance(item, s.Assign)
+        for key in self.declared:
             with self.findings.item():
-                self._value(item.name)
+                self.definitions.find(key)
 
     def parameters(self) -> list[Parameter]:
         """Return every ``param`` with its value."""
         return [
             Parameter(item.name.text, value, key in self.overrides, item)
             for key, item in self.declared.items()
-            if isinstance(item, s.Assign)
-            and item.keyword == "param"
-            and (value := self.values.get(key)) is not None
+            if item.keyword == "param"
+            and (value := self.definitions.values.get(key)) is not None
         ]
 
-    def _value(self, name: s.Name) -> Value:
-        if name.key not in self.values:
-            self._work_out(name.key)
-        value = self.values[name.key]
-        if value is None:
-            raise Rejected
-        return value
-
-    def _work_out(self, wanted: str) -> None:
-        """Compute a number after all that it needs; None stands for what was rejected."""
-        try:
-            order = needed_first(wanted, self._needs)
-        except Circle as circle:
-            self.values.update(dict.fromkeys(circle.keys))
-            message = f"these numbers need one another: {circle}"
-            self.findings.reject("TIS506", message, circle.name.span)
-        for key in order:
-            self.values[key] = None
-            with self.findings.item():
-                self.values[key] = self._compute(key)
-
     def _needs(self, key: str) -> Iterator[s.Name]:
-        """Yield the names in a definition that are still to be worked out."""
+        """Yield the names in a definition that are params or lets."""
         item = self.declared[key]
-        assert isinstance(item, s.Assign)
         override = self.overrides.get(key)
         parts = (item.value, item.bounds, override.value if override else None)
         for name in names_in(parts):
-            if name.key in self.declared and name.key not in self.values:
+            if name.key in self.declared:
                 yield name
 
     def _compute(self, key: str) -> Value:
         item = self.declared[key]
-        assert isinstance(item, s.Assign)
         if item.clauses:
             self.findings.reject(
                 "TIS303", "a number takes no further words", item.clauses[0].span
@@ -116,33 +95,34 @@ class Constants(Scope):
                 "TIS303", "limits belong to a param; a let is computed", item.bounds.span
             )
         value = self.evaluate(item.value)
-        if key in self.overrides:
-            given = self.evaluate(self.overrides[key].value)
-            if given.is_vector != value.is_vector:
-                self.findings.reject(
-                    "TIS312",
-                    f"{item.name.text} is {'a vector' if value.is_vector else 'one number'}",
-                    self.overrides[key].value.span,
-                )
-            self.expect(
-                given, value.dimension, self.overrides[key].value.span, what=item.name.text
-            )
-            value = given
+        override = self.overrides.get(key)
+        if override is not None:
+            value = self._overridden(item.name.text, value, override.value)
         if item.bounds is not None:
-            self._check_bounds(item, value, self.overrides.get(key, item))
+            self._check_bounds(item, item.bounds, value, override or item)
         return value
 
-    def _check_bounds(self, item: s.Assign, value: Value, written: s.Assign) -> None:
-        assert item.bounds is not None
-        low, high = self.number(item.bounds.low), self.number(item.bounds.high)
-        for bound, part in ((low, item.bounds.low), (high, item.bounds.high)):
+    def _overridden(self, name: str, value: Value, node: s.Expression) -> Value:
+        """Return the value of ``--set``, which must be of the same kind as the scene's own."""
+        given = self.evaluate(node)
+        if given.is_vector != value.is_vector:
+            kind = "a vector" if value.is_vector else "one number"
+            self.findings.reject("TIS312", f"{name} is {kind}", node.span)
+        self.expect(given, value.dimension, node.span, what=name)
+        return given
+
+    def _check_bounds(
+        self, item: s.Assign, bounds: s.Bounds, value: Value, written: s.Assign
+    ) -> None:
+        low, high = self.number(bounds.low), self.number(bounds.high)
+        for bound, part in ((low, bounds.low), (high, bounds.high)):
             self.expect(bound, value.dimension, part.span, what=f"a limit of {item.name.text}")
         if not low.amount <= value.amount <= high.amount:
             self.findings.reject(
                 "TIS308",
                 f"{item.name.text} = {value} is not between {low} and {high}",
                 written.value.span,
-                notes=(Note("the limits", item.bounds.span),),
+                notes=(Note("the limits", bounds.span),),
             )
 
 
@@ -161,7 +141,7 @@ def read_overrides(
                 findings.reject(
                     "TIS505",
                     f'"{item.name.text}" cannot be set: {what}',
-                    None,
+                    item.name.span,
                     hint=alternatives(item.name.text, known, what="params")
                     or "the scene has no param",
                 )
@@ -172,13 +152,13 @@ def read_overrides(
 def _read_override(text: str, findings: Findings) -> s.Assign:
     try:
         # The text of a command line is as foreign as that of a file.
-        source = normalise(f"language 1\nparam {text}", f'--set "{text}"')
-        items = parse(source).items if "=" in text else ()
+        source = normalise(text, "--set")
+        items = parse(source, has_heading=False).items if "=" in text else ()
     except CompileError as error:
-        findings.diagnostics.extend(error.diagnostics)
+        findings.extend(error.diagnostics)
         findings.stop()
     item = items[0] if len(items) == 1 else None
-    if not isinstance(item, s.Assign) or item.clauses or item.bounds:
+    if not isinstance(item, s.Assign) or item.keyword or item.clauses or item.bounds:
         message = f'cannot read --set "{text}"'
         findings.reject("TIS505", message, None, hint='write --set "name = 0.9 s"')
     return item

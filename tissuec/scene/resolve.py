@@ -2,19 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
-from tissuec.scene.bodies import check_table, read_body
+from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
-from tissuec.scene.model import Body, Scene, Tissue, Tool
+from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.parameters import Constants, read_overrides
 from tissuec.scene.settings import read_environment, read_simulation, read_tool
+from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,34 +44,18 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     """
     words = resolve_words(program, findings, overrides)
     declarations, scope = words.declarations, words.constants
-    bodies: dict[str, Body] = {}
-    tools: dict[str, Tool] = {}
-    for key, declared in declarations.of("body").items():
-        with findings.item():
-            bodies[key] = read_body(
-                declared.name, declared.item, words.tissues, declarations, scope
-            )
-    for key, declared in declarations.of("tool").items():
-        with findings.item():
-            tools[key] = read_tool(declared.name, declared.item, scope)
-    if not declarations.of("body"):
-        hint = "for example: body vessel { mesh is tube { … }; tissue is … }"
-        findings.add("TIS304", "the scene has no body", whole(program.main), hint=hint)
-    for table in declarations.tables:
-        with findings.item():
-            check_table(table, declarations, findings)
+    bodies = declarations.read_each(
+        "body",
+        lambda d: read_body(d.name, d.item, words.tissues, declarations, scope),
+        findings,
+    )
+    tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
+    _check_parts(program, declarations, findings)
     environment = simulation = None
     with findings.item():
         environment = read_environment(declarations, program.main, scope)
     with findings.item():
         simulation = read_simulation(declarations, program.main, scope)
-    for declared in declarations.of("learn").values():
-        findings.add(
-            "W701",
-            f"the learn block {declared.name.text} is not carried out by this version",
-            declared.name.span,
-            hint="run, check and validate look at the rest of the scene",
-        )
     scope.evaluate_all()
     findings.raise_errors()
     assert environment is not None and simulation is not None
@@ -90,3 +72,20 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         environment=environment,
         simulation=simulation,
     )
+
+
+def _check_parts(program: Program, declarations: Declarations, findings: Findings) -> None:
+    """Report a scene without a body, tables without one, and what is not carried out."""
+    if not declarations.of("body"):
+        hint = "for example: body vessel { mesh is tube { … }; tissue is … }"
+        findings.add("TIS304", "the scene has no body", whole(program.main), hint=hint)
+    for table in declarations.tables:
+        with findings.item():
+            check_table(table, declarations, findings)
+    for declared in declarations.of("learn").values():
+        findings.add(
+            "W701",
+            f"the learn block {declared.name.text} is not carried out by this version",
+            declared.name.span,
+            hint="run, check and validate look at the rest of the scene",
+        )

@@ -15,7 +15,13 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.quantities import QUANTITIES, Spread
 from tissuec.scene.words import NamedScale
 
-SHAPES = ("triangle", "trapezoid", "gaussian", "points")
+#: How the shapes of words are written.
+SHAPES = {
+    "triangle": "(a, b, c)",
+    "trapezoid": "(a, b, c, d)",
+    "gaussian": "(mean, sigma)",
+    "points": "(x, degree, x, degree, …)",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,22 +74,20 @@ class ScaleReader:
                     otherwise = item
                 case _:
                     words.append(item)
-        spread, length = (
-            (quantity.spreads[0], None) if applies is None else self._applies(applies)
-        )
         if applies is None:
-            example = f"applies to {quantity.spreads[0]}"
             self.findings.reject(
                 "TIS304",
                 f'quantity {self.name.text} needs "applies to"',
                 self.block.head,
-                hint=f"for example: {example}",
+                hint=f"for example: applies to {quantity.spreads[0]}",
             )
+        spread, length = self._applies(applies)
         named = self._scale(words)
         if named.dimension != quantity.dimension:
             self.findings.reject(
                 "TIS502",
-                f"{self.name.text} is {describe(quantity.dimension)}; this range is {describe(named.dimension)}",
+                f"{self.name.text} is {describe(quantity.dimension)}; "
+                f"this range is {describe(named.dimension)}",
                 self._range(),
             )
         return QuantityScale(named, spread, length, otherwise)
@@ -131,7 +135,8 @@ class ScaleReader:
         for low, high in gaps(scale):
             self.findings.add(
                 "W201",
-                f"the part of {self.name.text} from {show(low, dimension)} to {show(high, dimension)} belongs to no word",
+                f"the part of {self.name.text} from {show(low, dimension)} "
+                f"to {show(high, dimension)} belongs to no word",
                 self._range(),
                 hint="let the words beside it reach further, or add a word",
             )
@@ -173,12 +178,13 @@ class ScaleReader:
     def _words(self, items: Sequence[s.Item], axis: Axis, dimension: Dimension) -> Scale:
         match items:
             case [s.Assign(name=s.Name(key="evenly"), value=s.Listing(items=names))]:
-                if not all(isinstance(name, s.Name) for name in names):
+                words = [name for name in names if isinstance(name, s.Name)]
+                if len(words) < len(names):
                     self.findings.reject(
                         "TIS312", "evenly lists words: [soft, medium, hard]", items[0].span
                     )
-                self._once([(name.span.text, name.span) for name in names])
-                return evenly(axis, [name.key for name in names if isinstance(name, s.Name)])
+                self._once([(word.text, word.span) for word in words])
+                return evenly(axis, [word.key for word in words])
             case [s.Sentence(), *_]:
                 parts = [self._plateau(item, dimension) for item in items]
                 self._once(
@@ -203,7 +209,7 @@ class ScaleReader:
         """Reject a word that is declared a second time."""
         first: dict[str, Span] = {}
         for word, span in words:
-            key = " ".join(word.lower().split())
+            key = s.key_of(word)
             if key in first:
                 self.findings.reject(
                     "TIS503",
@@ -231,7 +237,8 @@ class ScaleReader:
             case _:
                 self.findings.reject(
                     "TIS312",
-                    "plateaus are written: soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",
+                    "plateaus are written: "
+                    "soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",
                     item.span,
                 )
 
@@ -242,30 +249,24 @@ class ScaleReader:
             or item.value.function.key not in SHAPES
         ):
             self.findings.reject("TIS312", f"a word is a shape: {', '.join(SHAPES)}", item.span)
+        kind, span = item.value.function.key, item.value.span
         nodes = [argument.value for argument in item.value.arguments]
+        form = SHAPES[kind]
+        is_whole = (
+            len(nodes) % 2 == 0 if kind == "points" else len(nodes) == form.count(",") + 1
+        )
+        if not is_whole:
+            self.findings.reject("TIS312", f"a {kind} is written {kind}{form}", span)
         try:
-            return item.name.key, self._build(item.value.function.key, nodes, dimension)
-        except (TypeError, ValueError) as error:
-            form = {
-                "triangle": "(a, b, c)",
-                "trapezoid": "(a, b, c, d)",
-                "gaussian": "(mean, sigma)",
-                "points": "(x, degree, x, degree, …)",
-            }
-            kind = item.value.function.key
-            if isinstance(error, TypeError):
-                self.findings.reject(
-                    "TIS312", f"a {kind} is written {kind}{form[kind]}", item.value.span
-                )
-            self.findings.reject("TIS308", f"{kind}{form[kind]}: {error}", item.value.span)
+            return item.name.key, self._build(kind, nodes, dimension)
+        except ValueError as error:
+            self.findings.reject("TIS308", f"{kind}{form}: {error}", span)
 
     def _build(self, kind: str, nodes: Sequence[s.Expression], dimension: Dimension) -> Shape:
         if kind == "points":
-            if len(nodes) % 2:
-                raise TypeError
             xs = [self._number(node, dimension) for node in nodes[::2]]
-            ys = [self._number(node, NUMBER) for node in nodes[1::2]]
-            return points(list(zip(xs, ys, strict=True)))
+            degrees = [self._number(node, NUMBER) for node in nodes[1::2]]
+            return points(list(zip(xs, degrees, strict=True)))
         make = {"triangle": triangle, "trapezoid": trapezoid, "gaussian": Gaussian}[kind]
         return make(*[self._number(node, dimension) for node in nodes])
 

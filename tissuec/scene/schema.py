@@ -91,16 +91,13 @@ def build(
         where: The head of the block, to point at when an entry is missing.
     """
     schema = entries_of(cls)
-    errors = len(scope.findings.errors)
-    values, places = read(schema, items, scope, what=what)
-    if len(scope.findings.errors) > errors:
-        scope.findings.stop()  # what is missing may be what was misspelt
-    for entry in schema.values():
-        if entry.is_required and entry.name not in places:
-            hint = f"for example: {entry.example}"
-            scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
-    if len(scope.findings.errors) > errors:
-        scope.findings.stop()
+    with scope.findings.together():  # what is missing may be what was misspelt
+        values, places = read(schema, items, scope, what=what)
+    with scope.findings.together():
+        for entry in schema.values():
+            if entry.is_required and entry.name not in places:
+                hint = f"for example: {entry.example}"
+                scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
     try:
         with np.errstate(all="ignore"):
             return cls(**values), places

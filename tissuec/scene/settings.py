@@ -45,7 +45,8 @@ class SimulateEntries:
     Attributes:
         duration: simulated time
         integrator: automatic, or the name of a method
-        tolerance: bound of the error of every position, relative to the largest displacement so far
+        tolerance: bound of the error of every position, relative to the largest displacement
+            so far
         step: fixed time step, instead of a tolerance; needs a named integrator
     """
 

@@ -10,10 +10,9 @@ from tissuec.fuzzy.inference import Firing, Inference, NoRule
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
-from tissuec.scene.bodies import read_given
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Rejected
+from tissuec.scene.given import read_given
 from tissuec.scene.model import Fact, Fired, Given, Tissue
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.vocabulary import Rules, Vocabulary, find_property
@@ -37,11 +36,7 @@ def read_tissues(
 ) -> dict[str, Tissue]:
     """Return every tissue by lower-case name; each mistake rejects one tissue only."""
     reader = TissueReader(declarations, vocabulary, scope)
-    tissues: dict[str, Tissue] = {}
-    for key, declared in declarations.of("tissue").items():
-        with scope.findings.item():
-            tissues[key] = reader.read(declared)
-    return tissues
+    return declarations.read_each("tissue", reader.read, scope.findings)
 
 
 class TissueReader:
@@ -52,9 +47,8 @@ class TissueReader:
         self.vocabulary = vocabulary
         self.scope = scope
         self.findings = scope.findings
-        self.circles: set[str] = (
-            set()
-        )  # tissues of which it was said that they need one another
+        #: Tissues of which it was said that they need one another.
+        self.circles: set[str] = set()
 
     def read(self, declared: Declared) -> Tissue:
         """Return a tissue with everything it inherits."""
@@ -91,7 +85,7 @@ class TissueReader:
         if declared.name.key in chain:
             circle = " -> ".join([*chain, declared.name.key])
             if self.circles & set(chain):
-                raise Rejected  # reported at another tissue of the circle
+                self.findings.stop()  # reported at another tissue of the circle
             self.circles |= set(chain)
             self.findings.reject(
                 "TIS506", f"these tissues are like one another: {circle}", block.head
@@ -103,16 +97,14 @@ class TissueReader:
             parent = self.declarations.find("tissue", clause.value, self.findings)
             written = self._collect(parent, (*chain, declared.name.key))
         entries: dict[str, Span] = {}
-        errors = len(self.findings.errors)
         for item in block.items:
             if isinstance(item, s.Sentence) and item.name.key == "described":
                 # First, because every property depends on it; a mistake here ends the tissue.
                 written.rules = self._described(item)
-        for item in block.items:
-            with self.findings.item():
-                self._entry(item, written, entries, declared)
-        if len(self.findings.errors) > errors:
-            raise Rejected
+        with self.findings.together():
+            for item in block.items:
+                with self.findings.item():
+                    self._entry(item, written, entries, declared)
         return written
 
     def _entry(
@@ -157,15 +149,19 @@ class TissueReader:
             self.findings.reject("TIS312", "write: described in soft tissue", item.span)
         self.declarations.find("rules", clause.value, self.findings)
         if clause.value.key not in self.vocabulary.rules:
-            raise Rejected  # the rules themselves were found wrong
+            self.findings.stop()  # the rules themselves were found wrong
         return self.vocabulary.rules[clause.value.key]
 
     def _number(self, item: s.Sentence | s.Assign, key: str, written: _Written) -> None:
         if not isinstance(item, s.Assign):
+            kind = Measure(QUANTITIES[key].dimension)
+            example = schema.Entry(key, key, kind, None, "").example
             self.findings.reject(
-                "TIS312", f"{key} is a number, not a word", item.span,
-                hint=f"write {schema.Entry(key, key, Measure(QUANTITIES[key].dimension), None, '').example}, or describe the tissue in words and let rules decide",
-            )  # fmt: skip
+                "TIS312",
+                f"{key} is a number, not a word",
+                item.span,
+                hint=f"write {example}, or describe the tissue in words and let rules decide",
+            )
         written.numbers[key] = read_given(key, item, self.scope)
 
     # --- facts --------------------------------------------------------------------------------
@@ -219,7 +215,7 @@ class TissueReader:
         number = (
             axis.value_of(shapes[0]) if len(shapes) == 1 else axis.halfway(shapes[0], shapes[1])
         )
-        return number, " ".join(item.phrase.span.text.split())
+        return number, item.phrase.span.one_line
 
     # --- inference ----------------------------------------------------------------------------
 
@@ -264,7 +260,8 @@ class TissueReader:
         if not answer.silent:
             return f"no rule of {rules.name} concludes it"
         if answer.missing:
-            return f"no rule of {rules.name} fires; the tissue does not say: {', '.join(answer.missing)}"
+            unsaid = ", ".join(answer.missing)
+            return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
         return f"no rule of {rules.name} fires for these words"
 
 

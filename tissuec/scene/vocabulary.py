@@ -1,7 +1,7 @@
 """Vocabularies: hedges, scales and rules of a program, turned into rule bases."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.source import Span
@@ -15,9 +15,8 @@ from tissuec.fuzzy.rules import Conclusion, Rule
 from tissuec.fuzzy.rules import Quantity as RuleQuantity
 from tissuec.fuzzy.sets import Word
 from tissuec.lang import syntax as s
-from tissuec.scene.declarations import Declarations
+from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
-from tissuec.scene.findings import Rejected
 from tissuec.scene.scales import QuantityScale, ScaleReader
 from tissuec.scene.words import NamedScale, read_hedge, read_word
 
@@ -49,27 +48,24 @@ class Vocabulary:
 
 def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
     """Return the vocabulary of a program; each mistake rejects one entry only."""
-    hedges: dict[str, Hedge] = {}
-    properties: dict[str, NamedScale] = {}
-    quantities: dict[str, QuantityScale] = {}
-    rules: dict[str, Rules] = {}
-    errors = len(scope.findings.errors)
-    for key, declared in declarations.of("hedge").items():
-        with scope.findings.item():
-            hedges[key] = read_hedge(declared.item, scope)
-    for key, declared in declarations.of("property").items():
-        with scope.findings.item():
-            properties[key] = ScaleReader(declared.name, declared.item, scope).property()
-    for key, declared in declarations.of("quantity").items():
-        with scope.findings.item():
-            quantities[key] = ScaleReader(declared.name, declared.item, scope).quantity()
-    vocabulary = Vocabulary(hedges, properties, quantities, rules)
-    if len(scope.findings.errors) > errors:
-        return vocabulary  # rules would only repeat what is wrong with the scales
-    for key, declared in declarations.of("rules").items():
-        with scope.findings.item():
-            rules[key] = RulesReader(declared.name, declared.item, vocabulary, scope).read()
-    return vocabulary
+    findings = scope.findings
+    errors = len(findings.errors)
+
+    def scale(declared: Declared) -> ScaleReader:
+        return ScaleReader(declared.name, declared.item, scope)
+
+    def rules(declared: Declared) -> Rules:
+        return RulesReader(declared.name, declared.item, words, scope).read()
+
+    words = Vocabulary(
+        declarations.read_each("hedge", lambda d: read_hedge(d.item, scope), findings),
+        declarations.read_each("property", lambda d: scale(d).property(), findings),
+        declarations.read_each("quantity", lambda d: scale(d).quantity(), findings),
+        {},
+    )
+    if len(findings.errors) > errors:
+        return words  # rules would only repeat what is wrong with the scales
+    return replace(words, rules=declarations.read_each("rules", rules, findings))
 
 
 class RulesReader:
@@ -88,20 +84,19 @@ class RulesReader:
         chosen: dict[str, str] = {}
         rules: list[Rule] = []
         spans: list[Span] = []
-        errors = len(self.findings.errors)
-        for item in self.block.items:
-            with self.findings.item():
-                if isinstance(item, s.Rule):
-                    rules.append(self._rule(item))
-                    spans.append(item.span)
-                else:
-                    self._operator(item, chosen)
-        if len(self.findings.errors) > errors:
-            raise Rejected
+        with self.findings.together():
+            for item in self.block.items:
+                with self.findings.item():
+                    if isinstance(item, s.Rule):
+                        rules.append(self._rule(item))
+                        spans.append(item.span)
+                    else:
+                        self._operator(item, chosen)
         for clash in conflicts(rules):
             self.findings.add(
                 "W204",
-                f"two rules with the same condition conclude different words for {clash.quantity}",
+                "two rules with the same condition "
+                f"conclude different words for {clash.quantity}",
                 spans[clash.second],
                 hint="leave one of them out, or let their conditions differ",
                 notes=(Note("the other rule", spans[clash.first]),),
@@ -135,9 +130,8 @@ class RulesReader:
             or item.name.key not in CHOICES
             or item.phrase is None
         ):
-            text = (
-                item.name.text if isinstance(item, s.Sentence | s.Assign | s.Block) else "this"
-            )
+            is_named = isinstance(item, s.Sentence | s.Assign | s.Block)
+            text = item.name.text if is_named else "this"
             self.findings.reject(
                 "TIS303",
                 f'"{text}" is not an entry of rules',
@@ -149,7 +143,7 @@ class RulesReader:
         written = " ".join(
             [item.phrase.span.text, *(clause.span.text for clause in item.clauses)]
         )
-        choice = " ".join(written.lower().split())
+        choice = s.key_of(written)
         if choice not in words:
             self.findings.reject(
                 "TIS305",

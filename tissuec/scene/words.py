@@ -97,7 +97,7 @@ def read_word(
                 )
         shape = hedged(chosen, shape, scale.scale.axis)
         reading = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
-        assert in_conclusion is False or not isinstance(shape, Powered)
+        assert not (in_conclusion and isinstance(shape, Powered))
         return Word(reading, shape)
     _unknown(name, scale, hedges, scope)
 

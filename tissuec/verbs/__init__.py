@@ -6,7 +6,7 @@ frozen action that holds network indices and SI numbers; ``apply`` carries it ou
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NoReturn, Protocol, Self
+from typing import ClassVar, NoReturn, Protocol
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
@@ -147,7 +147,7 @@ class Verb(Protocol):
     forms: ClassVar[tuple[str, ...]]  # such as ("grasp SET with TOOL",)
 
     @classmethod
-    def read(cls, order: Order) -> Action | Self: ...
+    def read(cls, order: Order) -> Action: ...
 
 
 VERBS: Family[type[Verb]] = Family("tissuec.verbs", "verb")

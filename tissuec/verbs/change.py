@@ -119,7 +119,7 @@ class Change:
             return _read_parameter(order, PARAMETERS[what])
         if what not in _READERS:
             hint = alternatives(what, (*_READERS, *PARAMETERS), what="it can be")
-            order.reject("TIS303", f'"{what}" is nothing that can be changed', hint=hint)
+            order.reject("TIS305", f'"{what}" is nothing that can be changed', hint=hint)
         return _READERS[what](order)
 
 

@@ -22,8 +22,8 @@ class Cut:
     from its place between two points by a vector; ``along line`` is the part of the plane
     facing a direction that lies between the ends of a line, endless at right angles to it.
     A node on the blade counts as in front of it. Without ``along`` all springs of a set of
-    springs are cut. The tool after ``with`` must be scissors and is entered in the event log. A cut that
-    goes through nothing is noted and changes nothing.
+    springs are cut. The tool after ``with`` must be scissors and is entered in the event log.
+    A cut that goes through nothing is noted and changes nothing.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -70,7 +70,7 @@ def _read_blade(order: Order) -> Blade:
     shape = order.text("along").lower()
     if shape not in _BLADES:
         hint = alternatives(shape, _BLADES, what="a cut goes along a")
-        order.reject("TIS303", f'"{shape}" is nothing to cut along', hint=hint, word="along")
+        order.reject("TIS305", f'"{shape}" is nothing to cut along', hint=hint, word="along")
     return _BLADES[shape](order)
 
 

@@ -122,6 +122,6 @@ def _is_for_each_node(order: Order) -> bool:
     text = order.text("on")
     if text.lower() != "each node":
         order.reject(
-            "TIS303", f'"{text}" cannot stand after "on"', hint="write: on each node", word="on"
+            "TIS305", f'"{text}" cannot stand after "on"', hint="write: on each node", word="on"
         )
     return True

@@ -44,7 +44,7 @@ class Stop:
         what = (order.words.lower().split() or [""])[0]
         if what not in _STOPS:
             hint = alternatives(what, _STOPS, what="it can be")
-            order.reject("TIS303", f'"{what}" is nothing that can be stopped', hint=hint)
+            order.reject("TIS305", f'"{what}" is nothing that can be stopped', hint=hint)
         is_force = _STOPS[what] is stop_pushing
         named = order.nodes(after=what) if is_force else order.mover(after=what)
         return cls(what, named.name, order.span)

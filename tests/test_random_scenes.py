@@ -1,0 +1,29 @@
+"""Scenes that nobody prepared, against SciPy: each keeps its promise or says what is off."""
+
+import pytest
+
+from tests.random_scenes import random_scene
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, compile_request
+from tissuec.validate.validation import validate
+
+
+def verdict_of(seed):
+    """Return what validation says of a seed's scene, "refused" if it does not compile."""
+    source = Source(f"seed{seed}.tis", random_scene(seed))
+    try:
+        compiled, _ = compile_request(Request(source))
+    except CompileError:
+        return "refused"
+    return validate(compiled, method="DOP853", rtol=None, progress=lambda *_: None).verdict
+
+
+@pytest.mark.parametrize(
+    "first", [0, *(pytest.param(first, marks=pytest.mark.slow) for first in range(40, 400, 40))]
+)
+def test_random_scenes_keep_their_promises(first):
+    verdicts = [verdict_of(seed) for seed in range(first, first + 40)]
+    # Some contradict themselves and are refused; in some motion is chaotic.
+    assert set(verdicts) <= {"kept", "refused", "undecided"}
+    assert verdicts.count("kept") > 0.8 * len(verdicts)

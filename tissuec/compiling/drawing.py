@@ -1,0 +1,94 @@
+"""A body as it is drawn, before it is made of anything: its mesh, tables and regions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiling.points import Mask, PointScope, extents
+from tissuec.compiling.tables import ExplicitBody, read_tables
+from tissuec.core.errors import Note, counted
+from tissuec.lang.syntax import key_of
+from tissuec.meshes import Mesh
+from tissuec.network import Floats
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body
+
+LARGEST = 50_000_000  # nodes or springs of one body; more does not fit into memory
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawing:
+    """A mesh, what tables say about it, and which part of the body each node belongs to.
+
+    Attributes:
+        columns: Ids, and what tables give for nodes and springs.
+        regions: Membership of each node in each region, by key of its name.
+        part: Number of each node's region from 1, 0 without one, shape (node,).
+        length: Drawn length of each spring [m], shape (spring,).
+    """
+
+    mesh: Mesh
+    columns: ExplicitBody
+    regions: dict[str, Mask]
+    part: NDArray[np.int64]
+    length: Floats
+
+
+def draw(body: Body, scope: Scope) -> Drawing:
+    """Return the drawing of a body; what is wrong is rejected with its place."""
+    if body.tables is not None:
+        columns = read_tables(body, body.tables, scope)
+    else:
+        columns = ExplicitBody.without_columns(_generate(body, scope.findings))
+    mesh = columns.mesh
+    regions = _select_regions(body, mesh, scope)
+    part = np.zeros(len(mesh.position), dtype=np.int64)
+    for number, inside in enumerate(regions.values(), start=1):
+        part[inside] = number
+    first, second = mesh.position[mesh.ends].swapaxes(0, 1)
+    return Drawing(mesh, columns, regions, part, np.linalg.norm(second - first, axis=1))
+
+
+def _generate(body: Body, findings: Findings) -> Mesh:
+    assert body.mesh is not None
+    try:
+        nodes, springs = body.mesh.size()
+        if max(nodes, springs) > LARGEST:
+            findings.reject(
+                "TIS310",
+                f"body {body.name} would have about {nodes:.3g} nodes "
+                f"and {springs:.3g} springs",
+                body.span,
+                hint=f"at most {LARGEST:,} of each can be held".replace(",", " "),
+            )
+        return body.mesh.build()
+    except (ValueError, ArithmeticError) as error:
+        findings.reject("TIS309", f"body {body.name}: {error}", body.span)
+
+
+def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
+    points = PointScope(scope, mesh.position)
+    chosen: dict[str, Mask] = {}
+    for region in body.regions:
+        inside = points.select(region.where)
+        if not inside.any():
+            scope.findings.reject(
+                "TIS302",
+                f'the region "{region.name}" holds no node',
+                region.span,
+                hint=extents(mesh.position),
+            )
+        for other, nodes in zip(body.regions, chosen.values(), strict=False):
+            if common := int((inside & nodes).sum()):
+                scope.findings.reject(
+                    "TIS311",
+                    f"regions {other.name} and {region.name} share {counted(common, 'node')}",
+                    region.span,
+                    hint=f"end one of them with: and not region is {other.name}, "
+                    "or change its limits",
+                    notes=(Note("the other region", other.span),),
+                )
+        chosen[key_of(region.name)] = inside
+    return chosen

@@ -1,0 +1,204 @@
+"""What each node and spring of a body is made of.
+
+Springs: c and d as the tissue says, per spring or for a spring of a stated length (n equal
+springs in a row are n times softer, so c scales with 1 / length); L0 = (1 - p) drawn length for
+a prestress p. A spring between two regions follows the body's ``interface``. What a table gives
+goes before all of this.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiling.drawing import Drawing
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.network import Floats, Origin, Provenance
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body, Given, Tissue
+from tissuec.scene.quantities import QUANTITIES
+
+#: An array of the network and where its numbers are from.
+Explained: TypeAlias = tuple[Floats, Provenance]
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What one part of a body is made of."""
+
+    name: str
+    tissue: Tissue | None
+    prestress: Given | None  # overrides the tissue's
+    span: Span
+
+
+class MaterialReader:
+    """Gives the nodes and springs of one drawing what tissues and tables say.
+
+    Parts of the body are numbered: 0 is the body itself, the rest are its regions.
+    """
+
+    def __init__(self, body: Body, drawing: Drawing, findings: Findings):
+        self.body = body
+        self.findings = findings
+        self.columns = drawing.columns
+        self.node_part = drawing.part
+        self.end_parts = drawing.part[drawing.mesh.ends]  # shape (spring, 2)
+        self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
+        self.length = drawing.length
+        self.materials = [Material(body.name, body.tissue, None, body.span)]
+        self.materials += (
+            Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
+            for region in body.regions
+        )
+
+    def read(self) -> dict[str, Explained]:
+        """Return every parameter array of the network, by name."""
+        return {
+            "mass": self._mass(),
+            "stiffness": self._per_spring("spring constant"),
+            "damping": self._per_spring("viscosity"),
+            "rest": self._rest(),
+            "strength": self._strength(),
+        }
+
+    def _mass(self) -> Explained:
+        column = self.columns.nodes.get("mass")
+        if self.body.mass is not None:
+            assert self.body.mass_span is not None
+            values = np.full(len(self.node_part), self.body.mass / len(self.node_part))
+            origins = [Origin(self.body.mass_span, "written")]
+            index = np.zeros_like(self.node_part)
+        else:
+            given = self._given("mass", self.node_part[_is_open(column, self.node_part)])
+            share = {"whole body": len(self.node_part)}
+            per_node = [0.0 if g is None else g.value / share.get(g.spread, 1) for g in given]
+            values, index = np.array(per_node)[self.node_part], self.node_part
+            origins = [self._origin(g) for g in given]
+        provenance = Provenance(index.astype(np.int32), tuple(origins))
+        return self._from_table(values, provenance, column, "nodes")
+
+    def _rest(self) -> Explained:
+        prestress, provenance = self._per_spring("prestress")
+        column = self.columns.springs.get("rest length")
+        return self._from_table((1.0 - prestress) * self.length, provenance, column, "springs")
+
+    def _strength(self) -> Explained:
+        if self.body.may_rupture:
+            return self._per_spring("fraction force")
+        origin = Origin(self.body.span, "rupture is not allowed")
+        index = np.zeros(len(self.length), dtype=np.int32)
+        return np.full(len(self.length), np.inf), Provenance(index, (origin,))
+
+    def _per_spring(self, name: str) -> Explained:
+        """Return a quantity of every spring from tables, materials and the interface."""
+        column = self.columns.springs.get(name)
+        given = self._given(name, self.end_parts[_is_open(column, self.length)])
+        first, second = self._at_ends(name, given)
+        value = np.where(self.is_inner, first, self._joined(first, second))
+        origins = [self._origin(g) for g in given]
+        origins.append(Origin(self.body.span, f"interface {self.body.interface}"))
+        index = np.where(self.is_inner, self.end_parts[:, 0], len(origins) - 1)
+        provenance = Provenance(index.astype(np.int32), tuple(origins))
+        return self._from_table(value, provenance, column, "springs")
+
+    def _from_table(
+        self, value: Floats, provenance: Provenance, column: Floats | None, table: str
+    ) -> Explained:
+        """Return an array with the numbers of a table's column where it has some."""
+        if column is None:
+            return value, provenance
+        assert self.body.tables is not None
+        origins = (*provenance.origins, Origin(getattr(self.body.tables, table).span, "table"))
+        is_open = np.isnan(column)
+        index = np.where(is_open, provenance.index, len(origins) - 1)
+        return (
+            np.where(is_open, value, column),
+            Provenance(index.astype(np.int32), origins),
+        )
+
+    def _origin(self, given: Given | None) -> Origin:
+        return Origin(given.span, given.how) if given else Origin(self.body.span, "none")
+
+    # --- parts and their interfaces -----------------------------------------------------------
+
+    def _at_ends(self, name: str, given: Sequence[Given | None]) -> tuple[Floats, Floats]:
+        """Return a quantity as the part at either end of each spring has it."""
+        quantity = QUANTITIES[name]
+        value = [quantity.default if g is None else g.value for g in given]
+        lengths = [np.nan if g is None or g.length is None else g.length for g in given]
+        values, lengths = np.array(value, dtype=float), np.array(lengths)
+        ends: list[Floats] = []
+        for part in self.end_parts.T:
+            is_scaled = ~np.isnan(lengths[part])
+            if np.any(is_scaled & (self.length == 0.0)):
+                self.findings.reject(
+                    "TIS309",
+                    f"{name} is given for a length, but a spring of {self.body.name} has none",
+                    self.body.span,
+                )
+            scale = (lengths[part] / self.length) ** -quantity.scales
+            ends.append(np.where(is_scaled, values[part] * scale, values[part]))
+        return ends[0], ends[1]
+
+    @cached_property
+    def _first_is_softer(self) -> NDArray[np.bool_]:
+        """Whether the first end is in the softer part, shape (spring,).
+
+        Spring constants decide for all quantities, so that an interface is made of one side.
+        """
+        first, second = self._at_ends("spring constant", self._found("spring constant"))
+        return np.asarray(first <= second)
+
+    def _joined(self, first: Floats, second: Floats) -> Floats:
+        match self.body.interface:
+            case "softer":
+                return np.where(self._first_is_softer, first, second)
+            case "stiffer":
+                return np.where(self._first_is_softer, second, first)
+            case _:
+                return (first + second) / 2.0
+
+    # --- tissues ------------------------------------------------------------------------------
+
+    def _given(self, name: str, used: NDArray[np.int64]) -> list[Given | None]:
+        """Return the quantity of each part; rejects a part in use that has none."""
+        given = self._found(name)
+        for number in np.unique(used):
+            if given[number] is None and QUANTITIES[name].default is None:
+                self._missing(name, self.materials[number])
+        return given
+
+    def _found(self, name: str) -> list[Given | None]:
+        if name == "prestress":
+            return [
+                m.prestress or (m.tissue and m.tissue.given.get(name)) for m in self.materials
+            ]
+        return [m.tissue and m.tissue.given.get(name) for m in self.materials]
+
+    def _missing(self, name: str, material: Material) -> None:
+        if material.tissue is None:
+            self.findings.reject(
+                "TIS304",
+                f"{material.name} needs a tissue: nothing gives its {name}",
+                material.span,
+                hint="write tissue is …",
+            )
+        reason = material.tissue.missing.get(name, "no rule and no number gives it")
+        self.findings.reject(
+            "TIS206",
+            f"nothing gives the {name} of tissue {material.tissue.name}: {reason}",
+            material.tissue.span,
+            hint=f"write {name} = … in the tissue, a rule for it, "
+            "or otherwise is … in the vocabulary",
+            notes=(Note(f"used by {material.name}", material.span),),
+        )
+
+
+def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.bool_]:
+    """Return where a table leaves a quantity to the tissue: everywhere without a column."""
+    return np.ones(len(like), dtype=bool) if column is None else np.isnan(column)

@@ -1,0 +1,113 @@
+"""What conditions measure, and how it is said afterwards."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.core.units import NUMBER, show
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.measures import Measure, Subject
+from tissuec.measures.moment import Moment
+from tissuec.network import Floats
+from tissuec.scene.expressions import Scope, Truth
+from tissuec.scene.values import Value
+
+DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
+LEARNED = ("error", "track")  # measures of learning, which only a learn block can fill
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """One measure as a condition asks for it.
+
+    Attributes:
+        time: Of an earlier moment [s]; None for the present one.
+        along: Unit vector onto which a vector is projected; None for its length.
+    """
+
+    measure: type[Measure]
+    subjects: tuple[Subject, ...]
+    time: float | None
+    along: Floats | None
+
+    def value(self, moment: Moment) -> float:
+        """Return the number in SI units."""
+        then = moment if self.time is None else moment.pinned[self.time]
+        sample = self.measure.sample(self.subjects, then)
+        return (
+            float(sample @ self.along) if self.along is not None else self.measure.value(sample)
+        )
+
+
+class MeasureScope(Scope):
+    """A scope in which measures can be asked for.
+
+    Without a moment every measure has the value 1, so that units and names can be checked.
+    """
+
+    is_known = False
+
+    def __init__(
+        self, readings: Mapping[int, Reading], constants: Scope, moment: Moment | None
+    ):
+        super().__init__(constants.findings)
+        self.readings = readings
+        self.constants = constants
+        self.moment = moment
+
+    def name(self, name: s.Name) -> Value:
+        return self._measured(name) if id(name) in self.readings else self.constants.name(name)
+
+    def has(self, name: s.Name) -> bool:
+        return id(name) in self.readings or self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return self.constants.names()
+
+    def call(self, call: s.Call) -> Value:
+        return self._measured(call)
+
+    def test(self, node: s.Expression) -> Truth:
+        if isinstance(node, s.Call | s.Name) and id(node) in self.readings:
+            value = self._measured(node)
+            if value.dimension == NUMBER:
+                return np.asarray(value.amount != 0.0)
+        return super().test(node)
+
+    def _measured(self, node: s.Call | s.Name) -> Value:
+        reading = self.readings[id(node)]
+        value = 1.0 if self.moment is None else reading.value(self.moment)
+        return Value.number(value, reading.measure.dimension)
+
+
+def describe_sides(condition: s.Expression, scope: Scope) -> str:
+    """Return what both sides of a condition are: ``gap(oviduct) = 8.1 mm, limit = 9 mm``."""
+    parts: list[str] = []
+    for side in _sides(condition):
+        value = scope.number(side)
+        shown = show(float(value.amount), value.dimension, digits=DIGITS)
+        parts.append(f"{side.span.one_line} = {shown}")
+    return ", ".join(parts)
+
+
+def _sides(node: s.Expression) -> list[s.Expression]:
+    """Return what a condition compares, without what is a number as it stands."""
+    match node:
+        case s.Compare(left=left, right=right):
+            sides = [left, right]
+        case s.Between(subject=subject, low=low, high=high):
+            sides = [subject, low, high]
+        case s.Not(operand=operand):
+            sides = _sides(operand)
+        case s.And(operands=operands) | s.Or(operands=operands):
+            sides = [side for operand in operands for side in _sides(operand)]
+        case _:
+            sides = [node]
+    return [side for side in sides if not isinstance(side, s.Number | s.Quantity)]
+
+
+def asks_for_learning(node: s.Expression) -> bool:
+    """Return whether a condition measures what only a learn block has."""
+    return any(isinstance(part, s.Call) and part.function.key in LEARNED for part in walk(node))

@@ -1,0 +1,40 @@
+"""What stands inside an expression.
+
+An expression may be as long as the text, so nothing here recurs.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from tissuec.core.source import Span
+from tissuec.lang.syntax import Call, Name
+
+
+def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> Iterator[Any]:
+    """Yield every node inside a node or a tuple of nodes, outer ones and left ones first.
+
+    The names of functions are left out.
+
+    Args:
+        enters: Whether to go on with the arguments of a call.
+    """
+    waiting = [node]
+    while waiting:
+        match waiting.pop():
+            case tuple() as parts:
+                waiting.extend(reversed(parts))
+            case Span():
+                pass
+            case Call() as call:
+                yield call
+                if enters(call):
+                    waiting.append(call.arguments)
+            case part if is_dataclass(part):
+                yield part
+                waiting.extend(getattr(part, field.name) for field in reversed(fields(part)))
+
+
+def names_in(node: Any) -> Iterator[Name]:
+    """Yield every name inside a node or a tuple of nodes, but those of functions."""
+    return (part for part in walk(node) if isinstance(part, Name))
