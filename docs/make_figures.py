@@ -44,7 +44,7 @@ STYLE = {
     "ytick.color": INK,
 }
 MOMENTS = (
-    (0.0, "0 s: as drawn, under 4 % prestress"),
+    (0.0, "0 s: as drawn, under 2 % prestress"),
     (0.6, "0.6 s: grasped and lifted by 6 mm"),
     (1.2, "1.2 s: cut; the loose ends have drawn back"),
 )
