@@ -196,6 +196,8 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
         stderr=subprocess.PIPE,
         text=True,
         env=ENVIRONMENT,
+        # Shells make background jobs ignore Ctrl-C, and what they start inherits that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     partial = scene.parent / "broken" / "pair.partial.vtkhdf"
     deadline = time.monotonic() + 60
