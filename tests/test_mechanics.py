@@ -126,3 +126,17 @@ def test_a_net_without_springs_or_nodes_has_no_forces_and_no_energy():
         state = situation.position, situation.velocity
         assert mechanics.spring_forces(situation, *state).shape == (nodes, 3)
         assert float(mechanics.energies(situation, *state).total) == 0.0
+
+
+def test_energies_of_a_sample_do_not_depend_on_the_others():
+    network, position, velocity = random_net()
+    situation = start(network)
+    situation.holders["fix"] = np.array([3])
+    situation.gravity = np.array([0.1, 0.2, -9.81])
+    random = np.random.default_rng(1)
+    many = position + random.normal(size=(37, 8, 3)), velocity + random.normal(size=(37, 8, 3))
+    together = mechanics.energies(situation, *many)
+    for sample in range(37):
+        alone = mechanics.energies(situation, many[0][sample], many[1][sample])
+        for part, whole in zip(alone, together, strict=True):
+            assert part == whole[sample]

@@ -125,7 +125,9 @@ def kinetic_energy(
     """Return Σ ½ m v² over the free nodes (among ``nodes``) [J], shape (…)."""
     free = _free(situation, nodes)
     moving = velocity[..., free, :]
-    return 0.5 * np.einsum("n,...nk,...nk->...", situation.mass[free], moving, moving)
+    return 0.5 * _sum_each(
+        situation.mass[free] * np.einsum("...nk,...nk->...n", moving, moving)
+    )
 
 
 def elastic_energy(
@@ -136,9 +138,7 @@ def elastic_energy(
     chosen = chosen[situation.alive[chosen]]
     network = situation.network
     stretched = elongation(network.ends[chosen], position, situation.rest[chosen])
-    return 0.5 * np.einsum(
-        "s,...s,...s->...", situation.stiffness[chosen], stretched, stretched
-    )
+    return 0.5 * _sum_each(situation.stiffness[chosen] * stretched * stretched)
 
 
 def gravity_energy(situation: Situation, position: Floats) -> Floats:
@@ -146,9 +146,12 @@ def gravity_energy(situation: Situation, position: Floats) -> Floats:
     if not situation.gravity.any():
         return np.zeros(position.shape[:-2])
     free = _free(situation, None)
-    return -np.einsum(
-        "n,...nk,k->...", situation.mass[free], position[..., free, :], situation.gravity
-    )
+    return -_sum_each(situation.mass[free] * (position[..., free, :] @ situation.gravity))
+
+
+def _sum_each(values: Floats) -> Floats:
+    """Return the sums over the last axis, each the same whatever the other axes hold."""
+    return np.add.reduce(np.ascontiguousarray(values), axis=-1)
 
 
 class Energies(NamedTuple):

@@ -200,7 +200,7 @@ def test_both_tiers_agree_to_rounding(method):
 
 def test_tier_changes_in_mid_run_by_evaluations_and_the_motion_goes_on(monkeypatch):
     monkeypatch.delenv("TISSUEC_TIER", raising=False)
-    monkeypatch.setattr("tissuec.engine.engine.switching_point", lambda springs: 500)
+    monkeypatch.setattr("tissuec.engine.engine.evaluation_cost", lambda springs: 1e-3)
     bench = Bench(pair(), 10.0, tolerance=1e-8, tier=None)
     bench.advance(0.1)
     assert bench.engine.statistics.tier == "interpreted"
@@ -260,3 +260,21 @@ def test_pause_is_offered_between_steps_also_while_a_condition_is_watched(monkey
     assert 0.0 < asked[0] < asked[1] < 5.0
     assert bench.engine.checkpoint() is not None
     assert bench.advance(asked[1] + 0.01).kind == "reached"
+
+
+def test_condition_that_holds_for_a_part_of_a_period_is_seen_at_the_first_one():
+    bench = Bench(pair(), 10.0, tolerance=1e-3)
+    end = bench.advance(10.0, lambda time, position, velocity: position[0, 0] > 0.19)
+    # x = 0.1 (1 - cos ωt) with ω = √200
+    assert end.kind == "triggered"
+    assert end.time == pytest.approx(np.arccos(-0.9) / np.sqrt(200.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_fixed_steps_that_lead_nowhere_are_told(tier):
+    net = make_net(
+        np.zeros((2, 3)), [[0, 1]], rest=1.0, stiffness=1e4, velocity=[[1, 0, 0], [0, 0, 0]]
+    )
+    ran = Bench(net, 100.0, method="velocity verlet", step=1.0, tier=tier).run()
+    assert ran.end.kind == "diverged"
+    assert np.isfinite(ran.position).all()

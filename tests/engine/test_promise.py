@@ -6,6 +6,7 @@ import pytest
 from tests.engine.running import Bench, block, chain, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_net import make_net
+from tissuec.courses import Course
 
 TIMES = 400
 
@@ -81,3 +82,35 @@ def test_finer_tolerances_cost_the_seventh_root():
     ]
     # Four powers of ten are a factor of 10^(4/7) = 3.7 in steps, and no more than that.
     assert counts[1] / counts[0] == pytest.approx(10 ** (4 / 7), rel=0.35)
+
+
+def test_forces_that_swing_are_seen_between_steps_that_are_whole_periods():
+    for method, tolerance in (("velocity verlet", 1e-3), ("dop853", 1e-6)):
+        bench = Bench(pair(stiffness=0.0), 1.0, method=method, tolerance=tolerance)
+        omega = 2.0 * np.pi * 1000.0
+        bench.push([1], (1.0, 0.0, 0.0), Course("sine", 0.0, np.inf, frequency=1000.0))
+        ran = bench.run()
+        time = ran.time
+        expected = time / omega - np.sin(omega * time) / omega**2
+        error = np.abs(ran.position[:, 1, 0] - ran.position[0, 1, 0] - expected)
+        assert error.max() < tolerance * expected.max()
+
+
+@pytest.mark.parametrize("method", ["velocity verlet", "dop853"])
+@pytest.mark.parametrize("stiffness", [0.0, 4.0])
+def test_keeping_energies_leaves_a_run_from_rest_able_to_go_on(method, stiffness):
+    steps = []
+    for ledger in (False, True):
+        bench = Bench(
+            pair(stretch=0.0, stiffness=stiffness),
+            1.0,
+            method=method,
+            tolerance=1e-4,
+            ledger=ledger,
+        )
+        bench.push([0], (1.0, 0.0, 0.0), Course("sine", 0.0, np.inf, frequency=3.0))
+        ran = bench.run()
+        assert ran.end.kind == "reached"
+        steps.append(ran.engine.statistics.accepted)
+    # From rest, work that is small so far is resolved as finely as what comes later.
+    assert steps[1] < 10 * steps[0]

@@ -11,7 +11,9 @@ from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Term
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
-LOOKS = 32  # at least so often a period of a path is looked at, or a full turn, or a ramp
+LOOKS = (
+    32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
+)
 
 
 def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
@@ -23,34 +25,48 @@ def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
     return np.unique(np.concatenate([*(course.knots for course in courses), np.zeros(0)]))
 
 
-def longest_step(motions: Iterable[Motion], start: float, until: float, looks: int) -> float:
-    """Return the largest step that follows prescribed paths in a stretch of time [s].
+def longest_step(
+    motions: Iterable[Motion],
+    loads: Iterable[Load],
+    start: float,
+    until: float,
+    looks: int,
+) -> float:
+    """Return the largest step that follows what is prescribed in a stretch of time [s].
 
     No error estimate sees a path that no free node feels; springs between driven and held nodes
-    would break unnoticed, or in another period.
+    would break unnoticed, or in another period. Nor does one see a force that is looked at once
+    in each of its periods.
 
     Args:
-        motions: All of them.
+        motions, loads: All of them.
         start, until: The stretch, without knots inside [s].
         looks: How often a step is looked into.
     """
     middle = start + 0.5 * (until - start)
     longest = inf
+    for load in loads:
+        for term in load.terms:
+            longest = min(longest, _feature(term.course, middle))
     for motion in motions:
+        for term in motion.shifts:
+            longest = min(longest, _feature(term.course, middle))
         turn = motion.turn
-        courses = [term.course for term in motion.shifts]
-        for course in courses if turn is None else [*courses, turn.course]:
-            if not course.start < middle < course.stop:
-                continue
-            if course.kind == "sine" and course.frequency:
-                longest = min(longest, 1.0 / abs(course.frequency))
-            elif course.kind in ("ramp", "smooth"):
-                longest = min(longest, course.stop - course.start)
-        if turn is not None and turn.angle:
-            fastest = _fastest(turn.course, start, until)
-            if fastest > 0.0:
+        if turn is not None:
+            longest = min(longest, _feature(turn.course, middle))
+            if turn.angle and (fastest := _fastest(turn.course, start, until)) > 0.0:
                 longest = min(longest, 2.0 * np.pi / (fastest * abs(turn.angle)))
     return float(longest) * looks / LOOKS
+
+
+def _feature(course: Course, time: float) -> float:
+    """Return the length of a course's shortest feature at a time [s]."""
+    if course.start < time < course.stop:
+        if course.kind == "sine" and course.frequency:
+            return 1.0 / abs(course.frequency)
+        if course.kind in ("ramp", "smooth"):
+            return course.stop - course.start
+    return inf
 
 
 def _fastest(course: Course, start: float, until: float) -> float:

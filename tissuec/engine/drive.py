@@ -94,8 +94,8 @@ def drive(
                 break
             near = step(time, end, current, work, net)
             evaluations += TRIALS
-            reach = max(displacement, distance(work.x[1 - current], work.origin))
-            pace = max(speed, distance(work.v[1 - current], work.zero))
+            reach = greater(displacement, distance(work.x[1 - current], work.origin))
+            pace = greater(speed, distance(work.v[1 - current], work.zero))
             ratio = 0.0
             most = energy
             wrong = 0.0
@@ -106,7 +106,7 @@ def drive(
                 ratio = judge(h, reach, pace, current, task, work)
                 if LEDGER:
                     worse = judge_ledger(h, wrong, most, task)
-                    ratio = max(ratio, worse) + 0.0 * (ratio + worse)
+                    ratio = greater(ratio, worse)
                 if not ratio <= 1.0:
                     factor = 0.1
                     if isfinite(ratio):
@@ -218,7 +218,12 @@ def judge(h: float, reach: float, pace: float, current: int, task: Task, work: W
     allowed = min(task.budget * h, task.share)
     position /= allowed * max(reach, task.floor) + task.noise
     velocity /= allowed * max(pace, task.floor / h) + task.noise / h
-    return max(position, velocity) + 0.0 * (position + velocity)
+    return greater(position, velocity)
+
+
+def greater(one: float, two: float) -> float:
+    """Return the larger of two numbers, and not a number if either is none."""
+    return max(one, two) + 0.0 * (one + two)
 
 
 def turnover(current: int, work: Work) -> float:

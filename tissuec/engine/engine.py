@@ -5,7 +5,7 @@ here is what must be decided between calls of that loop.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from tissuec.engine.method import Interruption, Method, Samples, Statistics, Tie
 from tissuec.engine.outbox import Outbox
 from tissuec.engine.state import first_step, new_progress, new_task, new_work
 from tissuec.engine.tiers import (
+    REVIEW,
+    WORTHWHILE,
     bound_drive,
     bound_inside,
+    evaluation_cost,
     forced_tier,
-    switching_point,
 )
 from tissuec.engine.within import RESOLUTION, Watch, Within, bisect
 from tissuec.integrators import INTEGRATORS
@@ -184,6 +186,8 @@ class Engine:
             "power": work.power[1].copy(),
             "trend": work.trend.copy(),
             "bound": self._task.bound,
+            "tier": self._tier,
+            "review": self._review,
             "method": self.choice.name,
             "reason": self.choice.reason,
         }
@@ -202,6 +206,8 @@ class Engine:
         }
         self._progress = Progress(**numbers)._replace(filled=0, current=0)
         self._asked = self._progress.evaluations
+        self._tier = self.tier or cast(Tier, str(state["tier"]))
+        self._review = int(state["review"])
         work, layout = self._work, self._layout
         work.a[0] = layout.inwards(np.asarray(state["acceleration"]))
         work.v[0] = layout.inwards(situation.velocity)
@@ -227,7 +233,8 @@ class Engine:
         start = new_progress(situation.time)
         sample = int(np.searchsorted(self._outbox.buffer.times, situation.time))
         self._progress = start._replace(sample=sample)
-        self._switch = switching_point(self.network.spring_count)
+        self._tier: Tier = self.tier or "interpreted"
+        self._review = 0  # evaluations when the tier is looked at again
 
     def _load(self, situation: Situation) -> None:
         """Copy the state into the arrays; all of them hold the nodes that stand still."""
@@ -311,10 +318,12 @@ class Engine:
 
     def _call(self, hold: bool) -> int:
         """Run the loop over steps once on the tier that is due."""
+        if self.tier is None and self._tier == "interpreted":
+            self._review_tier()
         tier = self._tier
         limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
         if tier == "interpreted" and self.tier is None:
-            limit = min(limit, self._switch)
+            limit = min(limit, self._review)
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
         drive = bound_drive(self._integrator, self._layout.features, tier)
         reason, progress = drive(
@@ -323,12 +332,16 @@ class Engine:
         self._progress = Progress(*progress)
         return reason
 
-    @property
-    def _tier(self) -> Tier:
-        """Return the tier that is due."""
-        if self.tier is not None:
-            return self.tier
-        return "compiled" if self._progress.evaluations >= self._switch else "interpreted"
+    def _review_tier(self) -> None:
+        """Now and then, go over to the compiled tier if that much work is to come."""
+        now = self._progress
+        if now.evaluations < self._review:
+            return
+        cost = evaluation_cost(self.network.spring_count)
+        ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
+        if self._review and now.evaluations * cost * ahead > WORTHWHILE:
+            self._tier = "compiled"
+        self._review = now.evaluations + int(REVIEW / cost) + 1
 
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""
@@ -339,8 +352,6 @@ class Engine:
 
     def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
         """Return the first rupture or trigger within the accepted step, and move there."""
-        if not surpassed and watch is not None and not self._holds_at_end(watch):
-            return None  # as nearly always, and without the cost of looking inside
         net = self._net("interpreted")
         inside = bound_inside(self._integrator, self._layout.features)
         within = Within(inside, self._progress, self._work, net, self._layout)
@@ -355,21 +366,25 @@ class Engine:
         self._cut(within, stop)
         return Interruption("ruptured", stop, springs=rupture[1])
 
-    def _holds_at_end(self, watch: Watch) -> bool:
-        work, other, outwards = self._work, 1 - self._progress.current, self._layout.outwards
-        return watch(self._progress.end, outwards(work.x[other]), outwards(work.v[other]))
-
     def _trigger(self, within: Within, watch: Watch, stop: float) -> float | None:
-        """Return the first time up to ``stop`` at which the watched condition holds."""
+        """Return the first time up to ``stop`` at which the condition is seen to hold."""
 
         def holds(when: float) -> bool:
             x, v, _ = within.state(when)
             return watch(when, self._layout.outwards(x), self._layout.outwards(v))
 
-        if not holds(stop):
-            return None
-        resolution = max(RESOLUTION * (stop - within.start), 1e-15 * self.method.duration)
-        return bisect(holds, within.start, stop, resolution)
+        pieces = self._integrator.looks
+        before = within.start
+        for piece in range(1, pieces + 1):
+            whole = piece == pieces
+            when = stop if whole else before + (stop - before) / (pieces - piece + 1)
+            if holds(when):
+                resolution = RESOLUTION * (stop - within.start)
+                return bisect(
+                    holds, before, when, max(resolution, 1e-15 * self.method.duration)
+                )
+            before = when
+        return None
 
     def _cut(self, within: Within, stop: float) -> None:
         """Take over the accepted step up to a time within it, with its samples before that."""

@@ -58,6 +58,7 @@ class Layout:
         ends = self.place[network.ends]
         self._low, self._high = ends.min(axis=1), ends.max(axis=1)
         self._sorted = np.lexsort((self._high, self._low))
+        self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
 
@@ -89,7 +90,9 @@ class Layout:
         acting = self._select(situation)
         grown = bool(np.any(acting & ~self._acting))
         self._dead += int(np.count_nonzero(self._acting & ~acting))
-        if grown or 20 * self._dead > len(acting) or not hasattr(self, "springs"):
+        # Sums of energies would be grouped otherwise than in a run that is resumed.
+        much = self._dead > (0 if self.ledger else len(acting) // 20)
+        if grown or much or not hasattr(self, "springs"):
             self._ids = self._sorted[acting[self._sorted]]
             self._dead = 0
         self._acting = acting
@@ -181,8 +184,9 @@ class Layout:
         return pack_acts(motions, self.timed, self.place, self.start, self.until)
 
     def longest_step(self, looks: int) -> float:
-        """Return the largest step that follows the motions of the present stretch [s]."""
-        return longest_step(self.situation.motions.values(), self.start, self.until, looks)
+        """Return the largest step that follows motions and loads of the present stretch [s]."""
+        motions = self.situation.motions.values()
+        return longest_step(motions, self.timed, self.start, self.until, looks)
 
     def next_knot(self, time: float, until: float) -> float:
         """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""

@@ -19,7 +19,7 @@ class Outbox:
     """
 
     def __init__(self, times: Floats, layout: Layout, record: Callable[[Samples], None]):
-        self.buffer = new_buffer(times, len(layout.order))
+        self.buffer = new_buffer(times, len(layout.order), layout.spring_count)
         self._layout, self._record = layout, record
 
     def is_due(self, progress: Progress, until: float) -> bool:

@@ -65,9 +65,9 @@ def new_progress(time: float) -> Progress:
     )
 
 
-def new_buffer(times: Floats, node_count: int) -> Buffer:
-    """Return an empty buffer for the samples of a run, of bounded size."""
-    room = BUFFER_BYTES // (8 * (6 * node_count + 3))
+def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
+    """Return an empty buffer for the samples; what follows from them is bounded too."""
+    room = BUFFER_BYTES // (8 * (6 * node_count + 4 * spring_count + 3))
     count = max(2, min(room, 2 * len(times)))
     size = 3 * node_count
     return Buffer(
@@ -98,9 +98,16 @@ def new_task(
         share=integrator.share * tolerance,
         floor=floor,
         noise=max(ROUNDING * max(coordinates, size), TINIEST),
-        least=max(0.5 * float(network.stiffness.max(initial=0.0)) * floor**2, TINIEST),
-        bound=1e6 * extent if extent and network.spring_count else inf,
+        least=max(_least_energy(network, floor, duration), TINIEST),
+        bound=1e6 * size if size and network.spring_count else inf,
     )
+
+
+def _least_energy(network: Network, floor: float, duration: float) -> float:
+    """Return what a displacement too small to measure errors by stores or carries [J]."""
+    stored = 0.5 * float(network.stiffness.max(initial=0.0)) * floor**2
+    carried = 0.5 * float(network.mass.sum()) * (floor / duration) ** 2 if duration else 0.0
+    return max(stored, carried)
 
 
 def first_step(layout: Layout, integrator: type[Integrator], duration: float) -> float:

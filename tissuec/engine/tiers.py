@@ -1,12 +1,12 @@
 """The two tiers: interpreted on NumPy, ready at once, or compiled by Numba, much faster.
 
-Which one steps is decided by the number of force evaluations so far, never by a clock, so that
-a run gives the same bytes again. The constants of the cost model were measured.
+Which one steps is decided by the numbers of force evaluations so far and to come, never by a
+clock, so that a run gives the same bytes again. The constants of the cost model were measured.
 """
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, cast
 
@@ -17,9 +17,10 @@ from tissuec.integrators import Integrator
 from tissuec.kernels import scalar
 from tissuec.kernels.records import Buffer, Progress, Task, Work
 
-# How long to step interpreted before the compiled tier is worth its start [s]. That start takes
-# 0.6 s with kernels from the cache, and 3.5 s on a machine that has never compiled them.
-PATIENCE = 1.5
+# Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
+# 0.6 s with kernels from the cache, and 5 s on a machine that has never compiled them.
+WORTHWHILE = 2.0
+REVIEW = 0.25  # interpreted work between two looks at how much is to come [s]
 CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s]
 SPRING_COST = 30e-9  # further, per spring [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
@@ -66,6 +67,9 @@ Drive = Callable[[Progress, Task, Work, Any, Buffer], tuple[int, Progress]]
 @cache
 def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) -> Drive:
     """Return the loop over steps of an integrator for a tier."""
+    if tier == "compiled":
+        # Hardly slower, and a second variant is not compiled when something begins to move.
+        features = replace(features, moved=True, loaded=True)
     replaced = _replaced(integrator, features)
     operations = OPERATIONS if tier == "compiled" else ()
     replaced |= {name: getattr(scalar, name) for name in operations}
@@ -88,9 +92,9 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     return replaced | {name.upper(): getattr(features, name) for name in Features.__slots__}
 
 
-def switching_point(spring_count: int) -> int:
-    """Return the number of evaluations after which the compiled tier pays."""
-    return int(PATIENCE / (CALL_COST + SPRING_COST * spring_count))
+def evaluation_cost(spring_count: int) -> float:
+    """Return the time of one interpreted evaluation of the forces [s]."""
+    return CALL_COST + SPRING_COST * spring_count
 
 
 def forced_tier() -> Tier | None:

@@ -60,8 +60,11 @@ def book(h: float, current: int, work: Work) -> float:
 
 
 def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
-    """Remember how fast the powers changed in an accepted step."""
+    """Set the powers to those at the corrected velocity; remember how fast they changed."""
     if LEDGER:
+        # With the predicted velocity they would jump from step to step.
+        x, v = work.x[1 - current], work.v[1 - current]
+        force(end, x, v, work.trial_x, work.power[2], net)
         for k in range(2):
             work.trend[k] = (work.power[2, k] - work.power[1, k]) / (end - time)
     return False

@@ -226,7 +226,10 @@ def _no_space(path: Path, needed: int, error: OSError) -> str:
     )
     if not path.stat().st_size:
         return message
-    return f"{message}. The file holds what was written before: make room, then resume the run"
+    return (
+        f"{message}. The file holds what was written before: make room and run again; --resume "
+        "goes on from the last checkpoint, if there was time for one"
+    )
 
 
 def _size(count: int) -> str:
