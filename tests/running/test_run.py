@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -473,6 +474,30 @@ def test_a_run_that_diverges_names_spring_nodes_time_and_line():
     assert "hand.tis:1" in outcome.message
     assert f"{outcome.situation.time * 1e3:.6g} ms" in outcome.message
     assert np.isfinite(outcome.situation.position).all()
+
+
+def test_expectations_that_a_run_does_not_come_to_are_neither_kept_nor_broken():
+    network = oscillator(stiffness=1e6)
+    method = {"integrator": "velocity verlet", "tolerance": None, "step": 0.01}
+    expectations = [
+        expect(lambda m: True, 0.0),
+        expect(lambda m: False, 0.0, 1.0),
+        expect(lambda m: True, 0.0, 1.0),
+        expect(lambda m: True, 1.0),
+    ]
+    plan = make_plan(network, 1.0, every=0.1, expectations=expectations, **method)
+    outcome, _ = carry_out(network, plan)
+    assert outcome.kind == "diverged" and outcome.situation.time < 1.0
+    assert [f.expectation for f in outcome.failures] == [1]
+    assert outcome.unreached == (2, 3)
+
+
+def test_a_run_to_its_end_comes_to_every_expectation():
+    network, plan = eventful()
+    times = [(0.0, None), (2.0, None), (0.0, 2.0), (0.5, 1.0), (1.0, 2.0)]
+    plan = replace(plan, expectations=tuple(expect(lambda m: True, *t) for t in times))
+    outcome, _ = carry_out(network, plan)
+    assert (outcome.kind, outcome.unreached) == ("done", ())
 
 
 def test_a_net_of_nothing_but_free_nodes_falls():

@@ -103,6 +103,11 @@ class Recorder:
         place = happening.span.place
         self.writer.event(time, happening.kind, springs, happening.cause, place)
 
+    @property
+    def unreached(self) -> tuple[int, ...]:
+        """Return the expectations that are still undecided, by their places in the plan."""
+        return self._judge.unreached(self.memory)
+
     def checkpoint(self, state: Mapping[str, Any]) -> None:
         """Keep a state to go on from; every sample before it has been passed on."""
         self.writer.checkpoint(state)

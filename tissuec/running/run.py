@@ -42,6 +42,8 @@ class Outcome:
         wall_time: Of this call [s].
         statistics: What the engine did.
         failures: Expectations that did not hold, in the order of the scene.
+        unreached: Expectations that the run did not come to, or not to the end of, by their
+            places in the plan.
         happenings: The event log, each entry with its time [s].
         situation: The state at the end.
     """
@@ -51,6 +53,7 @@ class Outcome:
     wall_time: float
     statistics: "Statistics"
     failures: tuple[Failure, ...]
+    unreached: tuple[int, ...]
     happenings: tuple[tuple[float, Happening], ...]
     situation: Situation
 
@@ -92,6 +95,7 @@ def run(
         clock.monotonic() - started,
         loop.engine.statistics,
         tuple(failures[number] for number in sorted(failures)),
+        recorder.unreached,
         tuple(loop.standing.happenings),
         loop.standing.situation,
     )

@@ -88,6 +88,17 @@ class Judge:
                     break
                 self._judge(number, moment.pick(int(place)), memory)
 
+    def unreached(self, memory: Memory) -> tuple[int, ...]:
+        """Return the expectations that were not judged to their end, by their places.
+
+        One that has failed is decided, however early.
+        """
+        return tuple(
+            number
+            for number, due in enumerate(self._due)
+            if number not in memory.failures and due[memory.next :].any()
+        )
+
     def _lasts(self, expectation: Expectation) -> bool:
         return expectation.start < expectation.stop - self.near
 
