@@ -9,21 +9,22 @@ Each stage is one function of immutable values, so that any of them can be shown
     outcome = simulate(compiled, path, …)      motion, in one HDF5 file
 """
 
+import os.path
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissuec.checks import check_all
 from tissuec.compiler import Compiled, compile_scene
 from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.nearby import nearby
 from tissuec.core.source import Source
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program, load, read_source
+from tissuec.scene.imports import SUFFIX, Program, load, read_source
 from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
-    from tissuec.results.checkpoint import Checkpoint
     from tissuec.running.run import Outcome
 
 
@@ -53,7 +54,18 @@ class Request:
         strict: bool = False,
     ) -> "Request":
         """Return a request for a file; raises CompileError if it cannot be read."""
-        return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
+        return cls(_read(path), tuple(overrides), tuple(libraries), strict)
+
+
+def _read(path: Path) -> Source:
+    """Return the text of a file; where there is none, an error that names one like it."""
+    try:
+        return read_source(path)
+    except CompileError as error:
+        hint = "" if os.path.exists(path) else nearby(path, SUFFIX)
+        if not hint:
+            raise
+        raise CompileError(replace(found, hint=hint) for found in error.diagnostics) from error
 
 
 def read_words(request: Request) -> tuple[Words, tuple[Diagnostic, ...]]:
@@ -123,8 +135,10 @@ def simulate(
         progress: Told the simulated time [s] now and then.
 
     Raises:
-        ResultError: The file cannot be written, or there is nothing to resume.
+        PlaceError: The file cannot be written there, or there is nothing to resume.
+        ResultError: Writing failed later on.
     """
+    from tissuec.results.resuming import find_checkpoint
     from tissuec.results.writer import ResultWriter
     from tissuec.running.recording import Recorder, wishes
     from tissuec.running.run import run
@@ -132,7 +146,7 @@ def simulate(
     manifest = _manifest(compiled, request)
     state = None
     if resume:
-        checkpoint = _checkpoint(path, compiled, manifest)
+        checkpoint = find_checkpoint(path, compiled.scene.source.text, manifest)
         writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
     else:
         wanted = wishes(compiled.network, compiled.plan)
@@ -148,6 +162,7 @@ def simulate(
             "method": outcome.statistics.method,
             "statistics": asdict(outcome.statistics),
             "failed_expectations": len(outcome.failures),
+            "unreached_expectations": len(outcome.unreached),
         }
         written = writer.close(outcome.message, outcome.kind == "done", facts)
     return Result(outcome, written)
@@ -169,26 +184,3 @@ def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "duration": simulation.duration,
         "plan": {"skipped": list(skipped(compiled))},
     }
-
-
-def _checkpoint(path: Path, compiled: Compiled, manifest: Mapping[str, Any]) -> "Checkpoint":
-    """Return where an interrupted run of this very scene stopped."""
-    from tissuec.results.errors import ResultError
-    from tissuec.results.places import partial_path
-    from tissuec.results.trajectory import Trajectory
-
-    partial = partial_path(path)
-    if not partial.exists():
-        raise ResultError(f'there is no interrupted run "{partial}" to resume')
-    with Trajectory.open(partial) as begun:
-        same = begun.text == compiled.scene.source.text
-        if not same or any(
-            begun.manifest.get(key) != manifest[key] for key in ("sources", "overrides")
-        ):
-            raise ResultError(
-                f'"{partial}" was run from another text or other --set; run without --resume'
-            )
-        checkpoint = begun.checkpoint()
-    if checkpoint is None:
-        raise ResultError(f'"{partial}" holds no checkpoint; run without --resume')
-    return checkpoint

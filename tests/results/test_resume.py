@@ -7,7 +7,9 @@ import h5py
 import numpy as np
 import pytest
 
-from tissuec.results.errors import ResultError
+from tests.results.conftest import SCENE
+from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.resuming import find_checkpoint
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 
@@ -161,6 +163,33 @@ def test_a_checkpoint_of_another_file_is_refused_and_changes_nothing(tmp_path, e
     with pytest.raises(ResultError, match="must come from another file"):
         ResultWriter.resume(other, checkpoint)
     assert other.read_bytes() == before
+
+
+def test_a_run_is_gone_on_with_only_where_nothing_has_changed_since(tmp_path, example):
+    now = {"scene": "a.tis", "sources": {"skin.tis": "s"}, "overrides": ["pull=2 mm"]}
+    path = tmp_path / "a.vtkhdf"
+    with pytest.raises(PlaceError, match="no interrupted run"):
+        find_checkpoint(path, SCENE, now)
+    with example.open(path, **now) as writer:
+        writer.topology(example.alive(0))
+        with pytest.raises(PlaceError, match="it holds no checkpoint; without --resume"):
+            find_checkpoint(path, SCENE, now)
+        example.write(writer, last=6, checkpoints=(5,))
+        writer.close("interrupted", finished=False)
+    assert find_checkpoint(path, SCENE, now).state["frame"] == 5
+    changed = {"sources": {"skin.tis": "t"}, "overrides": []}
+    for text, change, message in (
+        ("other", {}, '"a.tis" has changed since; without --resume the run starts anew'),
+        (SCENE, {"sources": {}}, '"skin.tis" has changed since; without'),
+        (SCENE, {"overrides": []}, 'it was run with --set "pull=2 mm"; without'),
+        (
+            "other",
+            changed,
+            'since, and "skin.tis" has changed since, and it was run with --set',
+        ),
+    ):
+        with pytest.raises(PlaceError, match=message):
+            find_checkpoint(path, text, now | change)
 
 
 def test_there_is_nothing_to_go_on_with_without_a_file(tmp_path, example):

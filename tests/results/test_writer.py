@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tissuec.results.errors import ResultError
+from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.recording import ENERGIES, LogChannel
 from tissuec.results.store import Column
 from tissuec.results.trajectory import Trajectory
@@ -111,13 +111,13 @@ def test_every_dataset_says_its_unit_and_what_it_is(tmp_path, example):
 
 
 def test_an_earlier_result_stays_until_the_new_one_is_complete(tmp_path, example):
-    path = tmp_path / "a.vtkhdf"
-    path.write_text("an earlier result")
+    path = example.saved(tmp_path / "a.vtkhdf", author="the earlier one")
+    before = path.read_bytes()
     partial = tmp_path / "a.partial.vtkhdf"
     with example.open(path) as writer:
         example.write(writer)
         writer.flush()
-        assert path.read_text() == "an earlier result"
+        assert path.read_bytes() == before
         with Trajectory.open(partial) as read:
             assert read.outcome.startswith("unfinished")
             assert np.array_equal(read.position[:], example.position)
@@ -251,6 +251,27 @@ def test_a_place_where_nothing_can_be_written_is_refused_at_once(
     (tmp_path / "folder.vtkhdf").mkdir()
     with pytest.raises(ResultError, match=message):
         example.open(tmp_path / place)
+
+
+@pytest.mark.parametrize("name", ["a.vtkhdf", "a.partial.vtkhdf"])
+@pytest.mark.parametrize("content", [b"language 1\n", None])
+def test_a_file_that_is_no_result_is_never_replaced(tmp_path, example, name, content):
+    place = tmp_path / name
+    if content is None:
+        h5py.File(place, "w").close()
+    else:
+        place.write_bytes(content)
+    before = place.read_bytes()
+    with pytest.raises(PlaceError, match=f'{name}": it is there already and no result'):
+        example.open(tmp_path / "a.vtkhdf")
+    assert [found.name for found in tmp_path.iterdir()] == [name]
+    assert place.read_bytes() == before
+
+
+def test_an_empty_file_can_be_replaced(tmp_path, example):
+    (tmp_path / "a.vtkhdf").touch()
+    (tmp_path / "a.partial.vtkhdf").touch()  # as a run that was killed at once leaves it
+    assert example.saved(tmp_path / "a.vtkhdf").stat().st_size
 
 
 def test_a_closed_folder_is_refused_at_once(tmp_path, example, monkeypatch):

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import h5py
 
+from tissuec.core.nearby import nearby
 from tissuec.results import access
-from tissuec.results.errors import ResultError
+from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.journal import JournaledFile, has_journal
-from tissuec.results.places import partial_path
+from tissuec.results.places import SUFFIX, final_path, partial_path
 
 LAYOUT_VERSION = 1
 _MARK = "layout_version"
@@ -27,8 +28,7 @@ def open_result(path: Path) -> h5py.File:
     if not path.is_file():
         raise ResultError(_missing(path))
     try:
-        # A file whose last change was cut short is read through its journal.
-        file = h5py.File(JournaledFile(path, "read") if has_journal(path) else path, "r")
+        file = _open(path)
     except OSError as error:
         raise ResultError(f'cannot read "{path}": {_reason(error)}') from error
     try:
@@ -39,11 +39,48 @@ def open_result(path: Path) -> h5py.File:
     return file
 
 
-def _check_mark(file: h5py.File, path: Path) -> None:
+def check_replaceable(path: Path) -> None:
+    """Make sure that a run to ``path`` replaces nothing but results, of whatever layout.
+
+    Raises:
+        PlaceError: Something else has the name of the result, or that of the unfinished one.
+    """
+    partial = partial_path(path)
+    for place in (partial, final_path(partial)):
+        if place.exists() and not _is_empty(place) and not _is_result(place):
+            raise PlaceError(
+                f'cannot write "{place}": it is there already and no result of tissuec; name '
+                "another file, or remove it"
+            )
+
+
+def _is_empty(path: Path) -> bool:
+    """Return whether a file has no content, as a run that was killed at once leaves it."""
+    return path.is_file() and not path.stat().st_size
+
+
+def _is_result(path: Path) -> bool:
+    try:
+        with _open(path) as file:
+            return _is_marked(file)
+    except OSError:
+        return False
+
+
+def _open(path: Path) -> h5py.File:
+    """Open a file for reading; one whose last change was cut short through its journal."""
+    return h5py.File(JournaledFile(path, "read") if has_journal(path) else path, "r")
+
+
+def _is_marked(file: h5py.File) -> bool:
     group = file.get("tissuec")
-    if not isinstance(group, h5py.Group) or _MARK not in group.attrs:
+    return isinstance(group, h5py.Group) and _MARK in group.attrs
+
+
+def _check_mark(file: h5py.File, path: Path) -> None:
+    if not _is_marked(file):
         raise ResultError(f'"{path}" is an HDF5 file, but no result of tissuec')
-    version = int(access.attribute(group, _MARK))
+    version = int(access.attribute(access.group(file, "tissuec"), _MARK))
     if version != LAYOUT_VERSION:
         raise ResultError(
             f'"{path}" has layout {version}, and this tissuec reads layout {LAYOUT_VERSION}; '
@@ -52,10 +89,13 @@ def _check_mark(file: h5py.File, path: Path) -> None:
 
 
 def _missing(path: Path) -> str:
+    if path.is_dir():
+        return f'"{path}" is a folder; name a result file'
     partial = partial_path(path)
     if partial != path and partial.is_file():
         return f'there is no file "{path}", but an unfinished one: "{partial}"'
-    return f'there is no file "{path}"'
+    hint = nearby(path, SUFFIX)
+    return f'there is no file "{path}"' + (f"; {hint}" if hint else "")
 
 
 def _reason(error: OSError) -> str:

@@ -3,8 +3,9 @@
 import os
 from pathlib import Path
 
-from tissuec.results.errors import ResultError
+from tissuec.results.errors import PlaceError
 
+SUFFIX = ".vtkhdf"
 _MARK = ".partial"
 
 
@@ -20,22 +21,29 @@ def final_path(path: Path) -> Path:
     return path.with_name(f"{path.stem.removesuffix(_MARK)}{path.suffix}")
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for results, unless there is one; PlaceError if that cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise PlaceError(f'cannot make the folder "{folder}": {reason}') from error
+
+
 def check_place(path: Path) -> None:
     """Find out whether a result can be written to ``path``.
 
     Raises:
-        ResultError: The folder is missing or closed, or the name belongs to a folder.
+        PlaceError: The folder is missing or closed, or the name belongs to a folder.
     """
     folder = path.parent
     if not folder.exists():
-        raise ResultError(
+        raise PlaceError(
             f'cannot write "{path}": the folder "{folder}" does not exist; make it'
         )
     if not folder.is_dir():
-        raise ResultError(f'cannot write "{path}": "{folder}" is no folder')
+        raise PlaceError(f'cannot write "{path}": "{folder}" is no folder')
     if path.is_dir():
-        raise ResultError(f'cannot write "{path}": it is a folder; name a file')
+        raise PlaceError(f'cannot write "{path}": it is a folder; name a file')
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise ResultError(
-            f'cannot write "{path}": the folder "{folder}" does not let you write'
-        )
+        raise PlaceError(f'cannot write "{path}": the folder "{folder}" does not let you write')

@@ -18,7 +18,7 @@ from tissuec.results.checkpoint import Checkpoint, Value, truncate, write_checkp
 from tissuec.results.errors import ResultError
 from tissuec.results.frames import FrameRecorder
 from tissuec.results.h5md import add_views, remove_views
-from tissuec.results.layout import mark_layout, open_result
+from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
     SCENE,
@@ -67,6 +67,7 @@ class ResultWriter:
         mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
         _check_names(recording)
         check_place(Path(path))
+        check_replaceable(Path(path))
         store = Store(partial_path(Path(path)), "create")
         try:
             mark_layout(store.file)
@@ -98,6 +99,7 @@ class ResultWriter:
         """
         partial = partial_path(Path(path))
         open_result(partial).close()
+        check_replaceable(partial)
         store = Store(partial, "update")
         try:
             truncate(store, checkpoint)

@@ -1,0 +1,51 @@
+"""Going on with an interrupted run: where it stopped, if it was one of the very same scene."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from tissuec.results.checkpoint import Checkpoint
+from tissuec.results.errors import PlaceError
+from tissuec.results.places import partial_path
+from tissuec.results.trajectory import Trajectory
+
+
+def find_checkpoint(path: Path, text: str, manifest: Mapping[str, Any]) -> Checkpoint:
+    """Return the last checkpoint of the unfinished result at ``path``.
+
+    Args:
+        path: The partial file, or the final name.
+        text: The scene as it is to be gone on with.
+        manifest: What the result would say of its origin if it began now.
+
+    Raises:
+        PlaceError: There is no such file, or it was run from another text or ``--set``.
+    """
+    partial = partial_path(path)
+    if not partial.exists():
+        raise PlaceError(f'there is no interrupted run "{partial}" to go on with')
+    with Trajectory.open(partial) as begun:
+        checkpoint = begun.checkpoint()
+        changes = list(_changes(begun, text, manifest))
+    if checkpoint is None:
+        changes = ["it holds no checkpoint"]
+    if checkpoint is None or changes:
+        raise PlaceError(
+            f'cannot go on with "{partial}": {", and ".join(changes)}; without --resume the '
+            "run starts anew"
+        )
+    return checkpoint
+
+
+def _changes(begun: Trajectory, text: str, manifest: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what is no longer as it was when a run began."""
+    then, now = begun.manifest.get("sources", {}), manifest["sources"]
+    if begun.text != text:
+        yield f'"{manifest["scene"]}" has changed since'
+    for name in {**then, **now}:
+        if then.get(name) != now.get(name):
+            yield f'"{name}" has changed since'
+    former = begun.manifest.get("overrides", [])
+    if former != manifest["overrides"]:
+        options = " ".join(f'--set "{override}"' for override in former)
+        yield f"it was run with {options or 'no --set'}"
