@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from tissuec.results.errors import ResultError
-from tissuec.results.export import export_csv, export_obj, export_vtu
+from tissuec.results.export import (
+    export_csv,
+    export_obj,
+    export_vtu,
+    table_data,
+    table_names,
+)
 from tissuec.results.info import summary
 from tissuec.results.trajectory import Trajectory
 
@@ -76,6 +82,31 @@ def test_an_unknown_log_is_an_error_with_the_known_ones(read):
         ResultError, match=r'no log "forc of forceps A".*did you mean "force of'
     ):
         table(read, "forc of forceps A")
+
+
+def test_tables_as_data_hold_what_the_file_holds(read, example):
+    assert table_names(read) == ["force of forceps A", "tension of a/b", "energies", "events"]
+    data = table_data(read, ["energies", "events"])
+    assert np.array_equal(data["energies"]["value"], example.tension[:, :6])
+    assert data["energies"]["time"] == example.time.tolist()
+    assert data["events"][1] == {
+        "time": 1.16,
+        "kind": "rupture",
+        "springs": "tube:1",
+        "cause": "tension above 2 N",
+        "place": "scene.tis:3",
+    }
+
+
+def test_events_among_other_tables_are_refused_with_the_remedy(read):
+    with pytest.raises(ResultError, match="export them by themselves"):
+        table(read, ["energies", "events"])
+
+
+def test_names_of_tables_are_only_those_that_hold_something(tmp_path, example):
+    path = example.recorded(energies=False, logs=()).open(tmp_path / "b.vtkhdf")
+    with Trajectory.open(path.close("nothing happened", finished=True)) as trajectory:
+        assert table_names(trajectory) == []
 
 
 @pytest.mark.parametrize("frame", [0, 20, -1])

@@ -2,9 +2,9 @@
 
 import csv
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -41,6 +41,34 @@ def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextI
     logs = [_find_log(trajectory, name) for name in names]
     table.writerow(["time [s]", *(head for log in logs for head in _heads(log))])
     table.writerows(_joined_rows(logs))
+
+
+def table_names(trajectory: Trajectory) -> list[str]:
+    """Return the names of all tables that hold something."""
+    energies = ["energies"] if trajectory.energies is not None else []
+    return [*trajectory.logs, *energies, *(["events"] if trajectory.events else [])]
+
+
+def table_data(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Any]:
+    """Return tables by name, as plain data for programs.
+
+    Raises:
+        ResultError: There is no such log.
+    """
+    return {name: _plain_table(trajectory, name) for name in names}
+
+
+def _plain_table(trajectory: Trajectory, name: str) -> Any:
+    if name == "events" and "events" not in trajectory.logs:
+        heads, *rows = _event_rows(trajectory)
+        return [dict(zip(["time", *heads[1:]], row, strict=True)) for row in rows]
+    log = _find_log(trajectory, name)
+    return {
+        "columns": list(log.columns),
+        "unit": log.unit,
+        "time": log.time.tolist(),
+        "value": log.value.tolist(),
+    }
 
 
 def export_vtu(trajectory: Trajectory, frame: int, path: Path) -> None:
@@ -112,8 +140,9 @@ def _find_log(trajectory: Trajectory, name: str) -> Log:
         return trajectory.logs[name]
     if name == "energies" and trajectory.energies is not None:
         return trajectory.energies
-    known = [*trajectory.logs, *(["energies"] if trajectory.energies else []), "events"]
-    hint = alternatives(name, known, what="there are")
+    if name == "events":
+        raise ResultError('"events" are a table of their own; export them by themselves')
+    hint = alternatives(name, table_names(trajectory), what="there are")
     raise ResultError(f'"{trajectory.path}" has no log "{name}" to put into a table; {hint}')
 
 
@@ -146,7 +175,7 @@ def _moments(time: Floats) -> Floats:
     return np.column_stack([time, again])
 
 
-def _event_rows(trajectory: Trajectory) -> Iterable[list[object]]:
+def _event_rows(trajectory: Trajectory) -> Iterator[list[Any]]:
     yield ["time [s]", "kind", "springs", "cause", "place"]
     for event in trajectory.events:
         springs = " ".join(_spring_name(trajectory, number) for number in event.springs)
