@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -96,10 +97,12 @@ def test_a_diverging_run_exits_with_3_and_keeps_the_former_result(scene):
     assert tissuec("run", scene, cwd=scene.parent).returncode == 0
     before = (scene.parent / "pair.vtkhdf").read_bytes()
     wild = OSCILLATOR.replace("tolerance = 1e-6", "integrator is velocity verlet; step = 40 ms")
-    scene.write_text(wild.replace("duration = 0.5 s", "duration = 50 s"))
+    late = wild.replace("11.01 mm at 0.1 s", "11.01 mm at 20 s")
+    scene.write_text(late.replace("duration = 0.5 s", "duration = 50 s"))
     run = tissuec("run", scene, cwd=scene.parent)
     assert run.returncode == 3, run.stderr
     assert "pair.tis" in run.stderr
+    assert "expectations: 0 of 1 hold, 1 not reached" in run.stderr
     assert (scene.parent / "pair.vtkhdf").read_bytes() == before
 
 
@@ -189,9 +192,11 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
         "trajectory every 10 s",
     )
     scene.write_text(long)
-    command = [sys.executable, "-m", "tissuec", "run", str(scene), "--out"]
+    (scene.parent / "my library").mkdir()
+    options = ["--set", "pull=0.999 mm", "--library", "my library"]
+    command = [sys.executable, "-m", "tissuec", "run", str(scene), "--out", "broken"]
     process = subprocess.Popen(
-        [*command, "broken"],
+        [*command, *options],
         cwd=scene.parent,
         stderr=subprocess.PIPE,
         text=True,
@@ -207,10 +212,16 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130, said
-    assert "--resume" in said
-    resumed = tissuec("run", scene, "--out", "broken", "--resume", cwd=scene.parent)
+    refused = tissuec("run", scene, "--out", "broken", "--resume", cwd=scene.parent)
+    assert refused.returncode == 2
+    assert 'it was run with --set "pull=0.999 mm"; without --resume the' in refused.stderr
+    (again,) = (line for line in said.splitlines() if "go on with: " in line)
+    words = shlex.split(again.partition(": ")[2])
+    assert words[:2] == ["tissuec", "run"] and words[-4:] == options
+    resumed = tissuec(*words[1:], cwd=scene.parent)
     assert resumed.returncode == 0, resumed.stderr
-    assert tissuec("run", scene, "--out", "whole", cwd=scene.parent).returncode == 0
+    whole = tissuec("run", scene, "--out", "whole", *options, cwd=scene.parent)
+    assert whole.returncode == 0, whole.stderr
     results = [
         h5py.File(scene.parent / folder / "pair.vtkhdf") for folder in ("broken", "whole")
     ]

@@ -6,7 +6,8 @@ from importlib import import_module
 import click
 
 from tissuec import __version__
-from tissuec.cli.common import Settings, flag_options, run_guarded
+from tissuec.cli.common import Group, Settings
+from tissuec.cli.guard import run_guarded
 from tissuec.core.errors import did_you_mean
 
 #: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
@@ -24,7 +25,7 @@ COMMANDS = {
 }
 
 
-class LazyGroup(click.Group):
+class LazyGroup(Group):
     """A group that imports a command only when it is called, to start quickly."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -56,8 +57,7 @@ class LazyGroup(click.Group):
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="tissuec")
-@click.pass_context
-def group(ctx: click.Context, **flags: bool) -> None:
+def group(settings: Settings) -> None:
     """tissuec turns words about tissue into physics, and physics into motion.
 
     \b
@@ -65,10 +65,6 @@ def group(ctx: click.Context, **flags: bool) -> None:
     tissuec library copy sterilisation
     tissuec run sterilisation.tis      writes sterilisation.vtkhdf
     """
-    ctx.obj = Settings(**flags)
-
-
-group.params += flag_options()
 
 
 def main() -> None:

@@ -10,16 +10,9 @@ from typing import Any, TypeVar
 
 import click
 
-from tissuec.core.errors import (
-    CompileError,
-    Diagnostic,
-    SimulationError,
-    TissueError,
-    counted,
-)
+from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
-DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: The global flags: name -> (spellings, help).
@@ -63,7 +56,8 @@ def flag_options() -> list[click.Parameter]:
 
 
 class Command(click.Command):
-    """A command that takes the global flags too and hands them on as ``settings``.
+    """A command that takes the global flags too and hands them on as ``settings``, also to
+    commands below it.
 
     Where it leaves a CompileError to its caller, the findings are shown as the flags demand.
     """
@@ -75,12 +69,16 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         flags = {name: ctx.params.pop(name) for name in FLAGS}
         settings = (ctx.find_object(Settings) or Settings()).merged(flags)
-        ctx.params["settings"] = settings
+        ctx.obj = ctx.params["settings"] = settings
         try:
             return super().invoke(ctx)
         except CompileError as error:
             tell_mistakes(error, settings)
             return WRONG_TEXT
+
+
+class Group(Command, click.Group):
+    """A group of commands that takes the global flags too."""
 
 
 def scene_options(function: F) -> F:
@@ -175,40 +173,7 @@ def aligned(rows: Sequence[Sequence[str]], least: Sequence[int]) -> list[str]:
     ]
 
 
-def cannot_write(path: Path, error: OSError) -> TissueError:
-    """Return an error that says that, and why, a file cannot be written."""
-    return TissueError(f'cannot write "{path}": {(error.strerror or str(error)).lower()}')
-
-
-def run_guarded(command: click.Command) -> int:
-    """Run a command and return its exit code; errors become messages, never tracebacks."""
-    try:
-        return int(command(standalone_mode=False) or DONE)
-    except click.exceptions.Exit as error:
-        return error.exit_code
-    except click.ClickException as error:
-        error.show()
-        return WRONG_TEXT
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
-        return INTERRUPTED
-    except SimulationError as error:
-        click.echo(f"error: {error}", err=True)
-        return STOPPED
-    except TissueError as error:
-        click.echo(f"error: {error}", err=True)
-        return WRONG_TEXT
-    except MemoryError:
-        click.echo("error: there is not enough memory for this scene", err=True)
-        return STOPPED
-    except BrokenPipeError:
-        # The reader of stdout has seen enough, as with "| head".
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # stays open until the exit
-        return DONE
-    except Exception as error:
-        if DEBUG in os.environ:
-            raise
-        what = f"{type(error).__name__}: {error}"
-        click.echo(f"error: tissuec itself failed: {what}", err=True)
-        click.echo(f"please report it with your scene and what {DEBUG}=1 shows", err=True)
-        return STOPPED
+def keep_input(output: Path, given: Path) -> None:
+    """Refuse to write over what is read, by whatever name or link; TissueError."""
+    if os.path.exists(output) and os.path.exists(given) and os.path.samefile(output, given):
+        raise TissueError(f'"{output}" is what is read; give the output another name')

@@ -3,7 +3,7 @@
 import click
 from click.shell_completion import get_completion_class
 
-from tissuec.cli.common import Command, Settings
+from tissuec.cli.common import Command, Settings, print_json
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -22,4 +22,8 @@ def command(settings: Settings, shell: str) -> None:
 
     kind = get_completion_class(shell)
     assert kind is not None
-    click.echo(kind(group, {}, "tissuec", "_TISSUEC_COMPLETE").source())
+    script = kind(group, {}, "tissuec", "_TISSUEC_COMPLETE").source()
+    if settings.json:
+        print_json({"shell": shell, "script": script})
+    else:
+        click.echo(script)

@@ -6,8 +6,19 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, FAILED, WRONG_TEXT, Command, Settings, print_json, report
-from tissuec.core.errors import CompileError
+from tissuec.cli.common import (
+    DONE,
+    FAILED,
+    WRONG_TEXT,
+    Command,
+    Settings,
+    as_json,
+    print_json,
+    report,
+)  # fmt: skip
+from tissuec.core.errors import CompileError, Diagnostic
+
+STDIN = "-"
 
 
 @click.command(cls=Command)
@@ -31,34 +42,38 @@ def command(
     "-" is stdin to stdout.
     """
     changed: list[str] = []
-    wrong = False
+    found: list[Diagnostic] = []
+    printed = ""
     for path in files:
         try:
             old, new = _formatted(path)
         except CompileError as error:
-            report(error.diagnostics, settings)
-            wrong = True
+            found += error.diagnostics
             continue
-        if str(path) == "-" and not (only_check or show_diff):
-            click.echo(new, nl=False)
+        if str(path) == STDIN and not (only_check or show_diff):
+            printed += new
         elif old != new:
             changed.append(str(path))
             if show_diff:
-                names = (str(path), f"{path} (formatted)")
-                click.echo(
-                    "".join(unified_diff(old.splitlines(True), new.splitlines(True), *names)),
-                    nl=False,
-                )
+                printed += _difference(path, old, new)
             elif not only_check:
                 _replace(path, new)
-                settings.say(f"formatted {path}")
-            else:
-                settings.say(f"would format {path}")
+            if not show_diff:
+                settings.say(f"{'would format' if only_check else 'formatted'} {path}")
     if settings.json:
-        print_json({"changed": changed})
-    if wrong:
+        document = {"changed": changed, "diagnostics": as_json(found), "printed": printed}
+        print_json({"ok": not (found or (only_check and changed)), **document})
+    else:
+        click.echo(printed, nl=False)
+        report(found, settings)
+    if found:
         return WRONG_TEXT
     return FAILED if only_check and changed else DONE
+
+
+def _difference(path: Path, old: str, new: str) -> str:
+    names = (str(path), f"{path} (formatted)")
+    return "".join(unified_diff(old.splitlines(True), new.splitlines(True), *names))
 
 
 def _formatted(path: Path) -> tuple[str, str]:
@@ -67,9 +82,9 @@ def _formatted(path: Path) -> tuple[str, str]:
     from tissuec.scene.imports import read_source
 
     source = (
-        normalise(sys.stdin.buffer.read(), "stdin") if str(path) == "-" else read_source(path)
+        normalise(sys.stdin.buffer.read(), "stdin") if str(path) == STDIN else read_source(path)
     )
-    written = source.text if str(path) == "-" else path.read_bytes().decode("utf-8")
+    written = source.text if str(path) == STDIN else path.read_bytes().decode("utf-8")
     return written, format_source(source)
 
 

@@ -4,16 +4,16 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, aligned, cannot_write, print_json
+from tissuec.cli.common import DONE, Command, Group, Settings, aligned, print_json
 from tissuec.core import resources
 from tissuec.core.errors import TissueError, did_you_mean
 
 KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=Group, invoke_without_command=True)
 @click.pass_context
-def command(ctx: click.Context) -> int:
+def command(ctx: click.Context, settings: Settings) -> int:
     """List what tissuec ships, or copy a part of it to edit.
 
     \b
@@ -21,7 +21,7 @@ def command(ctx: click.Context) -> int:
     tissuec library copy sterilisation
     """
     if ctx.invoked_subcommand is None:
-        return show_all(ctx.find_object(Settings) or Settings())
+        return show_all(settings)
     return DONE
 
 
@@ -56,11 +56,12 @@ def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
     target = destination / Path(entry["file"]).name if destination.is_dir() else destination
     if target.exists() and not force:
         raise TissueError(f'"{target}" exists; use --force to replace it, or name another file')
-    try:
-        target.write_bytes(Path(entry["file"]).read_bytes())
-    except OSError as error:
-        raise cannot_write(target, error) from error
-    settings.say(f"copied {entry['kind']}/{entry['name']} to {target}")
+    target.write_bytes(Path(entry["file"]).read_bytes())
+    what = f"{entry['kind']}/{entry['name']}"
+    if settings.json:
+        print_json({"copied": what, "to": str(target)})
+    else:
+        settings.say(f"copied {what} to {target}")
     return DONE
 
 

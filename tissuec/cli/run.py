@@ -1,5 +1,6 @@
 """``tissuec run``"""
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -17,6 +18,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     as_json,
+    keep_input,
     print_json,
     report,
     scene_options,
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
 
-SUFFIX = ".vtkhdf"
 MOST_SPRINGS_NAMED = 6
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED, "interrupted": INTERRUPTED}
 
@@ -68,9 +69,9 @@ def command(
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
     codes: list[int] = []
     documents: list[dict[str, Any]] = []
-    for path in scenes:
-        target = output or (folder or Path()) / f"{path.stem}{SUFFIX}"
-        code, document = _run_one(path, target, settings, resume=resume, **options)
+    for path, target in _targets(scenes, output, folder).items():
+        again = _again(path, output, folder, **options)
+        code, document = _run_one(path, target, again, settings, resume=resume, **options)
         codes.append(code)
         documents.append(document)
         if code == INTERRUPTED:
@@ -80,11 +81,48 @@ def command(
     return max(codes)
 
 
+def _targets(
+    scenes: tuple[Path, ...], output: Path | None, folder: Path | None
+) -> dict[Path, Path]:
+    """Return where the result of each scene goes; TissueError if that would lose a file."""
+    from tissuec.results.places import SUFFIX, final_path, partial_path
+
+    targets: dict[Path, Path] = {}
+    owners: dict[Path, Path] = {}
+    for path in scenes:
+        target = targets[path] = output or (folder or Path()) / f"{path.stem}{SUFFIX}"
+        partial = partial_path(target)
+        for place in (partial, final_path(partial)):
+            keep_input(place, path)
+        owner = owners.setdefault(final_path(partial).resolve(), path)
+        if owner is not path:
+            raise TissueError(
+                f'the results of "{owner}" and "{path}" would both be "{target}"; run one of '
+                "them by itself, with -o"
+            )
+    return targets
+
+
+def _again(
+    path: Path, output: Path | None, folder: Path | None, *,
+    overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
+) -> str:  # fmt: skip
+    """Return the command line that goes on with a run."""
+    given = [("-o", output), ("--out", folder)]
+    given += [("--set", text) for text in overrides]
+    given += [("--library", place) for place in libraries]
+    options = [str(word) for pair in given if pair[1] is not None for word in pair]
+    strictly = ["--strict"] if strict else []
+    return shlex.join(["tissuec", "run", str(path), "--resume", *options, *strictly])
+
+
 def _run_one(
-    path: Path, target: Path, settings: Settings, *,
+    path: Path, target: Path, again: str, settings: Settings, *,
     resume: bool, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.pipeline import Request, compile_request
+    from tissuec.results.errors import PlaceError
+    from tissuec.results.places import make_folder
 
     document: dict[str, Any] = {"scene": str(path), "ok": False}
     try:
@@ -97,12 +135,13 @@ def _run_one(
     if not settings.json:
         report(warnings, settings)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         result = _with_progress(compiled, request, target, settings, resume=resume)
     except TissueError as error:
         if not settings.json:
             click.echo(f"error: {error}", err=True)
-        return STOPPED, document | {"error": str(error)}
+        code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
+        return code, document | {"error": str(error)}
     code = _CODES[result.outcome.kind]
     if code == DONE and result.outcome.failures:
         code = FAILED
@@ -110,8 +149,12 @@ def _run_one(
         "ok": code == DONE,
         "diagnostics": as_json(warnings),
     }
+    if code == INTERRUPTED:
+        document["go_on_with"] = again
     if not settings.json:
         _tell(path, compiled, result, settings)
+        if code == INTERRUPTED:
+            settings.say(f"  go on with: {again}")
     return code, document
 
 
@@ -154,14 +197,11 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         settings.say(f"  FAILED {span.place}: {span.one_line}")
         settings.say(f"         at {show(failure.time, TIME)}: {failure.measured}")
     if expectations:
-        kept = len(expectations) - len(outcome.failures)
-        settings.say(f"  expectations: {kept} of {len(expectations)} hold")
+        unreached = len(outcome.unreached)
+        kept = len(expectations) - len(outcome.failures) - unreached
+        rest = f", {unreached} not reached" if unreached else ""
+        settings.say(f"  expectations: {kept} of {len(expectations)} hold{rest}")
     settings.say(f"  result: {result.path}")
-    if outcome.kind == "interrupted":
-        settings.say(
-            f"  go on with: tissuec run {path} --resume"
-            + ("" if str(result.path.parent) == "." else f" --out {result.path.parent}")
-        )
 
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
@@ -203,4 +243,5 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
             }
             for f in outcome.failures
         ],
+        "unreached": [expectations[number].span.one_line for number in outcome.unreached],
     }

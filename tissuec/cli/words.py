@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tissuec.cli.common import DONE, Command, Settings, aligned, print_json, report
+from tissuec.core import resources
+from tissuec.core.errors import TissueError, did_you_mean
+from tissuec.core.nearby import nearby
 from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:
@@ -14,6 +17,7 @@ if TYPE_CHECKING:
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
+SUFFIX = ".tis"
 DEFAULT = "fuzzy/soft_tissue"
 
 
@@ -22,16 +26,12 @@ DEFAULT = "fuzzy/soft_tissue"
 def command(settings: Settings, vocabulary: str) -> int:
     """List the words of VOCABULARY, and the numbers they stand for.
 
-    VOCABULARY is a file, or the name of a shipped one such as fuzzy/soft_tissue.
+    VOCABULARY is a file, with or without its .tis, or the name of a shipped one such as
+    fuzzy/soft_tissue.
     """
-    from tissuec.core import resources
     from tissuec.pipeline import Request, read_words
 
-    path = Path(vocabulary)
-    if not path.is_file():
-        shipped = resources.library() / f"{vocabulary.removesuffix('.tis')}.tis"
-        path = shipped if shipped.is_file() else path
-    words, warnings = read_words(Request.file(path))
+    words, warnings = read_words(Request.file(_find(vocabulary)))
     listing = _listing(words.vocabulary)
     if settings.json:
         print_json(listing)
@@ -39,6 +39,23 @@ def command(settings: Settings, vocabulary: str) -> int:
         report(warnings, settings)
         _print(listing)
     return DONE
+
+
+def _find(vocabulary: str) -> Path:
+    """Return the file of that name, here or in the library; TissueError if there is none."""
+    bare = vocabulary.removesuffix(SUFFIX)
+    library = resources.library()
+    places = (Path(vocabulary), Path(bare + SUFFIX), library / f"{bare}{SUFFIX}")
+    found = next((place for place in places if place.is_file()), None)
+    if found is not None:
+        return found
+    shipped = [place.relative_to(library) for place in library.glob(f"*/*{SUFFIX}")]
+    names = [place.with_suffix("").as_posix() for place in shipped]
+    hint = nearby(Path(vocabulary), SUFFIX) or did_you_mean(bare, names)
+    raise TissueError(
+        f'there is no vocabulary "{vocabulary}"; '
+        + (hint or 'name a file, or one of those that "tissuec library" lists')
+    )
 
 
 def _listing(vocabulary: "Vocabulary") -> dict[str, Any]:

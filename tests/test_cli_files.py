@@ -1,0 +1,234 @@
+"""The command line and files: nothing is lost, and a name that is wrong is answered."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.test_cli import OSCILLATOR, tissuec
+
+QUICK = OSCILLATOR.replace("duration = 0.5 s", "duration = 0.2 s")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "pair.tis"
+    path.write_text(QUICK)
+    return path
+
+
+@pytest.fixture
+def result(scene):
+    run = tissuec("run", scene, cwd=scene.parent)
+    assert run.returncode == 0, run.stderr
+    return scene.with_suffix(".vtkhdf")
+
+
+def refused(*arguments, cwd, code=2):
+    """Return what a command line says that must be refused without a traceback."""
+    done = tissuec(*arguments, cwd=cwd)
+    assert done.returncode == code, done.stderr
+    assert "itself failed" not in done.stderr and "Traceback" not in done.stderr
+    return done.stderr
+
+
+# --- nothing is written over ---
+
+
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_a_run_does_not_replace_its_scene(scene, link):
+    output = scene
+    if link is not None:
+        output = scene.with_name("other.tis")
+        link(scene, output)
+    said = refused("run", "pair.tis", "-o", output.name, cwd=scene.parent)
+    assert "is what is read" in said
+    assert scene.read_text() == QUICK
+
+
+def test_a_run_does_not_replace_its_scene_by_the_name_of_an_unfinished_result(scene):
+    path = scene.rename(scene.with_name("pair.partial.tis"))
+    assert "is what is read" in refused("run", path, "-o", "pair.tis", cwd=path.parent)
+    assert path.read_text() == QUICK
+
+
+def test_a_run_replaces_results_only(scene):
+    notes = scene.with_name("notes.txt")
+    notes.write_text("keep me")
+    said = refused("run", scene, "-o", "notes.txt", cwd=scene.parent)
+    assert "no result of tissuec; name another file" in said
+    assert notes.read_text() == "keep me"
+    assert tissuec("run", scene, cwd=scene.parent).returncode == 0
+    assert tissuec("run", scene, cwd=scene.parent).returncode == 0
+
+
+def test_two_scenes_with_one_name_are_refused_before_anything_runs(scene):
+    other = scene.parent / "sub" / "pair.tis"
+    other.parent.mkdir()
+    other.write_text(QUICK)
+    said = refused("run", "pair.tis", "sub/pair.tis", cwd=scene.parent)
+    assert '"pair.tis" and "sub/pair.tis" would both be "pair.vtkhdf"' in said
+    assert not list(scene.parent.glob("*.vtkhdf"))
+
+
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_an_export_does_not_replace_its_result(result, link):
+    output, before = result, result.read_bytes()
+    if link is not None:
+        output = result.with_name("other.vtkhdf")
+        link(result, output)
+    arguments = ("pair.vtkhdf", "--frame", "0", "--format", "vtu", "-o", output.name)
+    assert "is what is read" in refused("export", *arguments, cwd=result.parent)
+    assert result.read_bytes() == before
+
+
+# --- places where nothing can be written ---
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "pair.tis", "--out", "pair.tis/sub"),
+        ("run", "pair.tis", "--out", "x" * 300),
+        ("library", "copy", "two_masses", "pair.tis/sub"),
+    ],
+)
+def test_a_place_that_cannot_be_is_an_ordinary_error(scene, arguments):
+    said = refused(*arguments, cwd=scene.parent)
+    assert said.startswith("error: cannot ")
+
+
+def test_fmt_where_nothing_can_be_written_is_an_ordinary_error(scene):
+    path = scene.rename(scene.with_name(f"{'x' * 250}.tis"))  # no room for ".new" behind it
+    path.write_text(QUICK.replace("param pull", "param   pull"))
+    assert "error: cannot write" in refused("fmt", path.name, cwd=scene.parent)
+    document = json.loads(tissuec("fmt", path.name, "--json", cwd=scene.parent).stdout)
+    assert not document["ok"] and "cannot write" in document["error"]
+
+
+# --- names ---
+
+
+def test_a_scene_without_its_suffix_is_suggested(scene):
+    assert 'did you mean "pair.tis"?' in refused("run", "pair", cwd=scene.parent)
+
+
+@pytest.mark.parametrize("name", ["./mywords", "mywords", "mywords.tis"])
+def test_words_finds_a_vocabulary_as_use_does(tmp_path, repository, name):
+    shipped = repository / "library" / "fuzzy" / "soft_tissue.tis"
+    (tmp_path / "mywords.tis").write_text(shipped.read_text())
+    words = tissuec("words", name, cwd=tmp_path)
+    assert words.returncode == 0, words.stderr
+    assert "property hardness" in words.stdout
+
+
+def test_a_misspelt_vocabulary_is_suggested(tmp_path):
+    said = refused("words", "fuzzy/soft_tisue", cwd=tmp_path)
+    assert 'did you mean "fuzzy/soft_tissue"?' in said
+    (tmp_path / "mywords.tis").touch()
+    assert 'did you mean "mywords.tis"?' in refused("words", "./myword", cwd=tmp_path)
+
+
+def test_info_of_a_folder_or_a_misspelt_result_says_so(result):
+    (result.parent / "runs").mkdir()
+    assert '"runs" is a folder' in refused("info", "runs", cwd=result.parent)
+    assert 'did you mean "pair.vtkhdf"?' in refused("info", "pair", cwd=result.parent)
+
+
+# --- what to export ---
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--frame", "3"], "-o names the file of a frame"),
+        (["--time", "0.1"], "-o names the file of a frame"),
+        (["--frame", "1", "--time", "0.1", "-o", "a.vtu"], "say one of them"),
+        (["--frame", "1", "-o", "a.csv"], "for .vtu and .obj"),
+        (["--format", "vtu", "-o", "-"], "-o names the file of a frame"),
+        (["force of left", "-o", "a.vtu"], "VTU has no logs"),
+    ],
+)
+def test_options_of_export_that_would_be_ignored_are_refused(result, options, message):
+    said = refused("export", result, *options, cwd=result.parent)
+    assert message in " ".join(said.split())
+
+
+@pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        ("trajectory every 50 ms", 'export "events" or a frame with -o frame.vtu'),
+        ("energy every 50 ms", 'export "energies" or "events"'),
+    ],
+)
+def test_a_result_without_logs_says_what_else_it_holds(scene, output, message):
+    start = QUICK.index("trajectory every 50 ms;")
+    stop = QUICK.index(" }\nexpect")
+    scene.write_text(QUICK[:start] + output + QUICK[stop:])
+    assert tissuec("run", scene, cwd=scene.parent).returncode == 0
+    assert f"holds no logs; {message}\n" in refused("export", "pair.vtkhdf", cwd=scene.parent)
+
+
+# --- with --json there is one document on stdout, whatever happens ---
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("info", "nowhere.vtkhdf"),
+        ("library", "copy", "nowhere"),
+        ("library", "nowhere"),
+        ("chekc",),
+        ("run", "--nonsense"),
+        ("run", "nowhere.tis"),
+        ("fmt", "nowhere.tis"),
+        ("check", "nowhere.tis"),
+        ("export", "nowhere.vtkhdf", "--frame", "1"),
+    ],
+)
+def test_an_error_is_a_document_too(tmp_path, arguments):
+    done = tissuec(*arguments, "--json", cwd=tmp_path)
+    document = json.loads(done.stdout)
+    assert done.returncode == 2 and not document["ok"]
+    assert document.get("error") or document["diagnostics"]
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("library",), ("library", "list"), ("library", "copy", "skin"), ("completion", "bash")],
+)
+@pytest.mark.parametrize("place", [0, 1, 2, 3])
+def test_global_options_go_before_or_behind_every_name(tmp_path, arguments, place):
+    words = list(arguments)
+    words.insert(place, "--json")
+    done = tissuec(*words, "-q", "--no-color", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) and done.stderr == ""
+
+
+def test_an_export_as_json_holds_tables_or_says_where_they_are(result):
+    def exported(*arguments):
+        done = tissuec("export", result, *arguments, "--json", cwd=result.parent)
+        assert done.returncode == 0 and done.stderr == ""
+        return json.loads(done.stdout)
+
+    table = exported()["force of left"]
+    assert table["columns"] == ["x", "y", "z"] and table["unit"] == "N"
+    assert len(table["time"]) == len(table["value"]) == 21
+    assert set(exported("energies", "events")) == {"energies", "events"}
+    assert exported("energies", "-o", "a.csv")["file"] == "a.csv"
+    assert exported("--time", "0.1", "-o", "a.obj") == {
+        "file": "a.obj",
+        "frame": 2,
+        "time": 0.1,
+    }
+    assert Path(result.parent, "a.obj").exists()
+
+
+def test_fmt_as_json_is_one_document(scene):
+    scene.write_text(QUICK.replace("param pull", "param   pull"))
+    done = tissuec("fmt", "--diff", scene, "--json", cwd=scene.parent)
+    document = json.loads(done.stdout)
+    assert document["changed"] == [str(scene)] and "+param pull" in document["printed"]
