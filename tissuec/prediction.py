@@ -66,7 +66,7 @@ def predict(compiled: Compiled) -> Prediction:
     facts["limit"] = float(limit)
     step = simulation.step or limit
     steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else 1.0
-    evaluations = steps * (integrator.trials + integrator.closing)
+    evaluations = steps * integrator.evaluations
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,

@@ -23,6 +23,7 @@ class Ran:
     velocity: np.ndarray
     work: np.ndarray
     dissipated: np.ndarray
+    error: np.ndarray
     end: Interruption
     situation: Situation
     engine: Engine

@@ -24,6 +24,7 @@ from tissuec.kernels.records import (
     REACHED,
     SURPASSED,
     UNDERFLOW,
+    UNSOLVED,
     Buffer,
     Floats,
     Progress,
@@ -45,12 +46,13 @@ from tissuec.kernels.vector import (
     tension,
 )
 
-TRIALS = VelocityVerlet.trials
-CLOSING = VelocityVerlet.closing
-INSIDERS = VelocityVerlet.insiders
 END_ROW = VelocityVerlet.end_row
 LOOKS = VelocityVerlet.looks
 CONTROL_ORDER = VelocityVerlet.control_order
+SAFETY = VelocityVerlet.safety
+IMPLICIT = VelocityVerlet.implicit
+# Part of what a step may be wrong by that is left to solving its equations.
+SOLVING = 0.02
 # Rupture is examined closely from this part of the strength on; covers the difference between
 # the parabola through three looks and the tension's true course.
 MARGIN = 0.999
@@ -62,13 +64,12 @@ def drive(
     """Step until something has to be decided; return why, and where the run stands."""
     time, size, end, memory, calm = progress[:5]
     displacement, speed, current, pending, prepared, fresh = progress[5:11]
-    accepted, rejected, evaluations, sample, filled, smallest, largest = progress[11:18]
-    energy = progress[18]
+    accepted, rejected, sample, filled, smallest, largest, energy, error = progress[11:19]
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
         force(time, x, v, a, work.power[1], net)
-        evaluations += 1
+        work.effort[0] += 1
         fresh = 0
         if LEDGER:
             work.trend[0] = work.trend[1] = nan
@@ -84,7 +85,7 @@ def drive(
                 reason = FULL
                 break
             # Not while a step is tried again: what was learned from it would be forgotten.
-            if growing and evaluations >= task.evaluations:
+            if growing and work.effort[0] >= task.evaluations:
                 reason = PAUSED
                 break
             end = landing(time, size, task)
@@ -92,8 +93,9 @@ def drive(
             if end < task.until and h <= 16.0 * 2.2e-16 * abs(time) + 1e-300:
                 reason = UNDERFLOW
                 break
+            if IMPLICIT:
+                aim(h, displacement, speed, task, work)
             near = step(time, end, current, work, net)
-            evaluations += TRIALS
             reach = greater(displacement, distance(work.x[1 - current], work.origin))
             pace = greater(speed, distance(work.v[1 - current], work.zero))
             ratio = 0.0
@@ -102,8 +104,9 @@ def drive(
             if LEDGER:
                 wrong = book(h, current, work)
                 most = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
+            off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
-                ratio = judge(h, reach, pace, current, task, work)
+                ratio = judge(h, off, off_speed, reach, pace, task)
                 if LEDGER:
                     worse = judge_ledger(h, wrong, most, task)
                     ratio = greater(ratio, worse)
@@ -115,12 +118,15 @@ def drive(
                     rejected += 1
                     memory, calm, growing = 0.0, 0, False
                     continue
+            if IMPLICIT and not isfinite(off):
+                reason = UNSOLVED
+                break
             if not (reach <= task.bound and isfinite(pace)):
                 reason = OUTSIZE
                 break
             near |= finish(time, end, current, work, net)
-            evaluations += CLOSING
             accepted += 1
+            error += off / SAFETY
             displacement, speed, energy = reach, pace, most
             smallest, largest = min(smallest, h), max(largest, h)
             if task.fixed == 0:
@@ -134,7 +140,6 @@ def drive(
             suspect = WATCHED and near
             if suspect or is_due(sample, time, end, buffer):
                 prepare(time, end, current, work, net)
-                evaluations += INSIDERS
                 prepared = 1
             if suspect and surpasses(time, end, current, work, net):
                 reason = SURPASSED
@@ -151,9 +156,10 @@ def drive(
             buffer.time[filled] = when
             if when <= time:
                 x, v = work.x[current], work.v[current]
-                copy_sample(x, v, work.ledger[current], filled, buffer)
+                copy_sample(x, v, work.ledger[current], error, filled, buffer)
             else:
                 x, v = buffer.position[filled], buffer.velocity[filled]
+                buffer.error[filled] = error
                 look(when, time, end, current, x, v, buffer.ledger[filled], work, net)
             sample += 1
             filled += 1
@@ -177,12 +183,12 @@ def drive(
         fresh,
         accepted,
         rejected,
-        evaluations,
         sample,
         filled,
         smallest,
         largest,
         energy,
+        error,
     )
 
 
@@ -207,17 +213,30 @@ def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
     return sample < times.size and times[sample] < end
 
 
-def judge(h: float, reach: float, pace: float, current: int, task: Task, work: Work) -> float:
+def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> None:
+    """Say how exactly the equations of a step are to be solved."""
+    allowed = min(task.budget * h, task.share)
+    work.goal[0] = SOLVING * (allowed * max(displacement, task.floor) + task.noise)
+    work.goal[1] = SOLVING * (allowed * max(speed, task.floor / h) + task.noise / h)
+
+
+def judge(
+    h: float, off: float, off_speed: float, reach: float, pace: float, task: Task
+) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
     The estimates allowed add up to ``budget`` times the duration, relative to the largest
     displacement and speed so far. The share of a single step is bounded as well: where
     stability limits the steps, an error lives on for longer than the step that made it.
+
+    Args:
+        h: Size of the step [s].
+        off, off_speed: Estimated errors of positions [m] and velocities [m/s].
+        reach, pace: Largest displacement [m] and speed [m/s] until its end.
     """
-    position, velocity = estimate(h, current, work)
     allowed = min(task.budget * h, task.share)
-    position /= allowed * max(reach, task.floor) + task.noise
-    velocity /= allowed * max(pace, task.floor / h) + task.noise / h
+    position = off / (allowed * max(reach, task.floor) + task.noise)
+    velocity = off_speed / (allowed * max(pace, task.floor / h) + task.noise / h)
     return greater(position, velocity)
 
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from tissuec import mechanics
 from tissuec.engine import failures
-from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose
+from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
+from tissuec.engine.contest import Contest, candidate_for, cost_of
 from tissuec.engine.layout import Layout
-from tissuec.engine.method import Interruption, Method, Samples, Statistics, Tier
+from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
 from tissuec.engine.outbox import Outbox
 from tissuec.engine.state import first_step, new_progress, new_task, new_work
 from tissuec.engine.tiers import (
@@ -33,6 +34,8 @@ from tissuec.kernels.records import (
     PAUSED,
     REACHED,
     SURPASSED,
+    UNDERFLOW,
+    UNSOLVED,
     Progress,
 )
 from tissuec.network import Floats, Network
@@ -78,6 +81,8 @@ class Engine:
         self._layout = Layout(network, watched=method.watch_strength, ledger=method.ledger)
         self._outbox = Outbox(sample_times, self._layout, record)
         self._choice: Choice | None = None
+        self._changes: list[Change] = []
+        self._contest = Contest()
         self._stale = True
         self._segment: float | None = None
         self._asked = 0  # evaluations when a pause was last offered
@@ -92,16 +97,19 @@ class Engine:
     @property
     def statistics(self) -> Statistics:
         """Return what the run cost so far."""
-        choice, now = self.choice, self._progress
+        choice, now, effort = self.choice, self._progress, self._work.effort
         return Statistics(
             method=choice.name,
             reason=choice.reason,
             tier=self._tier,
             accepted=now.accepted,
             rejected=now.rejected,
-            evaluations=now.evaluations,
+            evaluations=int(effort[0]),
+            factorisations=int(effort[1]),
+            solutions=int(effort[2]),
             smallest=now.smallest if now.accepted else 0.0,
             largest=now.largest,
+            changes=tuple(self._changes),
         )
 
     def restart(self, situation: Situation) -> None:
@@ -109,6 +117,10 @@ class Engine:
         if self._choice is None:
             self._begin(situation)
         self._layout.update(situation)
+        if self._integrator.conservative and (refusal := self._layout.loss()):
+            self._install(
+                Choice("dop853", f"{refusal}, for which {self.choice.name} is not made", {})
+            )
         self._load(situation)
         if self.method.ledger:
             present = mechanics.energies(situation, situation.position, situation.velocity)
@@ -117,6 +129,7 @@ class Engine:
         springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
         if self._work.tension.shape[1] != springs:
             self._work = self._work._replace(tension=np.zeros((3, springs)))
+        self._equip(situation)
         self._nets: dict[Tier, Any] = {}
         self._stale, self._segment = False, None
         if not self._progress.step:
@@ -185,9 +198,18 @@ class Engine:
             "ledger": work.ledger[now.current].copy(),
             "power": work.power[1].copy(),
             "trend": work.trend.copy(),
+            "effort": work.effort.copy(),
+            "rate": work.rate[0],
+            "cap": self._cap,
+            "made": work.solver.made[0],
+            "made_at": work.solver.at.copy(),
             "bound": self._task.bound,
             "tier": self._tier,
             "review": self._review,
+            **{f"contest {name}": value for name, value in self._contest.state().items()},
+            "changes": [
+                [change.time, change.method, change.reason] for change in self._changes
+            ],
             "method": self.choice.name,
             "reason": self.choice.reason,
         }
@@ -205,9 +227,19 @@ class Engine:
             name: type(value)(state[name]) for name, value in self._progress._asdict().items()
         }
         self._progress = Progress(**numbers)._replace(filled=0, current=0)
-        self._asked = self._progress.evaluations
+        self._work.effort[:] = state["effort"]
+        if self._integrator.implicit:
+            self._work.solver.at[:] = state["made_at"]
+            self._work.solver.made[:] = state["made"], 0.0, 1.0
+        self._asked = self._evaluations
         self._tier = self.tier or cast(Tier, str(state["tier"]))
         self._review = int(state["review"])
+        self._contest = Contest.restore(
+            {name.removeprefix("contest "): value for name, value in state.items()}
+        )
+        self._changes = [
+            Change(float(t), str(name), str(why)) for t, name, why in state["changes"]
+        ]
         work, layout = self._work, self._layout
         work.a[0] = layout.inwards(np.asarray(state["acceleration"]))
         work.v[0] = layout.inwards(situation.velocity)
@@ -217,19 +249,14 @@ class Engine:
         segment = float(state["segment"])
         self._segment = None if np.isnan(segment) else segment
         layout.start, layout.until = float(state["stretch"]), segment
-        longest = layout.longest_step(self._integrator.looks)
+        work.rate[0], self._cap = state["rate"], float(state["cap"])
+        longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(bound=float(state["bound"]), longest=longest)
 
     def _begin(self, situation: Situation) -> None:
         """Choose the integrator and make the arrays of the run."""
-        self._choice = self._choice or choose(situation, self.method)
-        self._integrator = INTEGRATORS[self._choice.name]
-        self._work = new_work(self._integrator, self.network.node_count)
+        self._install(self._choice or choose(situation, self.method))
         self._work.origin[:] = self._layout.inwards(situation.position)
-        method = self.method
-        tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-        task = new_task(self.network, self._integrator, tolerance, method.duration)
-        self._task = task._replace(fixed=0 if method.step is None else 1)
         start = new_progress(situation.time)
         sample = int(np.searchsorted(self._outbox.buffer.times, situation.time))
         self._progress = start._replace(sample=sample)
@@ -245,6 +272,96 @@ class Engine:
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
         work.trial_x[:], work.trial_v[:] = position, velocity
         self._update(time=situation.time, fresh=1, memory=0.0, calm=0, pending=0)
+
+    def _install(self, choice: Choice) -> None:
+        """Go over to an integrator; the state stays where it is."""
+        before = getattr(self, "_work", None)
+        if before is not None:
+            self._changes.append(Change(self._progress.time, choice.name, choice.reason))
+        self._choice, self._integrator = choice, INTEGRATORS[choice.name]
+        self._work = new_work(self._integrator, self.network.node_count)
+        method = self.method
+        tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
+        task = new_task(self.network, self._integrator, tolerance, method.duration)
+        self._task = task._replace(fixed=0 if method.step is None else 1)
+        self._cap = np.inf  # of the step, by stability [s]
+        if before is not None:
+            now = self._progress.current
+            self._work.x[:], self._work.v[:] = before.x[now], before.v[now]
+            self._work.trial_x[:], self._work.trial_v[:] = before.x[now], before.v[now]
+            self._work.ledger[:] = before.ledger[now]
+            self._work.origin[:], self._work.effort[:] = before.origin, before.effort
+            self._work = self._work._replace(tension=before.tension)
+            self._update(fresh=1, memory=0.0, calm=0, current=0)
+
+    def _equip(self, situation: Situation) -> None:
+        """Give the integrator what depends on the net: unknowns or the fastest rate."""
+        if self._integrator.implicit:
+            self._work = self._work._replace(solver=self._layout.solver())
+        if self._integrator.stabilised:
+            self._work.rate[0], self._cap = self._pace(situation)
+        self._facts: dict[str, float] | None = None
+        self._contest.begin(self._progress, self._work.effort, self.choice.name, self._cost)
+
+    @property
+    def _cost(self) -> float:
+        """Return the predicted time of all steps so far, at what they cost now [s]."""
+        springs, work = len(self._layout.springs.ids), self._work
+        return cost_of(work.effort, self.network, springs, work.solver)
+
+    def _contend(self, situation: Situation) -> None:
+        """Go over to another method if that comes further, where the choice is ours."""
+        if self.method.name != "automatic" or self.method.step is not None:
+            return
+        if self._progress.pending or self._work.effort[0] < self._contest.look:
+            return
+
+        def candidate() -> str | None:
+            self._synchronise(situation)
+            self._facts = self._facts or measured_facts(situation)
+            banded = not self._layout.solver().scratch.size
+            step, name = self._progress.step, self.choice.name
+            return candidate_for(name, step, self.method, self._facts, banded)
+
+        change = self._contest.decide(
+            self._progress,
+            self._work.effort,
+            self._cost,
+            self.choice.name,
+            self.method.duration,
+            candidate,
+        )
+        if change is not None:
+            self._change(change, situation)
+
+    def _change(self, choice: Choice, situation: Situation) -> None:
+        """Go over to another method between two steps."""
+        self._synchronise(situation)
+        was_implicit = self._integrator.implicit
+        self._install(choice)
+        self._nets.clear()
+        self._equip(situation)
+        if was_implicit and not self._integrator.implicit:
+            step = first_step(self._layout, self._integrator, self.method.duration)
+            self._update(step=min(step, self._progress.step))
+        longest = min(self._layout.longest_step(self._integrator.looks), self._cap)
+        self._task = self._task._replace(longest=longest)
+
+    def _rescue(self, reason: int, situation: Situation) -> bool:
+        """Go on explicitly where an implicit method failed that was our own choice."""
+        failed = reason in (UNSOLVED, UNDERFLOW, OUTSIZE)
+        if not (failed and self._integrator.implicit and self.method.name == "automatic"):
+            return False
+        why = f"{self.choice.name} could not solve the equations of a step"
+        self._change(Choice("dop853", why, {}), situation)
+        return True
+
+    def _pace(self, situation: Situation) -> tuple[float, float]:
+        """Return the fastest rate [1/s] of a state, and the longest step at it [s]."""
+        facts = measured_facts(situation)
+        omega, zeta = facts["omega"], facts["zeta"]
+        fastest = omega * (zeta + np.sqrt(zeta * zeta - 1.0)) if zeta > 1.0 else omega
+        return float(fastest), self._integrator.stability_limit(omega, zeta)
 
     def _update(self, **changes: Any) -> None:
         self._progress = self._progress._replace(**changes)
@@ -266,12 +383,14 @@ class Engine:
         now, layout = self._progress, self._layout
         self._segment = until
         layout.start, layout.until = now.time, until
-        self._task = self._task._replace(longest=layout.longest_step(self._integrator.looks))
+        longest = min(layout.longest_step(self._integrator.looks), self._cap)
+        self._task = self._task._replace(longest=longest)
         features = layout.features
         if features.moved or features.loaded:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()
+            self._work.solver.made[2] = 1.0
         if self.method.step is not None and until > now.time:
             count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
             self._update(step=(until - now.time) / max(count, 1.0))
@@ -297,6 +416,7 @@ class Engine:
                 if self._progress.time >= until:
                     return Interruption("reached", self._progress.time)
                 self._begin_segment(self._layout.next_knot(self._progress.time, until))
+            self._contend(situation)
             reason = self._call(watch is not None)
             if reason == FULL:
                 self._synchronise(situation)
@@ -309,10 +429,10 @@ class Engine:
                 self._work, self._progress, self._layout
             ):
                 self._task = self._task._replace(bound=1e3 * self._task.bound)
-            elif reason not in (REACHED, PAUSED):
+            elif reason not in (REACHED, PAUSED) and not self._rescue(reason, situation):
                 return failures.explain(reason, self._work, self._progress, self._layout)
             if not self._progress.pending:
-                self._asked = self._progress.evaluations
+                self._asked = self._evaluations
                 if pause is not None and pause(self._progress.time):
                     return Interruption("paused", self._progress.time)
 
@@ -324,6 +444,8 @@ class Engine:
         limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
         if tier == "interpreted" and self.tier is None:
             limit = min(limit, self._review)
+        if self.method.name == "automatic" and self.method.step is None:
+            limit = min(limit, self._contest.look)
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
         drive = bound_drive(self._integrator, self._layout.features, tier)
         reason, progress = drive(
@@ -332,16 +454,22 @@ class Engine:
         self._progress = Progress(*progress)
         return reason
 
+    @property
+    def _evaluations(self) -> int:
+        """Return the number of force evaluations so far."""
+        return int(self._work.effort[0])
+
     def _review_tier(self) -> None:
         """Now and then, go over to the compiled tier if that much work is to come."""
-        now = self._progress
-        if now.evaluations < self._review:
+        now, evaluations = self._progress, self._evaluations
+        if evaluations < self._review:
             return
         cost = evaluation_cost(self.network.spring_count)
         ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
-        if self._review and now.evaluations * cost * ahead > WORTHWHILE:
+        if self._review and evaluations * cost * ahead > WORTHWHILE:
             self._tier = "compiled"
-        self._review = now.evaluations + int(REVIEW / cost) + 1
+            self._work.solver.made[2] = 1.0
+        self._review = evaluations + int(REVIEW / cost) + 1
 
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.method import Interruption
-from tissuec.kernels.records import UNDERFLOW, Progress, Work
+from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
@@ -43,6 +43,9 @@ def explain(reason: int, work: Work, progress: Progress, layout: Layout) -> Inte
         node = int(layout.order[np.argmax(np.einsum("nk,nk->n", jump, jump))])
         message = "the steps became smaller than the time can resolve"
         return Interruption("stuck", progress.time, spring=spring, node=node, message=message)
+    if reason == UNSOLVED and finite:
+        message = "the equations of an implicit step could not be solved; take smaller steps"
+        return Interruption("stuck", progress.time, spring=spring, message=message)
     message = "the motion grew without bounds"
     return Interruption("diverged", progress.time, spring=spring, message=message)
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from tissuec.engine.acts import knots, longest_step, pack_acts
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
+from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Net
+from tissuec.kernels.records import Acts, Net, Solver
 from tissuec.kernels.vector import VectorNet
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Load, Situation
@@ -61,6 +62,7 @@ class Layout:
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
+        self._solver: Solver | None = None
 
     def update(self, situation: Situation) -> None:
         """Take over everything that acts in a situation, but not its state."""
@@ -124,7 +126,27 @@ class Layout:
             ledger=self.ledger,
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
+            banded=self._solver is not None and not self._solver.scratch.size,
         )
+
+    def loss(self) -> str:
+        """Return why energy is not kept, or kept without being booked; empty if it is."""
+        if np.any(self.springs.damping) or self.situation.drag:
+            return "there is viscosity"
+        if self.ledger and (self.moved.any() or self.timed or self.push.any()):
+            return "work is done that is to be booked"
+        return ""
+
+    def solver(self) -> Solver:
+        """Return arrays for the matrix of implicit steps, without a matrix in them."""
+        springs = self.springs
+        kept = self._solver
+        same = kept is not None and np.array_equal(kept.slot < 0, self.inverse_mass == 0.0)
+        if kept is None or not same or self._solver_ids is not self._ids:
+            kept = new_solver(springs.low, springs.high, self.inverse_mass > 0.0)
+            self._solver, self._solver_ids = kept, self._ids
+        kept.made[:] = 0.0
+        return kept
 
     def inwards(self, vector: Floats) -> Floats:
         """Return a vector of nodes as the stepping code keeps it, shape (3 node,)."""

@@ -41,6 +41,7 @@ class Samples(NamedTuple):
     velocity: Floats  # [m/s], shape (sample, node, 3)
     work: Floats  # done on the free nodes and springs since the start [J], shape (sample,)
     dissipated: Floats  # by dashpots and drag since the start [J], shape (sample,)
+    error: Floats  # of positions, as estimated from step to step [m], shape (sample,)
 
 
 def _no_springs() -> Indices:
@@ -71,6 +72,15 @@ class Interruption:
 
 
 @dataclass(frozen=True, slots=True)
+class Change:
+    """Another integrator takes over, at ``time`` [s]."""
+
+    time: float
+    method: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class Statistics:
     """What a run cost so far.
 
@@ -79,7 +89,9 @@ class Statistics:
         tier: Where the last step ran.
         accepted, rejected: Steps.
         evaluations: Of the forces.
+        factorisations, solutions: Of the matrix of implicit steps.
         smallest, largest: Step [s]; 0 before the first.
+        changes: Of the integrator since the start.
     """
 
     method: str
@@ -88,5 +100,8 @@ class Statistics:
     accepted: int
     rejected: int
     evaluations: int
+    factorisations: int
+    solutions: int
     smallest: float
     largest: float
+    changes: tuple[Change, ...] = ()

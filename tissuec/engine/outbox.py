@@ -35,6 +35,7 @@ class Outbox:
         index = progress.filled
         buffer.time[index] = buffer.times[progress.sample]
         buffer.position[index], buffer.velocity[index], buffer.ledger[index] = x, v, ledger
+        buffer.error[index] = progress.error
         return progress._replace(sample=progress.sample + 1, filled=index + 1)
 
     def flush(self, progress: Progress) -> Progress:
@@ -48,6 +49,7 @@ class Outbox:
                     velocity=self._layout.outwards(buffer.velocity[:count]),
                     work=buffer.ledger[:count, 0].copy(),
                     dissipated=buffer.ledger[:count, 1].copy(),
+                    error=buffer.error[:count].copy(),
                 )
             )
         return progress._replace(filled=0)

@@ -5,6 +5,7 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.engine.layout import Layout
+from tissuec.engine.unknowns import no_solver
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Buffer, Progress, Task, Work
 from tissuec.network import Floats, Network
@@ -37,6 +38,10 @@ def new_work(integrator: type[Integrator], node_count: int) -> Work:
         tension=np.zeros((3, 0)),
         booked=np.zeros((2, 2)),
         trend=np.full(2, np.nan),
+        effort=np.zeros(3, dtype=np.int64),
+        goal=np.zeros(2),
+        rate=np.zeros(1),
+        solver=no_solver(),
     )
 
 
@@ -56,12 +61,12 @@ def new_progress(time: float) -> Progress:
         fresh=1,
         accepted=0,
         rejected=0,
-        evaluations=0,
         sample=0,
         filled=0,
         smallest=inf,
         largest=0.0,
         energy=0.0,
+        error=0.0,
     )
 
 
@@ -76,6 +81,7 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
         position=np.zeros((count, size)),
         velocity=np.zeros((count, size)),
         ledger=np.zeros((count, 2)),
+        error=np.zeros(count),
     )
 
 

@@ -14,7 +14,7 @@ from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
-from tissuec.kernels import scalar
+from tissuec.kernels import banded, iterative, scalar
 from tissuec.kernels.records import Buffer, Progress, Task, Work
 
 # Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
@@ -25,6 +25,8 @@ CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s
 SPRING_COST = 30e-9  # further, per spring [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
+    "accumulate",
+    "between",
     "blended_error",
     "combine",
     "copy_sample",
@@ -38,8 +40,11 @@ OPERATIONS = (
     "polynomials",
     "quadrature",
     "scale",
+    "subtract",
     "tension",
 )
+# Those that it takes from ``banded`` or ``iterative`` instead of ``linear``.
+SOLVING = ("assemble", "solve")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,7 @@ class Features:
     ledger: bool
     moved: bool
     loaded: bool
+    banded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +77,12 @@ def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) ->
         # Hardly slower, and a second variant is not compiled when something begins to move.
         features = replace(features, moved=True, loaded=True)
     replaced = _replaced(integrator, features)
-    operations = OPERATIONS if tier == "compiled" else ()
-    replaced |= {name: getattr(scalar, name) for name in operations}
-    return cast(Drive, Binder(replaced, operations).bind(loop.drive))
+    if tier == "interpreted":
+        return cast(Drive, Binder(replaced).bind(loop.drive))
+    solving = banded if features.banded else iterative
+    replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
+    replaced |= {name: getattr(solving, name) for name in SOLVING}
+    return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING)).bind(loop.drive))
 
 
 @cache
@@ -86,7 +95,7 @@ def bound_inside(integrator: type[Integrator], features: Features) -> Inside:
 def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any]:
     """Return what the names in the stepping code mean for an integrator and features."""
     functions = ("step", "estimate", "book", "finish", "prepare", "propose")
-    numbers = ("trials", "closing", "insiders", "end_row", "looks", "control_order")
+    numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
     return replaced | {name.upper(): getattr(features, name) for name in Features.__slots__}

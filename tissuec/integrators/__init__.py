@@ -17,9 +17,9 @@ class Integrator(Protocol):
         order: Of the error of positions and velocities against the step.
         symplectic: Whether the flow without viscosity keeps the symplectic form.
         implicit: Whether a step solves equations.
-        trials: Force evaluations before a step can be judged.
-        closing: Further ones once it is accepted.
-        insiders: Further ones before it can be evaluated inside.
+        conservative: Whether it is only for scenes without viscosity and drag.
+        stabilised: Whether a step takes as many stages as the fastest rate asks for.
+        evaluations: Force evaluations of a step, about.
         rows: Number of rows of ``Work.rows``.
         end_row: The one that belongs to the end of the step; row 1 belongs to its start.
         control_order: Power of the step in the error per unit step.
@@ -34,9 +34,9 @@ class Integrator(Protocol):
     order: ClassVar[int]
     symplectic: ClassVar[bool]
     implicit: ClassVar[bool]
-    trials: ClassVar[int]
-    closing: ClassVar[int]
-    insiders: ClassVar[int]
+    conservative: ClassVar[bool]
+    stabilised: ClassVar[bool]
+    evaluations: ClassVar[int]
     rows: ClassVar[int]
     end_row: ClassVar[int]
     control_order: ClassVar[float]

@@ -71,6 +71,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     h = end - time
     scale(1.0 / h, work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
+    work.effort[0] += RESULT - 1
     near = False
     for stage in range(1, RESULT):
         near |= evaluate_stage(time, h, stage, current, work, net)
@@ -125,12 +126,14 @@ def finish(time: float, end: float, current: int, work: Work, net: VectorNet) ->
     """Evaluate the end of an accepted step."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     near = force(end, x, v, a, work.power[1 + RESULT], net)
+    work.effort[0] += 1
     scale(1.0, a, work.rows[1 + RESULT])
     return near
 
 
 def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
     """Evaluate the three further stages of the dense output."""
+    work.effort[0] += STAGES - RESULT - 1
     for stage in range(RESULT + 1, STAGES):
         evaluate_stage(time, end - time, stage, current, work, net)
 
@@ -158,9 +161,9 @@ class Dop853:
     order = 8
     symplectic = False
     implicit = False
-    trials = 11
-    closing = 1
-    insiders = 3
+    conservative = False
+    stabilised = False
+    evaluations = 12
     rows = ROWS
     end_row = 1 + RESULT
     control_order = 7.0

@@ -32,6 +32,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     place(end, x, v, net)
     # Row 1 of the powers belongs to the start, row 2 to the end, as in ``prepare``.
     near = force(end, x, v, a, work.power[2], net)
+    work.effort[0] += 1
     kick(work.v[current], work.a[current], a, h, v)
     place(end, x, v, net)
     return near
@@ -65,6 +66,7 @@ def finish(time: float, end: float, current: int, work: Work, net: VectorNet) ->
         # With the predicted velocity they would jump from step to step.
         x, v = work.x[1 - current], work.v[1 - current]
         force(end, x, v, work.trial_x, work.power[2], net)
+        work.effort[0] += 1
         for k in range(2):
             work.trend[k] = (work.power[2, k] - work.power[1, k]) / (end - time)
     return False
@@ -102,9 +104,9 @@ class VelocityVerlet:
     order = 2
     symplectic = True
     implicit = False
-    trials = 1
-    closing = 0
-    insiders = 0
+    conservative = False
+    stabilised = False
+    evaluations = 1
     rows = 3
     end_row = 2
     control_order = 2.0

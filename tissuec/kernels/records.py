@@ -55,6 +55,25 @@ class Net(NamedTuple):
     acts: Acts
 
 
+class Solver(NamedTuple):
+    """The matrix S = M + q (D + drag) + q² K of an implicit step, q = h γ, ready to solve.
+
+    Banded: its Cholesky factor in rows of the lower band, as LAPACK keeps them. Otherwise what
+    multiplies by it and the inverses of its diagonal blocks. Numbers of ``slot`` are places of
+    free nodes in an order of narrow band.
+    """
+
+    slot: Integers  # of each node, -1 if held, shape (node,)
+    band: Floats  # shape (3 free, width + 1), or (0, 0) where solving iterates
+    bar: Floats  # along, across [kg] and direction of each spring, shape (spring, 5) or (0, 5)
+    block: Floats  # inverses of the diagonal blocks [1/kg], shape (node, 6) or (0, 6)
+    unknown: Floats  # right-hand side and solution, shape (3 free,)
+    scratch: Floats  # shape (4, 3 node) or (0, 0)
+    at: Floats  # positions that S was made at [m], shape (3 node,)
+    # q of S [s], 0 without one; worst contraction of the step; 1 if S is to be made again
+    made: Floats  # shape (3,)
+
+
 class Work(NamedTuple):
     """State and scratch of one run; halves 0 and 1 hold a step's start and end in turn."""
 
@@ -76,6 +95,10 @@ class Work(NamedTuple):
     tension: Floats  # three looks at the springs [N], shape (3, spring) or (3, 0)
     booked: Floats  # two estimates of the error of the ledger [J], shape (2, 2)
     trend: Floats  # rates of both powers in the last step [W/s], NaN if unknown, shape (2,)
+    effort: Integers  # force evaluations, factorisations, solutions so far, shape (3,)
+    goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
+    rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
+    solver: Solver
 
 
 class Task(NamedTuple):
@@ -110,12 +133,12 @@ class Progress(NamedTuple):
     fresh: int  # 1: accelerations are not known yet
     accepted: int
     rejected: int
-    evaluations: int
     sample: int  # next sample
     filled: int  # samples in the buffer
     smallest: float  # step so far [s]
     largest: float  # step so far [s]
     energy: float  # largest so far, where the ledger is kept [J]
+    error: float  # of positions, local estimates summed up [m]
 
 
 class Buffer(NamedTuple):
@@ -126,9 +149,10 @@ class Buffer(NamedTuple):
     position: Floats  # shape (sample, 3 node)
     velocity: Floats  # shape (sample, 3 node)
     ledger: Floats  # shape (sample, 2)
+    error: Floats  # of positions, as estimated [m], shape (sample,)
 
 
 # Why the stepping code came back.
-REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE = range(7)
+REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED = range(8)
 
 AnyNet = Any  # ``Net`` in the compiled tier, ``vector.VectorNet`` in the interpreted one

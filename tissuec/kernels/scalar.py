@@ -207,6 +207,24 @@ def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats) -> None:
         v_end[i] = v[i] + half * (a[i] + a_end[i])
 
 
+def accumulate(factor: float, vector: Floats, out: Floats) -> None:
+    """Set out = out + factor vector."""
+    for i in range(out.size):
+        out[i] += factor * vector[i]
+
+
+def subtract(one: Floats, two: Floats, out: Floats) -> None:
+    """Set out = one - two."""
+    for i in range(out.size):
+        out[i] = one[i] - two[i]
+
+
+def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) -> None:
+    """Set out = factor (two - one) - less."""
+    for i in range(out.size):
+        out[i] = factor * (two[i] - one[i]) - less[i]
+
+
 def distance(one: Floats, two: Floats) -> float:
     """Return the largest distance between the nodes of two vectors; NaN where it is none."""
     even = odd = check = 0.0
@@ -240,10 +258,13 @@ def blended_error(fifth: Floats, third: Floats) -> float:
     return worst + check
 
 
-def copy_sample(x: Floats, v: Floats, ledger: Floats, index: int, buffer: Buffer) -> None:
+def copy_sample(
+    x: Floats, v: Floats, ledger: Floats, error: float, index: int, buffer: Buffer
+) -> None:
     """Enter a state into the buffer as sample ``index``."""
     for i in range(x.size):
         buffer.position[index, i] = x[i]
         buffer.velocity[index, i] = v[i]
     buffer.ledger[index, 0] = ledger[0]
     buffer.ledger[index, 1] = ledger[1]
+    buffer.error[index] = error

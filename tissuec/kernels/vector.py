@@ -6,6 +6,7 @@ are reproducible.
 """
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -69,6 +70,7 @@ class VectorNet:
         self.closing, self.tension = np.empty(springs), np.empty(springs)
         self.f = np.empty((2, 3, springs))
         self.node_scratch = np.empty(3 * nodes)
+        self.matrix: Any = None  # of implicit steps, made by ``linear``
 
 
 def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
@@ -207,6 +209,21 @@ def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats) -> None:
     np.add(v_end, v, out=v_end)
 
 
+def accumulate(factor: float, vector: Floats, out: Floats) -> None:
+    """Set out = out + factor vector."""
+    out += factor * vector
+
+
+def subtract(one: Floats, two: Floats, out: Floats) -> None:
+    """Set out = one - two."""
+    np.subtract(one, two, out=out)
+
+
+def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) -> None:
+    """Set out = factor (two - one) - less."""
+    np.subtract((two - one) * factor, less, out=out)
+
+
 def distance(one: Floats, two: Floats) -> float:
     """Return the largest distance between the nodes of two vectors; NaN where it is none."""
     between = (one - two).reshape(-1, 3)
@@ -222,8 +239,11 @@ def blended_error(fifth: Floats, third: Floats) -> float:
     return float((five / np.where(below == 0.0, 1.0, below)).max(initial=0.0))
 
 
-def copy_sample(x: Floats, v: Floats, ledger: Floats, index: int, buffer: Buffer) -> None:
+def copy_sample(
+    x: Floats, v: Floats, ledger: Floats, error: float, index: int, buffer: Buffer
+) -> None:
     """Enter a state into the buffer as sample ``index``."""
     buffer.position[index] = x
     buffer.velocity[index] = v
     buffer.ledger[index] = ledger
+    buffer.error[index] = error

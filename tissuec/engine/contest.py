@@ -1,0 +1,142 @@
+"""Which method goes on: explicit steps against implicit or stabilised ones, by their pace.
+
+Whether a scene is stiff is not to be seen from its fastest rates: what counts is how much
+larger than these allow the steps could be, and that shows in trying. So where stability limits
+the steps of an explicit method, the other kind is tried for a while, and the one goes on that
+comes further in its time. That time is predicted from counts, not taken by a clock, so that a
+run gives the same bytes again; the costs were measured. Each look is later than the last by a
+factor, so that trials stay a small part of the whole.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from tissuec.engine.choice import Choice
+from tissuec.engine.method import Method
+from tissuec.integrators import INTEGRATORS
+from tissuec.kernels.records import Progress, Solver
+from tissuec.network import Network
+
+STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
+BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
+WORTHWHILE = 0.03  # predicted time to come below which nothing is tried [s]
+BETTER = 1.1  # times as far that the other method must come
+COARSE = 2e-3  # tolerance from which order 2 is enough for an implicit method
+# Time of a force evaluation per spring and per node with all that follows from it, of a factor
+# per multiplication, of a solution per number of the band, and of one by conjugate gradients.
+SPRING, NODE, CALL = 4e-9, 6e-9, 3e-7
+FACTOR, BAND, GRADIENTS = 8e-11, 6e-10, 30 * 8e-9
+
+
+@dataclass(slots=True)
+class Contest:
+    """The state of the contest; all of it goes into checkpoints.
+
+    Attributes:
+        look: Force evaluations at which to look again.
+        length: Of the next window in force evaluations.
+        warming: Whether the window under way only lets steps grow.
+        time: When the window began [s].
+        spent: Predicted cost until then [s].
+        rival: The other method, if it was tried; its pace is in simulated seconds per second.
+        rival_pace: What it reached.
+    """
+
+    look: int = 0
+    length: int = 0
+    warming: bool = True
+    time: float = 0.0
+    spent: float = 0.0
+    rival: str = ""
+    rival_pace: float = 0.0
+
+    def begin(self, now: Progress, effort: np.ndarray, name: str, cost: float) -> None:
+        """Open a window after a change from outside, or the first one."""
+        self.length = self.length or STEPS * INTEGRATORS[name].evaluations
+        self._open(now, effort, cost, warming=True)
+
+    def decide(
+        self,
+        now: Progress,
+        effort: np.ndarray,
+        cost: float,
+        name: str,
+        duration: float,
+        candidate: Callable[[], str | None],
+    ) -> Choice | None:
+        """Return the method to change to, or None to go on.
+
+        Args:
+            now: Between two steps.
+            effort: As ``Work.effort``.
+            cost: Predicted so far [s].
+            name: Of the present method.
+            duration: Of the run [s].
+            candidate: The method to be tried instead, if stability limits the steps.
+        """
+        if effort[0] < self.look:
+            return None
+        if self.warming:
+            self._open(now, effort, cost, warming=False)
+            return None
+        pace = (now.time - self.time) / max(cost - self.spent, 1e-12)
+        ahead = duration - now.time
+        change = None
+        if self.rival and self.rival_pace > BETTER * pace:
+            gain = self.rival_pace / pace if pace else np.inf
+            reason = f"it advances {gain:.2g} times as fast as {name}, by counts of operations"
+            change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
+            self.length *= 4
+        elif not self.rival and ahead > WORTHWHILE * pace and (other := candidate()):
+            reason = f"stability and not accuracy limits the steps of {name}: tried instead"
+            change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
+        else:
+            self.length *= 2
+        self._open(now, effort, cost, warming=change is not None)
+        return change
+
+    def _open(self, now: Progress, effort: np.ndarray, cost: float, *, warming: bool) -> None:
+        self.look = int(effort[0]) + self.length
+        self.time, self.spent, self.warming = now.time, cost, warming
+
+    def state(self) -> dict[str, Any]:
+        """Return all of it for a checkpoint."""
+        return asdict(self)
+
+    @classmethod
+    def restore(cls, state: Mapping[str, Any]) -> "Contest":
+        """Return what ``state`` gave; numbers may come back as those of NumPy."""
+        fresh = cls()
+        return cls(**{name: type(value)(state[name]) for name, value in asdict(fresh).items()})
+
+
+def cost_of(effort: np.ndarray, network: Network, springs: int, solver: Solver) -> float:
+    """Return the predicted time of compiled steps so far [s]."""
+    evaluation = CALL + SPRING * springs + NODE * network.node_count
+    numbers = solver.band.size
+    factor = FACTOR * numbers * solver.band.shape[1] + 4.0 * SPRING * springs
+    solution = BAND * numbers if numbers else GRADIENTS * springs
+    return float(effort[0] * evaluation + effort[1] * factor + effort[2] * solution)
+
+
+def candidate_for(
+    name: str, step: float, method: Method, facts: Mapping[str, float], banded: bool
+) -> str | None:
+    """Return what may come further than an explicit method, if its steps are at their limit.
+
+    Args:
+        name: Of the present method.
+        step: Its present step [s].
+        facts: As ``measured_facts`` gives them.
+        banded: Whether the matrix of implicit steps has a narrow band.
+    """
+    limit = INTEGRATORS[name].stability_limit(facts["omega"], facts["zeta"])
+    if INTEGRATORS[name].implicit or step < BOUND * limit:
+        return None
+    if not banded and facts["zeta"] > 5.0:
+        return "rkc2"
+    tolerance = method.tolerance
+    return "tr-bdf2" if tolerance is not None and tolerance >= COARSE else "esdirk43"

@@ -1,0 +1,75 @@
+"""The unknowns of implicit steps: their order, and whether their matrix is kept as a band."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.kernels.records import Integers, Solver
+from tissuec.network import Indices
+
+# Multiplications for the factor of a band, and numbers in it, up to which it is used. Above,
+# conjugate gradients of some fifty rounds are faster.
+LARGEST_FACTOR = 4e8
+LARGEST_BAND = 2e7
+
+
+def no_solver() -> Solver:
+    """Return what explicit methods have."""
+    return Solver(
+        slot=np.zeros(0, dtype=np.int64),
+        band=np.zeros((0, 0)),
+        bar=np.zeros((0, 5)),
+        block=np.zeros((0, 6)),
+        unknown=np.zeros(0),
+        scratch=np.zeros((0, 0)),
+        at=np.zeros(0),
+        made=np.zeros(3),
+    )
+
+
+def new_solver(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Solver:
+    """Return empty arrays for the matrix of a net.
+
+    Args:
+        low, high: Ends of the springs that act, as places of nodes, shape (spring,).
+        free: Which nodes are unknowns, shape (node,).
+    """
+    slot = _narrow(low, high, free)
+    both = free[low] & free[high]
+    width = int(np.abs(slot[low] - slot[high])[both].max(initial=0))
+    band = 3 * width + 2
+    size = 3 * int(np.count_nonzero(free))
+    none = no_solver()._replace(slot=slot, at=np.zeros(3 * len(free)))
+    if size * float(band) ** 2 <= LARGEST_FACTOR and size * (band + 1) <= LARGEST_BAND:
+        return none._replace(band=np.zeros((size, band + 1)), unknown=np.zeros(size))
+    return none._replace(
+        bar=np.zeros((len(low), 5)),
+        block=np.zeros((len(free), 6)),
+        scratch=np.zeros((4, 3 * len(free))),
+    )
+
+
+def _narrow(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Integers:
+    """Return places of free nodes in an order of narrow band, -1 for held ones, shape (node,).
+
+    The reverse order of Cuthill and McKee (1969; A. George 1971), from SciPy.
+    """
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    number = np.where(free, np.cumsum(free) - 1, -1)
+    both = free[low] & free[high]
+    rows, columns = number[low[both]], number[high[both]]
+    count = int(np.count_nonzero(free))
+    graph = csr_matrix(
+        (
+            np.ones(2 * len(rows), dtype=np.int8),
+            (np.append(rows, columns), np.append(columns, rows)),
+        ),
+        shape=(count, count),
+    )
+    order = reverse_cuthill_mckee(graph, symmetric_mode=True)
+    place = np.empty(count, dtype=np.int64)
+    place[order] = np.arange(count)
+    slot = np.full(len(free), -1, dtype=np.int64)
+    slot[free] = place
+    return slot

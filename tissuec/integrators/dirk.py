@@ -1,0 +1,154 @@
+"""Diagonally implicit Runge-Kutta steps for x'' = a(x, v), solved for accelerations.
+
+Stage i has v_i = v + h Σ A_ij a_j and x_i = x + h c_i v + h² Σ (A²)_ij a_j, and its a_i is the
+acceleration there. Newton's method on a_i needs S = M + hγ D + (hγ)² K with one γ for all
+stages: 3 unknowns a node, symmetric. S is kept from step to step as long as Newton's method
+contracts well. (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8.)
+"""
+
+from math import inf
+
+import numpy as np
+
+from tissuec.kernels.linear import assemble, solve
+from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.vector import (
+    VectorNet,
+    accumulate,
+    combine,
+    distance,
+    force,
+    place,
+    quadrature,
+    scale,
+    subtract,
+)
+
+ITERATIONS = 10
+SLOW = 0.3  # contraction from which S is made anew in the next step
+HOPELESS = 0.9
+
+
+def tableau(weights: Floats, embedded: Floats) -> Floats:
+    """Return weights of the rows: positions and velocities of all stages, of errors, and nodes.
+
+    Args:
+        weights: A of a method whose first stage is explicit and whose last is the result,
+            shape (stage, stage).
+        embedded: Weights of the lower order, shape (stage,).
+    """
+    stages = len(weights)
+    table = np.zeros((2 * stages + 3, stages + 3))
+    inner = slice(1, stages + 1)
+    nodes = weights.sum(axis=1)
+    table[:stages, 0], table[:stages, inner] = nodes, weights @ weights
+    table[stages : 2 * stages, inner] = weights
+    difference = weights[-1] - embedded
+    table[2 * stages, inner], table[2 * stages + 1, inner] = difference @ weights, difference
+    table[2 * stages + 2, inner] = nodes
+    return table
+
+
+def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    h, table, made = end - time, work.tableau, work.solver.made
+    stages = work.rows.shape[0] - 3
+    q = h * table[2 * stages - 1, stages]
+    scale(1.0 / h, work.v[current], work.rows[0])
+    scale(1.0, work.a[current], work.rows[1])
+    if made[2] == 1.0 and made[0] == q:
+        assemble(q, work.solver.at, net, work.solver)
+    made[2] = 0.0
+    fresh = made[0] != q
+    near = False
+    while True:
+        if fresh:
+            renew(q, current, work, net)
+        made[1] = 0.0
+        stage = 1
+        while stage < stages and made[0] == q:
+            near |= solve_stage(time, h, stage, current, work, net)
+            stage += 1
+        if made[0] == q or fresh:
+            break
+        fresh = True
+    scale(1.0, work.rows[stages], work.a[1 - current])
+    return near
+
+
+def renew(q: float, current: int, work: Work, net: VectorNet) -> None:
+    """Make S at the start of the step."""
+    made = work.solver.made
+    made[0] = q
+    work.effort[1] += 1
+    scale(1.0, work.x[current], work.solver.at)
+    if not assemble(q, work.x[current], net, work.solver):
+        made[0] = 0.0
+
+
+def solve_stage(
+    time: float, h: float, stage: int, current: int, work: Work, net: VectorNet
+) -> bool:
+    """Find the acceleration of a stage; 0 in ``made`` tells that this did not succeed."""
+    table, made, change = work.tableau, work.solver.made, work.trial_x
+    stages = work.rows.shape[0] - 3
+    last = stage + 2
+    x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
+    then = time + h * table[2 * stages + 2, stage + 1]
+    q = made[0]
+    scale(1.0, work.rows[stage], a)
+    combine(work.x[current], h * h, table[stage, :last], work.rows[:last], x)
+    combine(work.v[current], h, table[stages + stage, :last], work.rows[:last], v)
+    place(then, x, v, net)
+    before, near = 0.0, False
+    for iteration in range(ITERATIONS):
+        near = force(then, x, v, change, work.power[stage + 1], net)
+        work.effort[0] += 1
+        work.effort[2] += 1
+        subtract(change, a, change)
+        if not solve(change, net, work.solver):
+            break
+        accumulate(1.0, change, a)
+        accumulate(q * q, change, x)
+        accumulate(q, change, v)
+        size = distance(change, work.zero)
+        if iteration > 0 and before > 0.0:
+            made[1] = max(made[1], size / before)
+        rate = min(made[1], HOPELESS)
+        # The first change of a step tells nothing yet about what is left.
+        left = size * rate / (1.0 - rate) if iteration > 0 or stage > 1 else size
+        if q * q * left <= work.goal[0] and q * left <= work.goal[1]:
+            return near
+        if not size < 1e300 or (iteration > 1 and size > HOPELESS * before):
+            break
+        before = size
+    made[0] = 0.0
+    return near
+
+
+def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+    if work.solver.made[0] == 0.0:
+        return inf, inf  # Newton's method failed
+    table, stages = work.tableau, work.rows.shape[0] - 3
+    rows, last, error = work.rows[: stages + 1], stages + 1, work.trial_x
+    combine(work.zero, h * h, table[2 * stages, :last], rows, error)
+    position = distance(error, work.zero)
+    combine(work.zero, h, table[2 * stages + 1, :last], rows, error)
+    return position, distance(error, work.zero)
+
+
+def book(h: float, current: int, work: Work) -> float:
+    """Set the ledger at the step's end; return the largest local error of its entries [J]."""
+    table, stages, booked = work.tableau, work.rows.shape[0] - 3, work.booked[0]
+    ledger = work.ledger[1 - current]
+    quadrature(work.ledger[current], h, table[2 * stages - 1], work.power, ledger)
+    quadrature(work.zero[:2], h, table[2 * stages + 1], work.power, booked)
+    return max(abs(booked[0]), abs(booked[1]))
+
+
+def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Ask for another S where Newton's method was slow."""
+    if work.solver.made[1] > SLOW:
+        work.solver.made[0] = 0.0
+    return False

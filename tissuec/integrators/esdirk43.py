@@ -1,0 +1,83 @@
+"""ESDIRK4(3): six stages, the first explicit, one diagonal of a quarter.
+
+The implicit half of ARK4(3)6L[2]SA. (C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44:139,
+2003, appendix C.)
+"""
+
+from math import inf
+
+import numpy as np
+
+from tissuec.integrators import INTEGRATORS, dirk, hermite
+
+WEIGHTS = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1 / 4, 1 / 4, 0.0, 0.0, 0.0, 0.0],
+        [8611 / 62500, -1743 / 31250, 1 / 4, 0.0, 0.0, 0.0],
+        [5012029 / 34652500, -654441 / 2922500, 174375 / 388108, 1 / 4, 0.0, 0.0],
+        [
+            15267082809 / 155376265600,
+            -71443401 / 120774400,
+            730878875 / 902184768,
+            2285395 / 8070912,
+            1 / 4,
+            0.0,
+        ],
+        [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
+    ]
+)
+EMBEDDED = np.array(
+    [
+        4586570599 / 29645900160,
+        0.0,
+        178811875 / 945068544,
+        814220225 / 1159782912,
+        -3700637 / 11593932,
+        61727 / 225920,
+    ]
+)
+
+
+def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+    """Return the next step; kept where little is won, since S then is kept as well."""
+    factor = 0.9 * max(ratio, 1e-6) ** (-1.0 / 3.0)
+    return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
+
+
+@INTEGRATORS.member("esdirk43")
+class Esdirk43:
+    """ESDIRK4(3)6L[2]SA: implicit, L-stable, order 4, five solutions per step.
+
+    The implicit half of ARK4(3)6L[2]SA by Kennedy & Carpenter (2003), with an error estimate of
+    order 3. For stiff nets: overdamped tissue, or a few springs much harder than the rest.
+    """
+
+    order = 4
+    symplectic = False
+    implicit = True
+    conservative = False
+    stabilised = False
+    evaluations = 15
+    rows = 9
+    end_row = 6
+    control_order = 3.0
+    safety = 2.0
+    share = 0.05
+    looks = 8
+    nearness = 0.9
+    tableau = dirk.tableau(WEIGHTS, EMBEDDED)
+    dense_x = hermite.dense_x(9, 6)
+    dense_v = hermite.dense_v(9, 6)
+
+    step = staticmethod(dirk.step)
+    estimate = staticmethod(dirk.estimate)
+    book = staticmethod(dirk.book)
+    finish = staticmethod(dirk.finish)
+    prepare = staticmethod(hermite.prepare)
+    propose = staticmethod(propose)
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return infinity: no step is too large."""
+        return inf
