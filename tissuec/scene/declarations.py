@@ -83,7 +83,7 @@ class Declarations:
                 "TIS301",
                 f'there {article} {kind} called "{name.text}"',
                 name.span,
-                hint=f'write use "{file}", which declares it'
+                hint=f'write: use "{file}"'
                 if file
                 else alternatives(name.text, names, what=plural),
             )

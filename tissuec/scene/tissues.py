@@ -291,7 +291,7 @@ class TissueReader:
                 are = "is" if len(asked) == 1 else "are"
                 self.findings.add(
                     "W206",
-                    f"{' and '.join(asked)} {are} written here, but the {key} "
+                    f"{', '.join(asked)} {are} written here, but the {key} "
                     f"is inherited as a number from {given.span.place}",
                     written.facts[asked[0]].span,
                     hint=f"write {key} = … here too, or be like a tissue "
