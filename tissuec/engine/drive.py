@@ -103,7 +103,7 @@ def drive(
                 wrong = book(h, current, work)
                 most = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
             if task.fixed == 0:
-                ratio = judge(h, reach, pace, current, task, work)
+                ratio = judge(h, reach, pace, near, current, task, work)
                 if LEDGER:
                     worse = judge_ledger(h, wrong, most, task)
                     ratio = greater(ratio, worse)
@@ -207,17 +207,23 @@ def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
     return sample < times.size and times[sample] < end
 
 
-def judge(h: float, reach: float, pace: float, current: int, task: Task, work: Work) -> float:
+def judge(
+    h: float, reach: float, pace: float, near: bool, current: int, task: Task, work: Work
+) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
     The estimates allowed add up to ``budget`` times the duration, relative to the largest
     displacement and speed so far. The share of a single step is bounded as well: where
     stability limits the steps, an error lives on for longer than the step that made it.
+    Errors of velocities are mostly those of fast motions, whose positions they move by no more
+    than they would within the step; but where a spring is near its strength, dashpots feel
+    them, and when it ruptures depends on them.
     """
     position, velocity = estimate(h, current, work)
     allowed = min(task.budget * h, task.share)
+    fair = pace if near else max(pace, reach / h)
     position /= allowed * max(reach, task.floor) + task.noise
-    velocity /= allowed * max(pace, task.floor / h) + task.noise / h
+    velocity /= allowed * max(fair, task.floor / h) + task.noise / h
     return greater(position, velocity)
 
 
@@ -235,9 +241,10 @@ def judge_ledger(h: float, wrong: float, energy: float, task: Task) -> float:
     """Return the error of the ledger in a step over what it may be, as ``judge`` does.
 
     Prescribed paths do work even where no free node feels them, so that positions alone do not
-    tell how finely the power must be resolved.
+    tell how finely the power must be resolved. Where a power jumps, as when a spring turns over
+    through no length, a smaller step is never better in proportion; hence the floor.
     """
-    allowed = min(task.budget * h, task.share)
+    allowed = max(min(task.budget * h, task.share), 1e-3 * task.share)
     return wrong / (allowed * max(energy, task.least) + 2.2e-16 * energy)
 
 
