@@ -83,6 +83,13 @@ def test_an_export_does_not_replace_its_result(result, link):
     assert result.read_bytes() == before
 
 
+def test_an_export_of_what_is_not_there_leaves_files_alone(result):
+    table = result.with_name("a.csv")
+    table.write_text("keep me")
+    refused("export", result, "forc of left", "-o", "a.csv", cwd=result.parent)
+    assert table.read_text() == "keep me"
+
+
 # --- places where nothing can be written ---
 
 

@@ -15,10 +15,13 @@ from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
 from tissuec.network import BodyPart, Floats, Network
+from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
 from tissuec.verbs import Action
+from tissuec.verbs.change import ChangeParameter
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
@@ -189,6 +192,45 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
         )
 
 
+def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W404: the ruptures of something that cannot rupture are measured."""
+    plan, groups = compiled.plan, compiled.groups
+    breakable = np.isfinite(compiled.network.strength)
+    followed = (event for trigger in plan.triggers for event in trigger.events)
+    for event in (*plan.events, *followed):
+        match event.action:
+            case ChangeParameter(array="strength", is_factor=False, group=changed):
+                breakable[changed.indices] = True
+            case _:
+                pass
+    for name in _ruptured(compiled.scene.declarations):
+        if groups.is_known(name) and not breakable[groups.springs(name).indices].any():
+            yield Diagnostic(
+                "W404",
+                f"nothing in {name.text} can rupture, so this is always 0",
+                name.span,
+                "write rupture is allowed in the body",
+            )
+
+
+def _ruptured(declarations: Declarations) -> Iterator[s.Name]:
+    """Yield what ``ruptured`` is asked about in expectations, conditions and outputs."""
+    single = declarations.single
+    asked = [single[kind].items for kind in ("script", "output") if kind in single]
+    for part in walk((*declarations.expects, *asked)):
+        match part:
+            case s.Call(function=s.Name(key="ruptured"), arguments=(first, *_)):
+                value = first.value
+            case s.Sentence(
+                name=s.Name(key="ruptured"), clauses=(s.Clause(word="of") as of, *_)
+            ):
+                value = of.value
+            case _:
+                continue
+        if isinstance(value, s.Name):
+            yield value
+
+
 def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
     """W202: a rule of the scene's own that no tissue in use wakes."""
     woken = {
@@ -218,6 +260,7 @@ CHECKS: tuple[Check, ...] = (
     silent_rules,
     unused_parameters,
     unused_sets,
+    ruptures_in_vain,
 )
 THOROUGH: tuple[Check, ...] = (floppy,)
 

@@ -8,13 +8,14 @@ Every function takes states with any number of leading axes, written ``…`` in 
 that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
 """
 
+from functools import lru_cache
 from math import prod
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.network import Floats, Indices
+from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
 
@@ -110,13 +111,22 @@ def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Ind
     Springs with both ends among the nodes cancel and are left out, so a log of a few nodes
     costs only the springs that join them to the rest.
     """
-    inside = np.zeros(situation.network.node_count, dtype=bool)
-    inside[nodes] = True
-    first, second = inside[situation.network.ends].T
-    springs = np.flatnonzero((first != second) & situation.alive)
+    springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
     acting = pull(situation, position, velocity, springs)
-    sign = np.where(first[springs], 1.0, -1.0)
     return np.einsum("...s,...sk->...k", sign * acting.tension, acting.direction)
+
+
+@lru_cache(maxsize=64)
+def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
+    """Return the springs between some nodes and the rest, and 1 where the first end is inside.
+
+    Kept, because conditions ask for the force on the same nodes several times a step.
+    """
+    inside = np.zeros(network.node_count, dtype=bool)
+    inside[np.frombuffer(nodes, dtype=np.int64)] = True
+    first, second = inside[network.ends].T
+    springs = np.flatnonzero(first != second)
+    return springs, np.where(first[springs], 1.0, -1.0)
 
 
 def kinetic_energy(

@@ -96,7 +96,7 @@ def _tables(
     trajectory: "Trajectory", names: tuple[str, ...], output: Path | None, *, as_data: bool
 ) -> dict[str, Any]:
     """Write tables as CSV; return what ``--json`` says of it: the tables, or where they are."""
-    from tissuec.results.export import export_csv, table_data, table_names
+    from tissuec.results.export import table_data, table_names, table_rows, write_csv
 
     names = names or tuple(trajectory.logs)
     if not names:
@@ -104,14 +104,15 @@ def _tables(
         other += ["a frame with -o frame.vtu"] if len(trajectory.times) else []
         hint = f"; export {' or '.join(other)}" if other else " and nothing else to export"
         raise TissueError(f'"{trajectory.path}" holds no logs{hint}')
-    if output is not None:
-        with open(output, "w", encoding="utf-8", newline="") as stream:
-            export_csv(trajectory, names, stream)
-        return {"file": str(output), "tables": names}
-    if as_data:
+    if output is None and as_data:
         return table_data(trajectory, names)
-    export_csv(trajectory, names, sys.stdout)
-    return {}
+    rows = table_rows(trajectory, names)  # a name that is wrong is found before a file is made
+    if output is None:
+        write_csv(rows, sys.stdout)
+        return {}
+    with open(output, "w", encoding="utf-8", newline="") as stream:
+        write_csv(rows, stream)
+    return {"file": str(output), "tables": names}
 
 
 def _write_frame(

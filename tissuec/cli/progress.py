@@ -2,6 +2,7 @@
 
 import sys
 import time as clock
+from threading import Event, Thread
 from types import TracebackType
 from typing import Self
 
@@ -9,13 +10,20 @@ from tissuec.core.units import TIME, show
 
 FIRST_AFTER = 0.5  # [s]: short runs need no progress
 EVERY = 0.2  # [s]
+SILENCE = 1.0  # [s]: a run that steps tells its time more often than that
+COMPILER = "numba"  # a module that is loaded only when kernels are to be compiled
 WIDTH = 24
 
 
 class Progress:
-    """A line on stderr that is rewritten; nothing at all off a terminal."""
+    """A line on stderr that is rewritten; nothing at all off a terminal.
 
-    def __init__(self, name: str, duration: float, *, shown: bool):
+    Args:
+        duration: Of the run [s].
+        compiles: Whether kernels may have to be compiled, which tells no time.
+    """
+
+    def __init__(self, name: str, duration: float, *, shown: bool, compiles: bool = True):
         self.name = name
         self.duration = duration
         self.shown = shown and sys.stderr.isatty()
@@ -23,17 +31,30 @@ class Progress:
         self.next = self.started + FIRST_AFTER
         self.first: tuple[float, float] | None = None
         self.written = False
+        self.heard = self.started
+        self.ended = Event()
+        self.watch = Thread(target=self._watch, daemon=True) if compiles else None
 
     def at(self, time: float) -> None:
         """Show a simulated time [s], if it is time to."""
         now = clock.monotonic()
         if self.first is None:
             self.first = (now, time)
+        self.heard = now
         if not self.shown or now < self.next:
             return
         self.next = now + EVERY
+        self._write(self._line(now, time))
+
+    def _watch(self) -> None:
+        """Say what goes on while kernels are compiled, of which nothing else is heard."""
+        while not self.ended.wait(EVERY):
+            if clock.monotonic() - self.heard > SILENCE and COMPILER in sys.modules:
+                self._write(f"{self.name}: compiling kernels …")
+
+    def _write(self, line: str) -> None:
         self.written = True
-        sys.stderr.write(f"\r\x1b[2K{self._line(now, time)}")
+        sys.stderr.write(f"\r\x1b[2K{line}")
         sys.stderr.flush()
 
     def _line(self, now: float, time: float) -> str:
@@ -46,6 +67,8 @@ class Progress:
         return f"{self.name} [{bar:<{WIDTH}}] {done}, {speed:.2g} x real time{left}"
 
     def __enter__(self) -> Self:
+        if self.shown and self.watch is not None:
+            self.watch.start()
         return self
 
     def __exit__(
@@ -54,6 +77,9 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.ended.set()
+        if self.shown and self.watch is not None:
+            self.watch.join()
         if self.written:
             sys.stderr.write("\r\x1b[2K")
             sys.stderr.flush()

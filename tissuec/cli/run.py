@@ -62,8 +62,9 @@ def command(
 ) -> int:
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the present folder.
 
-    The result opens in ParaView, as H5MD and with h5py. Exit code: 0 done, 1 an expectation
-    failed, 2 the text is wrong, 3 the run could not go on, 130 interrupted.
+    The result opens in ParaView, as H5MD and with h5py. It replaces an earlier one when the run
+    has come to its end, and never another file. Exit code: 0 done, 1 an expectation failed,
+    2 the text or the command line is wrong, 3 the run could not go on, 130 interrupted.
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")

@@ -119,5 +119,6 @@ class Stages(ExitStack):
             self.stage = stage
             self.settings.say(f"{stage} …")
             shown = not (self.settings.quiet or self.settings.json)
-            self.line = self.enter_context(Progress(stage, self.duration, shown=shown))
+            line = Progress(stage, self.duration, shown=shown, compiles=stage == "run")
+            self.line = self.enter_context(line)
         self.line.at(time)

@@ -5,7 +5,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiling.groups import Groups
+from tissuec.compiling.groups import KINDS, Groups, unnamed
 from tissuec.compiling.readings import MeasureScope, Reading, describe_sides
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
@@ -18,6 +18,7 @@ from tissuec.network import Floats
 from tissuec.plan import Condition, Expectation
 from tissuec.scene.expressions import FUNCTIONS, Scope
 from tissuec.scene.model import Tool
+from tissuec.scene.settings import HOLDING
 from tissuec.scene.values import unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
@@ -115,7 +116,11 @@ class Conditions:
                 "TIS701",
                 f'"{name.text}" is not a measure',
                 name.span,
-                hint=alternatives(key, ("count", *MEASURES), what="measures"),
+                hint=alternatives(
+                    key,
+                    ("count", *(name for name in MEASURES if name not in COUNTED)),
+                    what="measures",
+                ),
             )
         self.needs_ledger |= key == LEDGER
         measure = MEASURES[key]
@@ -150,6 +155,8 @@ class Conditions:
         return name.key in self.tools or self.groups.is_known(name)
 
     def _no_subject(self, text: str, span: Span) -> NoReturn:
+        if text in KINDS:
+            unnamed(text, span, self.findings)
         known = [tool.name for tool in self.tools.values()]
         known += [d.name.text for d in self.groups.declared.values()]
         known += [placed.built.body.name for placed in self.groups.bodies.values()]
@@ -163,11 +170,19 @@ class Conditions:
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
         none = np.zeros(0, dtype=np.int64)
         if name.key in self.tools:
+            tool = self.tools[name.key]
             if measure.takes == "springs":
                 self.findings.reject(
                     "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
                 )
-            return Subject(self.tools[name.key].name, None, none)
+            if tool.kind != HOLDING:
+                self.findings.reject(
+                    "TIS405",
+                    f"{tool.name} is {tool.kind} and holds no nodes that could be measured",
+                    name.span,
+                    hint="measure a set or a body",
+                )
+            return Subject(tool.name, None, none)
         if not self.groups.is_known(name):
             self._no_subject(name.text, name.span)
         if self.groups.is_springs(name):

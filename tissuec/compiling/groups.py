@@ -2,19 +2,25 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
 from tissuec.compiling.bodies import BodyArrays
 from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.network import Indices
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
 from tissuec.scene.order import Definitions
 from tissuec.verbs import Group
+
+#: What a set can be chosen from.
+KINDS = ("nodes", "springs")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,6 +117,8 @@ class Groups:
 
     def _find(self, name: s.Name) -> NamedSet:
         if name.key not in self.declared:
+            if name.key in KINDS:
+                unnamed(name.key, name.span, self.findings)
             lines = {d.name.text: d.name.span.line for d in self.declared.values()}
             known = [*lines, *(placed.built.body.name for placed in self.bodies.values())]
             hint = alternatives(name.text, known, what="sets and bodies")
@@ -138,7 +146,7 @@ class Groups:
         clauses = {clause.word: clause for clause in item.clauses}
         kind = item.value.key if isinstance(item.value, s.Name) else ""
         if (
-            kind not in ("nodes", "springs")
+            kind not in KINDS
             or "of" not in clauses
             or len(clauses) < len(item.clauses)
             or set(clauses) - {"of", "where", "in"}
@@ -203,6 +211,16 @@ class Groups:
             Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
             kinds.pop(),
         )
+
+
+def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
+    """Reject a set that is described where its name belongs: ``fix nodes of vessel``."""
+    findings.reject(
+        "TIS301",
+        f'"{kind} of …" stands where the name of a set belongs',
+        span,
+        hint=f"declare a set first: set NAME = {kind} of …",
+    )
 
 
 def points_of(body: BodyArrays, scope: Scope, *, of_springs: bool) -> PointScope:

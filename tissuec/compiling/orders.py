@@ -15,6 +15,7 @@ from tissuec.lang import syntax as s
 from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
+from tissuec.scene.settings import HOLDING
 from tissuec.scene.values import Value, unit_vector
 from tissuec.verbs import Group, Mover
 
@@ -91,7 +92,9 @@ class SentenceOrder:
     def mover(self, *, after: str = "") -> Mover:
         name = self._object(after)
         if name.key in self.tools:
-            return Mover(self.tools[name.key].name, None)
+            tool = self.tools[name.key]
+            self._check_kind(tool, HOLDING, f"{self.verb} {after}".rstrip(), name.span)
+            return Mover(tool.name, None)
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):
             self.scope.findings.reject(
@@ -119,14 +122,23 @@ class SentenceOrder:
                 hint=alternatives(name.text, names, what="tools"),
             )
         tool = self.tools[name.key]
-        if kind is not None and tool.kind != kind:
-            self.reject(
-                "TIS405",
-                f"{tool.name} is {tool.kind}; {self.verb} needs {kind}",
-                hint=f"declare one: tool {kind} {{ kind is {kind} }}",
-                word=word,
-            )
+        if kind is not None:
+            self._check_kind(tool, kind, word, self.clauses[word].span)
         return tool.name
+
+    def _check_kind(self, tool: Tool, kind: str, before: str, span: Span) -> None:
+        """Reject a tool of another kind; the hint names those that fit, behind ``before``."""
+        if tool.kind == kind:
+            return
+        fitting = [f'"{before} {t.name}"' for t in self.tools.values() if t.kind == kind]
+        self.scope.findings.reject(
+            "TIS405",
+            f"{tool.name} is {tool.kind}; {self.verb} needs {kind}",
+            span,
+            hint=f"write {' or '.join(fitting)}"
+            if fitting
+            else f"declare one: tool {kind} {{ kind is {kind} }}",
+        )
 
     def vector(self, word: str, dimension: Dimension) -> Floats:
         value = self._value(word)

@@ -169,6 +169,14 @@ class OutputReader:
                 node.span,
                 hint=f"the shortest time is {show(self.duration / MOST_SAMPLES, TIME)}",
             )
+        if every > self.duration * (1 + 1e-12):
+            self.findings.add(
+                "W405",
+                f"a sample every {node.span.text}, but the run ends at "
+                f"{show(self.duration, TIME)}: only its start is recorded",
+                node.span,
+                hint="write a shorter time behind every, or a longer duration in simulate",
+            )
         return every
 
 

@@ -13,7 +13,16 @@ import numpy as np
 from tissuec.core import units
 from tissuec.core.errors import CompileError, alternatives, did_you_mean
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH, SYMBOLS, Dimension, UnitError, describe, parse_unit
+from tissuec.core.units import (
+    ALL_UNITS,
+    LENGTH,
+    SYMBOLS,
+    Dimension,
+    UnitError,
+    describe,
+    parse_unit,
+    show,
+)
 from tissuec.lang import syntax as s
 from tissuec.lang.tables import Column, cell_span, read_rows
 from tissuec.meshes import Mesh
@@ -23,6 +32,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Body, Tables
 
 ID = "id"
+REST = "rest length"
 _WORD = re.compile(r"[^\s,]+")
 NODE_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "x": LENGTH, "y": LENGTH, "z": LENGTH, "mass": units.MASS,
@@ -37,6 +47,8 @@ SPRING_COLUMNS: dict[str, Dimension | None] = {
 _OPEN = ("mass", "rest length", "spring constant", "viscosity", "fraction force")
 #: Columns whose numbers must be above zero, or may be zero.
 _ABOVE_ZERO = ("mass", "fraction force")
+#: Logarithm of the ratio of rest length and drawn length from which on a unit is wrong.
+_FAR_OFF = np.log(20.0)
 _NOT_BELOW_ZERO = ("spring constant", "viscosity", "rest length")
 
 
@@ -80,6 +92,8 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     except TableError as error:
         table = springs if error.table == "springs" and springs is not None else nodes
         scope.findings.reject("TIS313", str(error), cell_span(table.table, error.row, 0))
+    if springs is not None:
+        springs.warn_of_lengths(mesh)
     return ExplicitBody(
         mesh, node_ids, spring_ids, nodes.columns, springs.columns if springs else {}
     )
@@ -163,6 +177,27 @@ class _Reader:
             )
         return found
 
+    def warn_of_lengths(self, mesh: Mesh) -> None:
+        """W306: rest lengths that no prestress explains; mostly a slip of units."""
+        first, second = mesh.position[mesh.ends].swapaxes(0, 1)
+        drawn = np.linalg.norm(second - first, axis=1)
+        rest = self.get(REST, default=np.nan)
+        with np.errstate(all="ignore"):
+            far = np.flatnonzero(
+                (rest > 0.0) & (drawn > 0.0) & (np.abs(np.log(rest / drawn)) >= _FAR_OFF)
+            )
+        if not len(far):
+            return
+        row = int(far[0])
+        more = f" (so in {len(far)} rows)" if len(far) > 1 else ""
+        self.findings.add(
+            "W306",
+            f"the rest length in row {row + 1} is {show(float(rest[row]), LENGTH)}, "
+            f"but the spring is drawn {show(float(drawn[row]), LENGTH)} long{more}",
+            self._cell(row, REST),
+            hint="mind the units of rest lengths and of places",
+        )
+
     def _header(self) -> dict[str, float | None]:
         """Return the factor to SI of each column, None for ids."""
         clauses = {clause.word: clause for clause in self.table.clauses}
@@ -244,7 +279,7 @@ class _Reader:
         try:
             unit = parse_unit(text)
         except UnitError as error:
-            hint = did_you_mean(error.symbol, SYMBOLS)
+            hint = did_you_mean(error.symbol, SYMBOLS) or ALL_UNITS
             self.findings.reject("TIS104", str(error), where, hint=hint)
         if unit.dimension != dimension:
             self.findings.reject(

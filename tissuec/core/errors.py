@@ -31,6 +31,10 @@ class Diagnostic:
         return "warning" if self.code.startswith("W") else "error"
 
 
+#: How alike two words must be (of 1) for one to be a misspelling of the other.
+_ALIKE = 0.7
+
+
 class TissueError(Exception):
     """Base of every error that tissuec raises on purpose."""
 
@@ -56,7 +60,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty string."""
     from difflib import get_close_matches  # late: most runs have no misspelt word
 
-    near = get_close_matches(word, list(known), n=1, cutoff=0.6)
+    near = get_close_matches(word, list(known), n=1, cutoff=_ALIKE)
     return f'did you mean "{near[0]}"?' if near else ""
 
 

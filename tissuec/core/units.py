@@ -102,6 +102,9 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
     for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
 }
 
+#: For messages.
+ALL_UNITS = "units are m, g, s, N, Pa, J, W, Hz and l, also as mm or kPa, and min, deg, %"
+
 #: Beyond, a unit is a slip, and its factor would leave the range of numbers.
 LARGEST_EXPONENT = 9
 

@@ -94,10 +94,12 @@ def kernel_folder() -> Path | None:
 def _jit(function: FunctionType, *, inline: bool) -> Function:
     """Return a function compiled on its first call, or loaded from the cache."""
     import numba
+    from numba.core import config as settings
 
+    config: Any = settings  # what it knows is set while it is imported
     folder = kernel_folder()
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder or "")
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder or "")
     try:
         # Only contraction of a b + c: anything more would break the tests for NaN. Kernels
         # allocate nothing, so they need no counting of references, which took a quarter of
@@ -107,4 +109,4 @@ def _jit(function: FunctionType, *, inline: bool) -> Function:
             return numba.njit(inline="always", **options)(function)
         return numba.njit(cache=folder is not None, **options)(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before

@@ -106,7 +106,7 @@ def drive(
                 most = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
-                ratio = judge(h, off, off_speed, reach, pace, task)
+                ratio = judge(h, off, off_speed, reach, pace, near, task)
                 if LEDGER:
                     worse = judge_ledger(h, wrong, most, task)
                     ratio = greater(ratio, worse)
@@ -216,27 +216,33 @@ def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
 def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> None:
     """Say how exactly the equations of a step are to be solved."""
     allowed = min(task.budget * h, task.share)
+    fair = max(speed, max(displacement, task.floor) / h)
     work.goal[0] = SOLVING * (allowed * max(displacement, task.floor) + task.noise)
-    work.goal[1] = SOLVING * (allowed * max(speed, task.floor / h) + task.noise / h)
+    work.goal[1] = SOLVING * (allowed * fair + task.noise / h)
 
 
 def judge(
-    h: float, off: float, off_speed: float, reach: float, pace: float, task: Task
+    h: float, off: float, off_speed: float, reach: float, pace: float, near: bool, task: Task
 ) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
     The estimates allowed add up to ``budget`` times the duration, relative to the largest
     displacement and speed so far. The share of a single step is bounded as well: where
     stability limits the steps, an error lives on for longer than the step that made it.
+    Errors of velocities are mostly those of fast motions, whose positions they move by no more
+    than they would within the step; but where a spring is near its strength, dashpots feel
+    them, and when it ruptures depends on them.
 
     Args:
         h: Size of the step [s].
         off, off_speed: Estimated errors of positions [m] and velocities [m/s].
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
+        near: Whether a spring is near its strength.
     """
     allowed = min(task.budget * h, task.share)
+    fair = pace if near else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
-    velocity = off_speed / (allowed * max(pace, task.floor / h) + task.noise / h)
+    velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)
     return greater(position, velocity)
 
 
@@ -254,9 +260,10 @@ def judge_ledger(h: float, wrong: float, energy: float, task: Task) -> float:
     """Return the error of the ledger in a step over what it may be, as ``judge`` does.
 
     Prescribed paths do work even where no free node feels them, so that positions alone do not
-    tell how finely the power must be resolved.
+    tell how finely the power must be resolved. Where a power jumps, as when a spring turns over
+    through no length, a smaller step is never better in proportion; hence the floor.
     """
-    allowed = min(task.budget * h, task.share)
+    allowed = max(min(task.budget * h, task.share), 1e-3 * task.share)
     return wrong / (allowed * max(energy, task.least) + 2.2e-16 * energy)
 
 

@@ -25,7 +25,7 @@ from tissuec.engine.tiers import (
     evaluation_cost,
     forced_tier,
 )
-from tissuec.engine.within import RESOLUTION, Watch, Within, bisect
+from tissuec.engine.within import RESOLUTION, Watch, Within, bisect, glances
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import (
     FULL,
@@ -501,17 +501,21 @@ class Engine:
             x, v, _ = within.state(when)
             return watch(when, self._layout.outwards(x), self._layout.outwards(v))
 
-        pieces = self._integrator.looks
         before = within.start
-        for piece in range(1, pieces + 1):
-            whole = piece == pieces
-            when = stop if whole else before + (stop - before) / (pieces - piece + 1)
-            if holds(when):
+        for when, x, v in glances(self._progress, self._work):
+            # A glance is cheap and a little wrong; what it finds is looked at closely.
+            seen = when < stop and watch(
+                when, self._layout.outwards(x), self._layout.outwards(v)
+            )
+            when = min(when, stop)
+            if (seen or when == stop) and holds(when):
                 resolution = RESOLUTION * (stop - within.start)
                 return bisect(
                     holds, before, when, max(resolution, 1e-15 * self.method.duration)
                 )
             before = when
+            if when == stop:
+                break
         return None
 
     def _cut(self, within: Within, stop: float) -> None:

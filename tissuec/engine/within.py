@@ -1,6 +1,6 @@
 """What happens within an accepted step: ruptures and triggers, found on its dense output."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -135,6 +135,34 @@ class Within:
             above,
             RESOLUTION * (self.end - self.start),
         )
+
+
+def glances(progress: Progress, work: Work) -> Iterator[tuple[float, Floats, Floats]]:
+    """Yield times within the accepted step and its end, with flat positions and velocities.
+
+    The quintics through positions, velocities and accelerations at both ends: no evaluation of
+    the forces, and near enough to see whether to look closely.
+    """
+    now, other, h = progress.current, 1 - progress.current, progress.end - progress.time
+    ends = np.array([now, other])
+    data = np.concatenate([work.x[ends], h * work.v[ends], h * h * work.a[ends]])
+    for part, weights, rates in GLANCES:
+        yield progress.time + part * h, weights @ data, rates @ data / h
+    yield progress.end, work.x[other].copy(), work.v[other].copy()
+
+
+def _quintic(part: float) -> tuple[float, Floats, Floats]:
+    """Return a part of a step and the weights of x0, x1, v0, v1, a0, a1 for x and v there."""
+    powers = np.arange(6)
+    rows = [[float(k == 0) for k in powers], np.ones(6)]
+    rows += [[float(k == 1) for k in powers], powers]
+    rows += [[2.0 * (k == 2) for k in powers], powers * (powers - 1)]
+    coefficients = np.linalg.inv(np.array(rows, dtype=float))
+    slopes = np.append(0.0, powers[1:] * part ** (powers[1:] - 1))
+    return part, part**powers @ coefficients, slopes @ coefficients
+
+
+GLANCES = [_quintic(part) for part in (0.25, 0.5, 0.75)]
 
 
 def bisect(

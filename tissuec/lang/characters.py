@@ -1,5 +1,6 @@
 """Characters: from bytes to clean text, and which of them no sentence can hold."""
 
+import re
 import unicodedata
 from pathlib import Path
 
@@ -8,6 +9,10 @@ from tissuec.core.source import Source, Span
 
 #: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII.
 SUSPECT = r"[\x00-\x08\x0b-\x1f\x7f$&'?@\\`|~]|[^\x00-\x7f·]"
+
+#: Signs that people group digits with, and how far to look for those.
+_GROUPING = "'‘’`´\u00a0\u2009\u202f"
+_MOST_DIGITS = 20
 
 #: What to type instead of characters that word processors and web pages put in.
 _INSTEAD = {
@@ -84,4 +89,15 @@ def odd_character(span: Span) -> Diagnostic | None:
     shown = f'"{character}"' if visible else "this character"
     message = f"{shown} (U+{ord(character):04X}, {name}) can stand in quotes and comments only"
     fallback = "remove it, or put the name in quotes" if visible else "type an ordinary blank"
-    return Diagnostic("TIS114", message, span, _REMEDY.get(character, fallback))
+    hint = _ungrouped(span) or _REMEDY.get(character, fallback)
+    return Diagnostic("TIS114", message, span, hint)
+
+
+def _ungrouped(span: Span) -> str:
+    """Return a hint with the number whose digits a character groups, if it does."""
+    text = span.source.text
+    before = re.search(r"\d+\Z", text[max(span.start - _MOST_DIGITS, 0) : span.start])
+    after = re.match(r"\d+", text[span.end : span.end + _MOST_DIGITS])
+    if span.text not in _GROUPING or not before or not after:
+        return ""
+    return f'digits are not grouped: write "{before[0]}{after[0]}"'

@@ -9,7 +9,7 @@ from itertools import takewhile
 from lark import Token
 
 from tissuec.core.errors import Diagnostic, did_you_mean
-from tissuec.core.units import SYMBOLS
+from tissuec.core.units import ALL_UNITS, SYMBOLS
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.plain import expected, shown
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
@@ -20,6 +20,9 @@ _STARTERS = frozenset(word.upper() for word in STARTING) - _TIMES
 _BINDERS = frozenset({"PARAM", "LET", "SET"})
 _NAMING = _KEYWORDS - {"IS"} | {"WORD", "STRING"}
 _NUMBERS = frozenset({"NUMBER", "QUANTITY"})
+
+#: What may follow behind a unit to make it a larger one.
+_FURTHER_UNITS = re.compile(r"([*/·][^\W\d_]+(\^-?[0-9]+)?)*")
 
 #: Behind a word that begins a statement, one of these comes next.
 _GOES_ON = frozenset({"WORD", "STRING", "EQUAL", "IS", "LBRACE"})
@@ -56,7 +59,10 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
         return None
     head = m.text(m.before[0], m.before[-1])
     written = shown(f"{head}.{m.text(m.after[0], m.after[-1])}")
-    return _finding(m, "TIS108", "decimals use a point", f"write {written}")
+    hint = f"write {written}"
+    if re.match(r"[0-9]{3}(?![0-9])", m.after[0].value):
+        hint += f', or "{m.before[-1]}{m.after[0]}": digits are not grouped'
+    return _finding(m, "TIS108", "decimals use a point", hint)
 
 
 def _missing_colon(m: Mistake) -> Diagnostic | None:
@@ -91,18 +97,67 @@ def _unit(m: Mistake) -> Diagnostic | None:
     if m.previous in ("RPAR", "RSQB") and word in SYMBOLS:
         message = f'the unit "{word}" stands behind neither a number nor a vector'
         return _finding(m, "TIS104", message, "write it behind each number")
-    near = _near_unit(word)
+    near = _near_unit(m, word)
     if m.previous == "NUMBER" or (m.previous == "RPAR" and near):
-        families = (
-            "units are m, g, s, N, Pa, J, W, Hz and l, also as mm or kPa, and min, deg, %"
-        )
-        return _finding(m, "TIS104", f'"{word}" is not a unit', near or families)
+        return _finding(m, "TIS104", f'"{word}" is not a unit', near or ALL_UNITS)
     return None
 
 
-def _near_unit(word: str) -> str:
+def _near_unit(m: Mistake, word: str) -> str:
+    if product := _run_together(word):
+        rest = _FURTHER_UNITS.match(m.source.text, m.found.end_pos or 0)
+        return f'did you mean "{product}{rest[0] if rest else ""}"?'
     same = [symbol for symbol in SYMBOLS if symbol.lower() == word.lower()]
     return f'did you mean "{same[0]}"?' if same else did_you_mean(word, SYMBOLS)
+
+
+def _run_together(word: str) -> str:
+    """Return two units of different kinds with the sign between them that is left out."""
+    for i in range(1, len(word)):
+        first, second = SYMBOLS.get(word[:i]), SYMBOLS.get(word[i:])
+        if first and second and first[1] != second[1]:
+            return f"{word[:i]}*{word[i:]}"
+    return ""
+
+
+def _path_without_quotes(m: Mistake) -> Diagnostic | None:
+    if not m.before or m.before[0].lower() != "use" or m.found.value not in ("/", "."):
+        return None
+    if any(token.type != "WORD" for token in m.before):
+        return None
+    end = m.source.text.rstrip().find("\n", m.found.start_pos or 0)
+    written = m.source.text[m.before[0].end_pos : end if end > 0 else None]
+    path = written.split("#")[0].strip("; \t\n")
+    return _finding(m, "TIS312", "a path stands in quotes", f'write use "{path}"')
+
+
+def _is_for_equal(m: Mistake) -> Diagnostic | None:
+    """Recognise ``set root is …``, unless a "=" comes behind, so that "is" is in the name."""
+    after = [token.type for token in m.after]
+    if m.first not in _BINDERS or m.found.type != "IS" or not m.after or "EQUAL" in after:
+        return None
+    head, rest = m.text(m.before[0], m.before[-1]), m.text(m.after[0], m.after[-1])
+    hint = f"write {shown(f'{head} = {rest}')}"
+    return _finding(m, "TIS312", f'a {m.before[0]} is given with "="', hint)
+
+
+def _colon_for_equal(m: Mistake) -> Diagnostic | None:
+    name = _words_before(m)
+    if m.found.type != "COLON" or "EQUAL" not in m.accepted or not name or not m.after:
+        return None
+    value = m.text(m.after[0], m.after[-1])
+    sign = "is" if m.next == "WORD" else "="
+    hint = f"write {shown(f'{name} {sign} {value}')}"
+    return _finding(m, "TIS312", '":" stands behind a time or a condition only', hint)
+
+
+def _if_for_when(m: Mistake) -> Diagnostic | None:
+    if m.first != "IF" or m.found.type != "COLON" or not m.before[1:]:
+        return None
+    hint = f"write {shown(f'when {m.text(m.before[1], m.before[-1])}: …')}"
+    return _finding(
+        m, "TIS312", 'a script waits for a condition with "when"', hint, m.before[0]
+    )
 
 
 def _equals_as_test(m: Mistake) -> Diagnostic | None:
@@ -165,6 +220,8 @@ def _whole_name(m: Mistake, wrong: Token) -> str:
 
 def _two_statements(m: Mistake) -> Diagnostic | None:
     found = m.found.type
+    if found == "COMMA" and m.can_end and m.next == "WORD":
+        return _finding(m, "TIS107", "a comma does not end a statement", 'write ";" instead')
     begins = found in _STARTERS or (found == "WORD" and m.next in _GOES_ON)
     second_sign = found in ("EQUAL", "IS") and (m.holds("IS") or m.holds("EQUAL"))
     behind_block = m.source.text[m.statement.start - 1 : m.statement.start] == "}"
@@ -214,6 +271,10 @@ def _special(m: Mistake) -> str:
     found, value = m.found.type, m.found.value
     if found == CHARACTER:
         return _SIGNS.get(value, "")
+    if found in _NUMBERS and m.previous == "NUMBER":
+        return f'digits are not grouped: write "{m.before[-1]}{m.found}"'
+    if found == "COMMA" and m.previous in _NUMBERS and m.can_end:
+        return 'a vector stands in brackets: "(0, 0, 1) mm"'
     if value in CONTINUING and not m.line_before.strip():
         return f'a line that begins with "{value}" continues the line above'
     if found == "CIRCUMFLEX":
@@ -241,6 +302,10 @@ _SIGNS = {
 _KINDS = (
     _capitalised,
     _decimal_comma,
+    _path_without_quotes,
+    _is_for_equal,
+    _colon_for_equal,
+    _if_for_when,
     _missing_colon,
     _unit,
     _equals_as_test,

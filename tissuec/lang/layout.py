@@ -27,11 +27,15 @@ LONGEST = 200_000_000
 
 _PART = re.compile(
     r'(?P<quote>"[^"\n]*"?)|(?P<comment>#[^\n]*)|(?P<line>\n[ \t\n]*)|(?P<open>[({[])'
-    rf"|(?P<close>[)}}\]])|(?P<end>;)|(?P<table>(?<!\w)table(?!\w))|(?P<suspect>{SUSPECT})"
+    rf"|(?P<close>[)}}\]])|(?P<end>;)"
+    r"|(?P<remark>//[^\n]*|/\*[\s\S]*?\*/)"
+    rf"|(?P<table>(?<!\w)table(?!\w))|(?P<suspect>{SUSPECT})"
 )
 # Capital letters too: "Then" is reported as a capitalised "then" and not as a rule without one.
 _CONTINUES = re.compile(rf"(?:{'|'.join(CONTINUING)})(?!\w)", re.IGNORECASE)
 _TABLE_PLACE = re.compile(r"(?:^|[\n;{}]|\bis[ \t])[ \t]*\Z")
+#: A bracket on one line, without others in it, with ";" where a vector has ",".
+_PARTED = re.compile(r"\([^()\[\]{}\n=#]*;[^()\[\]{}\n=#]*\)")
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _CLOSE = 'write "}" where the block ends'
 
@@ -176,8 +180,20 @@ class _Scanner:
         elif not self._in_bracket():
             self.bracketed.clear()
 
-    def _end(self, _text: str, _start: int, _end: int) -> None:
-        self.table = False
+    def _end(self, text: str, start: int, end: int) -> None:
+        vector = _PARTED.match(text, self.stack[-1].place) if self._in_bracket() else None
+        if vector is None:
+            self.table = False
+            return
+        if ";" not in text[vector.start() : start]:
+            points = re.sub(r"(?<=[0-9]),(?=[0-9])", ".", vector[0])
+            hint = f'write "{points.replace(";", ",")}"'
+            self._report("TIS312", 'a vector is written with ","', start, end, hint)
+        self._blank(start, end, ",")
+
+    def _remark(self, _text: str, start: int, end: int) -> None:
+        self._report("TIS312", 'a remark begins with "#"', start, start + 2, 'write "#"')
+        self._blank(start, end)
 
     def _table(self, text: str, start: int, _end: int) -> None:
         before = start

@@ -148,8 +148,9 @@ def _problems(table: Table, columns: Sequence[Column]) -> list[Diagnostic]:
     """Return what is wrong with rows and cells, in order."""
     rows = quoted_rows(table.rows)
     # A row that is wrong as a whole is known by column -1.
-    bad = [(i, -1) for i, row in enumerate(rows) if len(row) != len(columns)]
-    fitting = [i for i, row in enumerate(rows) if len(row) == len(columns)]
+    fits = [len(row) == len(columns) and not _has_commas(row) for row in rows]
+    bad = [(i, -1) for i, fit in enumerate(fits) if not fit]
+    fitting = [i for i, fit in enumerate(fits) if fit]
     for number, column in enumerate(columns):
         cells = [rows[i][number] for i in fitting]
         found = islice(_bad_cells(cells, column), MOST_PROBLEMS)
@@ -194,10 +195,20 @@ def _places(rows_span: Span, wanted: set[int]) -> dict[int, list[Span]]:
     return places
 
 
+def _has_commas(row: Sequence[str]) -> bool:
+    """Return whether commas part the cells of a row, and not the digits of a number."""
+    return any(cell.endswith(",") for cell in row)
+
+
 def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
+    whole = row[0].to(row[-1])
+    parted = whole.text.replace(",", " ").split()
+    if "," in whole.text and len(parted) == len(columns):
+        hint = f"write {shown(' '.join(parted))}"
+        return Diagnostic("TIS120", "cells are parted by blanks, not by commas", whole, hint)
     message = f"this row has {counted(len(row), 'cell')} where {len(columns)} are needed"
     hint = f"the columns are {', '.join(column.name for column in columns)}"
-    return Diagnostic("TIS120", message, row[0].to(row[-1]), hint)
+    return Diagnostic("TIS120", message, whole, hint)
 
 
 def _bad_cell(place: Span, column: Column) -> Diagnostic:

@@ -3,6 +3,7 @@
 import csv
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, TextIO
 from xml.sax.saxutils import quoteattr
@@ -20,7 +21,19 @@ _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uin
 
 
 def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextIO) -> None:
-    """Write logs, "energies" or "events" as comma-separated values with one head line.
+    """Write the rows of a table as comma-separated values; see ``table_rows``."""
+    write_csv(table_rows(trajectory, names), stream)
+
+
+def write_csv(rows: Iterable[Sequence[object]], stream: TextIO) -> None:
+    """Write rows as comma-separated values."""
+    csv.writer(stream, lineterminator="\n").writerows(rows)
+
+
+def table_rows(
+    trajectory: Trajectory, names: str | Sequence[str]
+) -> Iterable[Sequence[object]]:
+    """Return logs, "energies" or "events" as the rows of one table, its head first.
 
     Logs of different times share one table, with empty fields where one has no row. Numbers
     have as many digits as it takes to read back the same ones.
@@ -28,19 +41,16 @@ def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextI
     Args:
         trajectory: Where from.
         names: One name or several; "events" stands alone.
-        stream: Where to.
 
     Raises:
         ResultError: There is no such log.
     """
     names = [names] if isinstance(names, str) else list(names)
-    table = csv.writer(stream, lineterminator="\n")
     if names == ["events"] and "events" not in trajectory.logs:
-        table.writerows(_event_rows(trajectory))
-        return
+        return _event_rows(trajectory)
     logs = [_find_log(trajectory, name) for name in names]
-    table.writerow(["time [s]", *(head for log in logs for head in _heads(log))])
-    table.writerows(_joined_rows(logs))
+    head = ["time [s]", *(head for log in logs for head in _heads(log))]
+    return chain([head], _joined_rows(logs))
 
 
 def table_names(trajectory: Trajectory) -> list[str]:

@@ -11,14 +11,21 @@ _MARK = ".partial"
 
 def partial_path(path: Path) -> Path:
     """Return where a result is written until it is complete; itself if it says so already."""
-    if path.stem.endswith(_MARK):
-        return path
-    return path.with_name(f"{path.stem}{_MARK}{path.suffix}")
+    return path if _is_marked(path) else path.with_name(f"{path.stem}{_MARK}{path.suffix}")
 
 
 def final_path(path: Path) -> Path:
     """Return the name of the complete result, from that name or the partial one."""
+    if not _is_marked(path):
+        return path
+    if path.suffix == _MARK:
+        return path.with_suffix("")
     return path.with_name(f"{path.stem.removesuffix(_MARK)}{path.suffix}")
+
+
+def _is_marked(path: Path) -> bool:
+    """Return whether a name is that of a partial result, with or without a suffix behind it."""
+    return path.suffix == _MARK or (path.stem.endswith(_MARK) and path.stem != _MARK)
 
 
 def make_folder(folder: Path) -> None:

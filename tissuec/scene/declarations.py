@@ -9,12 +9,15 @@ from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
+from tissuec.scene.library import Library
 
 T = TypeVar("T")
 
 #: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
 NAMED = ("property", "quantity", "rules", "tissue", "body", "tool", "learn")
 #: Blocks that stand once in a scene.
+#: What a vocabulary is made of; the first of these says most about what it is.
+VOCABULARY = ("quantity", "property", "rules", "hedge")
 SINGLE = ("environment", "script", "simulate", "output")
 TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
 
@@ -45,11 +48,14 @@ class Declarations:
     ``single`` the blocks that stand once.
     """
 
+    library: Library
     named: dict[str, dict[str, Declared]] = field(default_factory=dict)
     single: dict[str, s.Block] = field(default_factory=dict)
     tables: list[s.Table] = field(default_factory=list)
     expects: list[s.Expect] = field(default_factory=list)
     about: str = ""
+    #: Words and rules that a second file declares as well, with their kinds.
+    again: list[tuple[str, s.Name]] = field(default_factory=list)
 
     def of(self, kind: str) -> dict[str, Declared]:
         """Return the declarations of one kind."""
@@ -72,11 +78,14 @@ class Declarations:
             names = [declared.name.text for declared in known.values()]
             plural = {"rules": "rules", "body": "bodies"}.get(kind, f"{kind}s")
             article = "are no" if kind == "rules" else "is no"
+            file = self.library.declaring(kind, name.key)
             findings.reject(
                 "TIS301",
                 f'there {article} {kind} called "{name.text}"',
                 name.span,
-                hint=alternatives(name.text, names, what=plural),
+                hint=f'write: use "{file}"'
+                if file
+                else alternatives(name.text, names, what=plural),
             )
         return known[name.key]
 
@@ -86,12 +95,18 @@ _NAMESPACES = (("param", "let", "set", "body", "tool"), ("property", "quantity")
 
 
 def collect(program: Program, findings: Findings) -> Declarations:
-    """Return all declarations of a program; duplicates and unknown items become findings."""
-    declarations = Declarations()
+    """Return all declarations of a program; duplicates and unknown items become findings.
+
+    Raises:
+        CompileError: There are two vocabularies, so that nothing more can be said.
+    """
+    declarations = Declarations(program.library)
     for module in program.modules:
         for item in module.items:
             with findings.item():
                 _enter(item, declarations, findings, is_main=module is program.main)
+    if declarations.again:
+        _reject_vocabulary(declarations, findings)
     return declarations
 
 
@@ -175,6 +190,9 @@ def _declare(
     for other in next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,)):
         if name.key in to.of(other):
             first = to.of(other)[name.key].name.span
+            if kind in VOCABULARY and first.source is not name.span.source:
+                to.again.append((kind, name))
+                findings.stop()
             findings.reject(
                 "TIS503",
                 f'"{name.text}" is defined twice',
@@ -182,6 +200,22 @@ def _declare(
                 notes=(Note("first here", first),),
             )
     to.named.setdefault(kind, {})[name.key] = Declared(name, item)
+
+
+def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
+    """Report one word that two files declare; the others would only repeat it."""
+    kind, name = min(declarations.again, key=lambda again: VOCABULARY.index(again[0]))
+    kinds = next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,))
+    first = next(found for other in kinds if (found := declarations.of(other).get(name.key)))
+    findings.add(
+        "TIS503",
+        f'"{name.text}" is defined twice',
+        name.span,
+        hint="a scene has one vocabulary; the tissues of the library bring "
+        '"fuzzy/soft_tissue" with them',
+        notes=(Note("first here", first.name.span),),
+    )
+    findings.raise_errors()
 
 
 def _reject_unknown(item: s.Item, findings: Findings) -> None:

@@ -320,7 +320,12 @@ class Scope:
         *,
         literal: bool = False,
     ) -> None:
-        hint = f'write "{span.text} {suggested_unit(left)}"?' if literal else ""
+        unit = suggested_unit(left)
+        hint = (
+            f'write "{span.text} {unit}"?'
+            if literal
+            else f"{describe(left)} is needed here, such as {f'1 {unit}'.rstrip()}"
+        )
         code = "TIS501" if literal else "TIS502"
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint

@@ -4,16 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from tissuec.core import resources
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.scene.findings import Findings
+from tissuec.scene.library import SUFFIX, Library, belongs_to_scenes
 
-SUFFIX = ".tis"
-SCENE_BLOCKS = ("body", "environment", "script", "simulate", "output")
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
 LARGEST_FILE = 256 * 1024 * 1024  # bytes; beyond, a text is a mistake rather than a scene
 
@@ -24,9 +22,11 @@ class Program:
 
     Attributes:
         modules: Each module once, imported ones before those that use them, the scene last.
+        library: Where the scene finds files to use.
     """
 
     modules: tuple[s.Module, ...]
+    library: Library
 
     @property
     def main(self) -> s.Module:
@@ -35,7 +35,7 @@ class Program:
     @property
     def is_scene(self) -> bool:
         """Return whether there is a body, or something else that only scenes have."""
-        return any(_belongs_to_scenes(item) for module in self.modules for item in module.items)
+        return any(belongs_to_scenes(item) for module in self.modules for item in module.items)
 
 
 def read_source(path: Path, name: str | None = None) -> Source:
@@ -60,7 +60,7 @@ def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Progr
     """Return the module of a source with all its imports; findings go to ``findings``."""
     loader = _Loader(libraries, findings)
     loader.visit(source, chain=())
-    return Program(tuple(loader.modules))
+    return Program(tuple(loader.modules), Library.of(source, libraries))
 
 
 class _Loader:
@@ -121,35 +121,24 @@ class _Loader:
             self.visit(read_source(path, name), chain)
 
     def _find(self, wanted: str, item: s.Sentence, source: Source) -> tuple[Path, str]:
-        places = self._places(wanted, source)
+        library = Library.of(source, self.libraries)
+        places = library.places(wanted)
         file = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
         hits = [place / file for place in places if _is_file(place / file)]
         if not hits:
             searched = tuple(Note(f"searched {place / file}") for place in places)
             self.findings.reject(
-                "TIS601", f'there is no file "{file}" to use', item.span, notes=searched
+                "TIS601",
+                f'there is no file "{file}" to use',
+                item.span,
+                hint=library.near(wanted),
+                notes=searched,
             )
         others = {hit.resolve() for hit in hits[1:]} - {hits[0].resolve()}
         if others:
             names = ", ".join(str(other) for other in sorted(others))
             self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
         return hits[0], str(PurePosixPath(file))
-
-    def _places(self, wanted: str, source: Source) -> list[Path]:
-        beside = source.path.parent if source.path else Path()
-        if wanted.startswith("./"):
-            return [beside]
-        return [beside / "library", *self.libraries, resources.library()]
-
-
-def _belongs_to_scenes(item: s.Item) -> bool:
-    match item:
-        case s.Block():
-            return item.name.key.split(" ")[0] in SCENE_BLOCKS
-        case s.Assign(keyword="set") | s.Table() | s.Expect():
-            return True
-        case _:
-            return False
 
 
 def _is_file(path: Path) -> bool:

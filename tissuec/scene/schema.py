@@ -5,6 +5,7 @@ converted, suggested and documented like all others.
 """
 
 import dataclasses
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
@@ -178,7 +179,10 @@ def read_value(
             number = float(value.amount)
             if number != int(number):
                 scope.findings.reject(
-                    "TIS308", f"{what} is a whole number, not {number:g}", node.span
+                    "TIS308",
+                    f"{what} is a whole number, not {number:g}",
+                    node.span,
+                    hint=f"write {math.floor(number)} or {math.ceil(number)}",
                 )
             if not low <= number <= high:
                 scope.findings.reject(
@@ -201,13 +205,13 @@ def _read_measure(kind: Measure, node: s.Expression, scope: Scope, *, what: str)
         (kind.at_least is not None and amount < kind.at_least, "at least", kind.at_least),
         (kind.at_most is not None and amount > kind.at_most, "at most", kind.at_most),
     )
-    for broken, words, limit in limits:
-        if broken and limit is not None:
-            scope.findings.reject(
-                "TIS308",
-                f"{what} must be {words} {show(limit, kind.dimension)}, not {value}",
-                node.span,
-            )
+    if any(broken for broken, _, _ in limits):
+        allowed = " and ".join(
+            f"{words} {show(limit, kind.dimension)}"
+            for _, words, limit in limits
+            if limit is not None
+        )
+        scope.findings.reject("TIS308", f"{what} must be {allowed}, not {value}", node.span)
     return amount
 
 

@@ -19,8 +19,10 @@ from tissuec.scene.imports import whole
 from tissuec.scene.model import Environment, Tool
 
 DEFAULT_TOLERANCE = 1e-4
+FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 AUTOMATIC = "automatic"
 TOOL_KINDS = ("forceps", "scissors")
+HOLDING = "forceps"  # the kind that holds nodes, and so can move them
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,9 +54,9 @@ class SimulateEntries:
 
     duration: Annotated[float, Measure(units.TIME, above=0.0)]
     integrator: Annotated[str, OneOf((AUTOMATIC,))] = AUTOMATIC
-    tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = (
-        DEFAULT_TOLERANCE
-    )
+    tolerance: Annotated[
+        float, Measure(units.NUMBER, at_least=FINEST_TOLERANCE, at_most=0.1)
+    ] = DEFAULT_TOLERANCE
     step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
 
 

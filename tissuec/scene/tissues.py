@@ -1,6 +1,8 @@
 """Tissues: words and numbers of a preset, its parent's first, turned into quantities."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import NoReturn, TypeAlias
 
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.fields import Measure
@@ -15,20 +17,32 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
 from tissuec.scene.model import Fact, Fired, Given, Tissue
 from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.vocabulary import Rules, Vocabulary, find_property
+from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word
 
 MOST_PARENTS = 50
 
+#: What rules say about each quantity.
+Answers: TypeAlias = Mapping[str, Inference | NoRule]
+
 
 @dataclass(slots=True)
 class _Written:
-    """The entries of a tissue and its parents, the nearest one winning."""
+    """The entries of a tissue and its parents, the nearest one winning.
+
+    Attributes:
+        inherited: What the parent has by itself; None without one.
+    """
 
     rules: Rules | None = None
     about: str = ""
     facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
     numbers: dict[str, Given] = field(default_factory=dict)
+    inherited: "_Written | None" = None
+
+    def heir(self) -> "_Written":
+        """Return what a child has before it writes anything."""
+        return replace(self, facts=dict(self.facts), numbers=dict(self.numbers), inherited=self)
 
 
 def read_tissues(
@@ -57,7 +71,10 @@ class TissueReader:
         given = dict(written.numbers)
         missing: dict[str, str] = {}
         if written.rules is not None:
-            self._infer(written.rules, facts, given, missing)
+            answers = written.rules.base.infer({fact.property: fact.number for fact in facts})
+            self._conclude(written.rules, answers, given, missing)
+            if written.inherited is not None:
+                self._warn_of_words_without_effect(written, written.inherited, answers)
         assert isinstance(declared.item, s.Block)
         vocabulary = written.rules.name if written.rules else ""
         return Tissue(
@@ -95,7 +112,7 @@ class TissueReader:
             if not isinstance(clause.value, s.Name):
                 self.findings.reject("TIS312", "like needs the name of a tissue", clause.span)
             parent = self.declarations.find("tissue", clause.value, self.findings)
-            written = self._collect(parent, (*chain, declared.name.key))
+            written = self._collect(parent, (*chain, declared.name.key)).heir()
         entries: dict[str, Span] = {}
         for item in block.items:
             if isinstance(item, s.Sentence) and item.name.key == "described":
@@ -127,21 +144,22 @@ class TissueReader:
             pass  # read before all others
         elif key in QUANTITIES:
             self._number(item, key, written)
-        else:
-            rules = written.rules.name if written.rules else ""
-            if not self.vocabulary.properties or written.rules is None:
-                known = (*self.vocabulary.properties, *QUANTITIES, "described", "about")
-                hint = alternatives(key, known, what="entries")
-                if key in self.vocabulary.properties:
-                    hint = 'write "described in …" first, naming the rules that know this word'
-                self.findings.reject(
-                    "TIS303",
-                    f'"{item.name.text}" is not an entry of tissue {declared.name.text}',
-                    item.name.span,
-                    hint=hint,
-                )
-            find_property(item.name, self.vocabulary, rules, self.scope)
+        elif written.rules is not None and key in self.vocabulary.properties:
             written.facts[key] = item
+        else:
+            self._unknown(item.name, written.rules, declared)
+
+    def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
+        """Reject an entry that is neither a property of the rules nor a quantity."""
+        known = (*self.vocabulary.properties, *QUANTITIES, "described", "about")
+        hint = alternatives(name.key, known, what="entries")
+        if rules is not None:
+            message = f'"{name.text}" is neither a property of vocabulary {rules.name} '
+            self.findings.reject("TIS202", f"{message}nor a quantity", name.span, hint=hint)
+        if name.key in self.vocabulary.properties:
+            hint = 'write "described in …" first, naming the rules that know this word'
+        message = f'"{name.text}" is not an entry of tissue {declared.name.text}'
+        self.findings.reject("TIS303", message, name.span, hint=hint)
 
     def _described(self, item: s.Sentence) -> Rules:
         clause = item.clauses[0] if len(item.clauses) == 1 else None
@@ -219,17 +237,15 @@ class TissueReader:
 
     # --- inference ----------------------------------------------------------------------------
 
-    def _infer(
+    def _conclude(
         self,
         rules: Rules,
-        facts: tuple[Fact, ...],
+        answers: Answers,
         given: dict[str, Given],
         missing: dict[str, str],
     ) -> None:
         """Add what the rules conclude where nothing was written."""
-        for key, answer in rules.base.infer(
-            {fact.property: fact.number for fact in facts}
-        ).items():
+        for key, answer in answers.items():
             if key in given:
                 continue
             if isinstance(answer, NoRule):
@@ -256,6 +272,32 @@ class TissueReader:
             shown,
         )
 
+    def _warn_of_words_without_effect(
+        self, written: _Written, inherited: _Written, answers: Answers
+    ) -> None:
+        """W206: the rules say something else than of the parent, whose number still holds."""
+        assert written.rules is not None
+        own = [
+            key for key, item in written.facts.items() if inherited.facts.get(key) is not item
+        ]
+        before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
+        earlier = written.rules.base.infer({fact.property: fact.number for fact in before})
+        for key, given in written.numbers.items():
+            answer = answers.get(key)
+            if given is not inherited.numbers.get(key) or answer is None:
+                continue
+            asked = [p for p in own if p in _properties(answer)]
+            if asked and _value(answer) != _value(earlier[key]):
+                are = "is" if len(asked) == 1 else "are"
+                self.findings.add(
+                    "W206",
+                    f"{', '.join(asked)} {are} written here, but the {key} "
+                    f"is inherited as a number from {given.span.place}",
+                    written.facts[asked[0]].span,
+                    hint=f"write {key} = … here too, or be like a tissue "
+                    f"that leaves its {key} to the rules",
+                )
+
     def _why(self, rules: Rules, answer: NoRule) -> str:
         if not answer.silent:
             return f"no rule of {rules.name} concludes it"
@@ -263,6 +305,16 @@ class TissueReader:
             unsaid = ", ".join(answer.missing)
             return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
         return f"no rule of {rules.name} fires for these words"
+
+
+def _properties(answer: Inference | NoRule) -> set[str]:
+    """Return the properties that rules on a quantity ask about."""
+    fired = answer.fired if isinstance(answer, Inference) else ()
+    return {atom.property for firing in (*fired, *answer.silent) for atom in firing.atoms}
+
+
+def _value(answer: Inference | NoRule) -> float | None:
+    return answer.value if isinstance(answer, Inference) else None
 
 
 def _atoms(firing: Firing) -> str:

@@ -101,7 +101,7 @@ class Order(Protocol):
         ...
 
     def mover(self, *, after: str = "") -> Mover:
-        """Return the set, body or tool named behind the verb, without the prefix ``after``."""
+        """Return the set, body or forceps named behind the verb, without ``after``."""
         ...
 
     def is_tool(self) -> bool:

@@ -15,8 +15,8 @@ from tissuec.verbs.motion import joined
 class Grasp:
     """Takes nodes into the rigid grip of a tool, besides those that it holds already.
 
-    Nodes that move are stopped; if the tool is moving what it holds, they move along with it
-    from now on.
+    The tool must be forceps. Nodes that move are stopped; if the tool is moving what it holds,
+    they move along with it from now on.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("grasp SET with TOOL",)
@@ -26,7 +26,7 @@ class Grasp:
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        tool = order.tool("with")
+        tool = order.tool("with", kind="forceps")
         if tool is None:
             order.reject("TIS304", '"grasp" needs a tool', hint="write: grasp SET with TOOL")
         return cls(order.nodes(), tool, order.span)

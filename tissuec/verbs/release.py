@@ -27,7 +27,7 @@ class Release:
     @classmethod
     def read(cls, order: Order) -> Self:
         if not order.is_tool():
-            return cls(order.nodes(), order.tool("from"), order.span)
+            return cls(order.nodes(), order.tool("from", kind="forceps"), order.span)
         if order.has("from"):
             order.reject(
                 "TIS306",

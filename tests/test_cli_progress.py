@@ -1,0 +1,50 @@
+"""The progress line: what it says on a terminal, and that it is silent elsewhere."""
+
+import io
+import sys
+import time
+
+import pytest
+
+from tissuec.cli import progress
+from tissuec.cli.progress import Progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def impatient(monkeypatch, stream):
+    """Let everything be shown at once, on a stream in the place of stderr."""
+    monkeypatch.setattr(sys, "stderr", stream)
+    for name, seconds in (("FIRST_AFTER", 0.0), ("EVERY", 0.01), ("SILENCE", 0.03)):
+        monkeypatch.setattr(progress, name, seconds)
+    return stream
+
+
+def test_the_line_tells_the_time_and_goes_away(monkeypatch):
+    terminal = impatient(monkeypatch, Terminal())
+    with Progress("tube.tis", 2.0, shown=True, compiles=False) as line:
+        line.at(0.5)
+    assert "tube.tis [######  " in terminal.getvalue()
+    assert "500 ms of 2 s" in terminal.getvalue()
+    assert terminal.getvalue().endswith("\r\x1b[2K")
+
+
+@pytest.mark.parametrize("loaded", [True, False])
+def test_what_keeps_a_run_silent_is_said_when_kernels_can_be_compiled(monkeypatch, loaded):
+    terminal = impatient(monkeypatch, Terminal())
+    module = "sys" if loaded else "a module that nobody has loaded"
+    monkeypatch.setattr(progress, "COMPILER", module)
+    with Progress("tube.tis", 2.0, shown=True):
+        time.sleep(0.2)
+    assert ("tube.tis: compiling kernels …" in terminal.getvalue()) is loaded
+
+
+def test_off_a_terminal_nothing_is_shown(monkeypatch):
+    stream = impatient(monkeypatch, io.StringIO())
+    with Progress("tube.tis", 2.0, shown=True) as line:
+        line.at(0.5)
+        time.sleep(0.2)
+    assert stream.getvalue() == ""

@@ -1,0 +1,74 @@
+"""The files that ``use`` finds: where they are looked for, and which of them was meant."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from tissuec.core import resources
+from tissuec.core.errors import CompileError, did_you_mean
+from tissuec.core.source import Source
+from tissuec.lang import syntax as s
+from tissuec.lang.characters import normalise
+from tissuec.lang.parser import parse
+
+SUFFIX = ".tis"
+SCENE_BLOCKS = ("body", "environment", "script", "simulate", "output")
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """The folders in which a text finds the files that it uses; the first hit counts."""
+
+    beside: Path
+    folders: tuple[Path, ...] = ()
+
+    @classmethod
+    def of(cls, source: Source, given: Sequence[Path] = ()) -> "Library":
+        """Return the library of a text; ``given`` are the folders of ``--library``."""
+        beside = source.path.parent if source.path else Path()
+        return cls(beside, (beside / "library", *given, resources.library()))
+
+    def places(self, wanted: str) -> tuple[Path, ...]:
+        """Return the folders in which a file is looked for."""
+        return (self.beside,) if wanted.startswith("./") else self.folders
+
+    def near(self, wanted: str) -> str:
+        """Return a hint with the file that was meant by one that is not there, if any."""
+        start = "./" if wanted.startswith("./") else ""
+        names = [f"{start}{name}" for name, _ in _files(self.places(wanted))]
+        stem = wanted.removesuffix(SUFFIX).split("/")[-1]
+        same = [name for name in names if name.split("/")[-1] == stem]
+        return f'did you mean "{same[0]}"?' if same else did_you_mean(wanted, names)
+
+    def declaring(self, kind: str, key: str) -> str:
+        """Return the file that declares a thing under this name, or an empty string."""
+        for name, path in _files(self.folders):
+            with suppress(OSError, CompileError):
+                text = path.read_bytes()
+                if key.split(" ")[0].encode() not in text.lower():
+                    continue
+                items = parse(normalise(text, name)).items
+                heads = [item.name.key for item in items if isinstance(item, s.Block)]
+                if f"{kind} {key}" in heads and not any(map(belongs_to_scenes, items)):
+                    return name
+        return ""
+
+
+def _files(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
+    """Yield the files of folders and of those in them, with their names behind ``use``."""
+    for place in places:
+        for pattern in (f"*{SUFFIX}", f"*/*{SUFFIX}"):
+            for path in sorted(place.glob(pattern)):
+                yield path.relative_to(place).with_suffix("").as_posix(), path
+
+
+def belongs_to_scenes(item: s.Item) -> bool:
+    """Return whether an item is a body, or something else that only scenes have."""
+    match item:
+        case s.Block():
+            return item.name.key.split(" ")[0] in SCENE_BLOCKS
+        case s.Assign(keyword="set") | s.Table() | s.Expect():
+            return True
+        case _:
+            return False
