@@ -111,7 +111,7 @@ def drive(
                     worse = judge_ledger(h, wrong, most, task)
                     ratio = greater(ratio, worse)
                 if not ratio <= 1.0:
-                    factor = 0.1
+                    factor = 0.25 if IMPLICIT else 0.1
                     if isfinite(ratio):
                         factor = max(0.1, 0.9 * ratio ** (-1.0 / CONTROL_ORDER))
                     size = h * factor

@@ -24,8 +24,9 @@ from tissuec.kernels.vector import (
     subtract,
 )
 
-ITERATIONS = 10
-SLOW = 0.3  # contraction from which S is made anew in the next step
+ITERATIONS = 12
+RENEWALS = 2  # of S within a stage, where a part of the net turned too far since it was made
+SLOW = 0.5  # contraction from which S is made anew
 HOPELESS = 0.9
 
 
@@ -63,7 +64,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     near = False
     while True:
         if fresh:
-            renew(q, current, work, net)
+            renew(q, work.x[current], work, net)
         made[1] = 0.0
         stage = 1
         while stage < stages and made[0] == q:
@@ -76,13 +77,13 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     return near
 
 
-def renew(q: float, current: int, work: Work, net: VectorNet) -> None:
-    """Make S at the start of the step."""
+def renew(q: float, x: Floats, work: Work, net: VectorNet) -> None:
+    """Make S at some positions."""
     made = work.solver.made
     made[0] = q
     work.effort[1] += 1
-    scale(1.0, work.x[current], work.solver.at)
-    if not assemble(q, work.x[current], net, work.solver):
+    scale(1.0, x, work.solver.at)
+    if not assemble(q, x, net, work.solver):
         made[0] = 0.0
 
 
@@ -100,8 +101,8 @@ def solve_stage(
     combine(work.x[current], h * h, table[stage, :last], work.rows[:last], x)
     combine(work.v[current], h, table[stages + stage, :last], work.rows[:last], v)
     place(then, x, v, net)
-    before, near = 0.0, False
-    for iteration in range(ITERATIONS):
+    before, renewals, near = 0.0, 0, False
+    for _ in range(ITERATIONS):
         near = force(then, x, v, change, work.power[stage + 1], net)
         work.effort[0] += 1
         work.effort[2] += 1
@@ -112,16 +113,26 @@ def solve_stage(
         accumulate(q * q, change, x)
         accumulate(q, change, v)
         size = distance(change, work.zero)
-        if iteration > 0 and before > 0.0:
-            made[1] = max(made[1], size / before)
-        rate = min(made[1], HOPELESS)
         # The first change of a step tells nothing yet about what is left.
-        left = size * rate / (1.0 - rate) if iteration > 0 or stage > 1 else size
+        rate = made[1]
+        if before > 0.0:
+            rate = max(rate, size / before)
+        known = before > 0.0 or rate > 0.0
+        left = size * min(rate, HOPELESS) / (1.0 - min(rate, HOPELESS)) if known else size
         if q * q * left <= work.goal[0] and q * left <= work.goal[1]:
+            made[1] = rate
             return near
-        if not size < 1e300 or (iteration > 1 and size > HOPELESS * before):
+        if not size < 1e300:
             break
-        before = size
+        if before > 0.0 and size > SLOW * before:
+            if renewals == RENEWALS:
+                break
+            renewals += 1
+            renew(q, x, work, net)
+            if made[0] == 0.0:
+                break
+            rate, size = 0.0, 0.0
+        made[1], before = rate, size
     made[0] = 0.0
     return near
 
