@@ -26,6 +26,7 @@ from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
     from tissuec.running.run import Outcome
+    from tissuec.running.twin import Likeness
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +115,11 @@ def _compile(
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How a run ended and where its file is."""
+    """How a run ended and where its file is; how far its twin was from it, if it had one."""
 
     outcome: "Outcome"
     path: Path
+    likeness: "Likeness | None" = None
 
 
 def simulate(
@@ -126,12 +128,14 @@ def simulate(
     *,
     request: Request,
     resume: bool = False,
+    twin: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Run a compiled scene and write its result to ``path``.
 
     Args:
         resume: Go on from the checkpoint of an interrupted run of the same text.
+        twin: Step the scene more finely in a second process, and compare; not with ``resume``.
         progress: Told the simulated time [s] now and then.
 
     Raises:
@@ -142,30 +146,37 @@ def simulate(
     from tissuec.results.writer import ResultWriter
     from tissuec.running.recording import Recorder, wishes
     from tissuec.running.run import run
+    from tissuec.running.twin import accompanied
 
-    manifest = _manifest(compiled, request)
-    state = None
-    if resume:
-        checkpoint = find_checkpoint(path, compiled.scene.source.text, manifest)
-        writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
-    else:
-        wanted = wishes(compiled.network, compiled.plan)
-        writer = ResultWriter(
-            path, compiled.network, wanted, manifest, compiled.scene.source.text
-        )
-    with writer:
-        recorder = Recorder(compiled.network, compiled.plan, writer)
-        outcome = run(
-            compiled.network, compiled.plan, recorder, progress=progress, resume=state
-        )
-        facts = {
-            "method": outcome.statistics.method,
-            "statistics": asdict(outcome.statistics),
-            "failed_expectations": len(outcome.failures),
-            "unreached_expectations": len(outcome.unreached),
-        }
-        written = writer.close(outcome.message, outcome.kind == "done", facts)
-    return Result(outcome, written)
+    manifest, state = _manifest(compiled, request), None
+    network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
+    # The twin splits off before any file is open.
+    with accompanied(network, plan, wanted=twin and not resume) as companion:
+        if resume:
+            checkpoint = find_checkpoint(path, text, manifest)
+            writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
+        else:
+            writer = ResultWriter(path, network, wishes(network, plan), manifest, text)
+        with writer:
+            recorder = Recorder(network, plan, writer, tap=companion and companion.take)
+            outcome = run(network, plan, recorder, progress=progress, resume=state)
+            finished = outcome.kind == "done"
+            likeness = companion.compare() if companion and finished else None
+            if likeness is not None:
+                writer.twin(likeness.times, likeness.apart[:, None])
+            written = writer.close(outcome.message, finished, _facts(outcome, likeness))
+    return Result(outcome, written, likeness)
+
+
+def _facts(outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]:
+    """Return what a result says of how the run went."""
+    facts = {
+        "method": outcome.statistics.method,
+        "statistics": asdict(outcome.statistics),
+        "failed_expectations": len(outcome.failures),
+        "unreached_expectations": len(outcome.unreached),
+    }
+    return facts if likeness is None else facts | {"twin": likeness.as_dict()}
 
 
 def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:

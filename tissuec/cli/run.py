@@ -4,6 +4,7 @@ import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from tissuec.compiler import Compiled
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
+    from tissuec.running.twin import Likeness
 
 MOST_SPRINGS_NAMED = 6
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED, "interrupted": INTERRUPTED}
@@ -51,6 +53,12 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED, "interrupted": IN
     metavar="DIR",
 )
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
+@click.option(
+    "--twin/--no-twin",
+    default=None,
+    help="Whether a second process steps the scene more finely to tell the error; if there is "
+    "a second core, it does.",
+)
 @scene_options
 def command(
     settings: Settings,
@@ -58,6 +66,7 @@ def command(
     output: Path | None,
     folder: Path | None,
     resume: bool,
+    twin: bool | None,
     **options: Any,
 ) -> int:
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the present folder.
@@ -72,7 +81,9 @@ def command(
     documents: list[dict[str, Any]] = []
     for path, target in _targets(scenes, output, folder).items():
         again = _again(path, output, folder, **options)
-        code, document = _run_one(path, target, again, settings, resume=resume, **options)
+        code, document = _run_one(
+            path, target, again, settings, resume=resume, twin=twin, **options
+        )
         codes.append(code)
         documents.append(document)
         if code == INTERRUPTED:
@@ -119,7 +130,8 @@ def _again(
 
 def _run_one(
     path: Path, target: Path, again: str, settings: Settings, *,
-    resume: bool, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
+    resume: bool, twin: bool | None, overrides: tuple[str, ...], libraries: tuple[Path, ...],
+    strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.pipeline import Request, compile_request
     from tissuec.results.errors import PlaceError
@@ -137,7 +149,7 @@ def _run_one(
         report(warnings, settings)
     try:
         make_folder(target.parent)
-        result = _with_progress(compiled, request, target, settings, resume=resume)
+        result = _with_progress(compiled, request, target, settings, resume=resume, twin=twin)
     except TissueError as error:
         if not settings.json:
             click.echo(f"error: {error}", err=True)
@@ -160,16 +172,22 @@ def _run_one(
 
 
 def _with_progress(
-    compiled: "Compiled", request: "Request", target: Path, settings: Settings, *, resume: bool
-) -> "Result":
+    compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
+    resume: bool, twin: bool | None,
+) -> "Result":  # fmt: skip
     from tissuec.cli.progress import Progress
     from tissuec.pipeline import simulate
+    from tissuec.running.twin import Twin
+
+    twin = Twin.is_possible() if twin is None else twin
 
     duration = compiled.plan.simulation.duration
     with Progress(
         request.source.name, duration, shown=not (settings.quiet or settings.json)
     ) as progress:
-        return simulate(compiled, target, request=request, resume=resume, progress=progress.at)
+        return simulate(
+            compiled, target, request=request, resume=resume, twin=twin, progress=progress.at
+        )
 
 
 def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings) -> None:
@@ -202,6 +220,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         kept = len(expectations) - len(outcome.failures) - unreached
         rest = f", {unreached} not reached" if unreached else ""
         settings.say(f"  expectations: {kept} of {len(expectations)} hold{rest}")
+    if result.likeness is not None:
+        _tell_error(result.likeness, settings)
     settings.say(f"  result: {result.path}")
 
 
@@ -212,6 +232,23 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
     ids = ", ".join(str(network.spring_ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
     return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
+
+
+def _tell_error(likeness: "Likeness", settings: Settings) -> None:
+    """Say how far the twin was from the run, loudly where that is too far."""
+    worst, parting = f"{likeness.relative.max(initial=0.0):.1e}", likeness.parting
+    promise = f" (tolerance {likeness.allowed:g})" if isfinite(likeness.allowed) else ""
+    if parting is None:
+        until = "" if likeness.complete else f" until {show(likeness.times[-1], TIME)}"
+        settings.say(f"  error: about {worst} of the largest displacement{until}{promise}")
+        return
+    for line in (
+        f"  warning: from {show(parting, TIME)} on positions are not known within the tolerance "
+        f"{likeness.allowed:g}:",
+        f"    a run stepped more finely is {worst} of the largest displacement away",
+        "    take a finer tolerance; where that does not help the motion is chaotic",
+    ):
+        click.echo(line, err=True)
 
 
 def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
@@ -244,5 +281,6 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
             }
             for f in outcome.failures
         ],
+        "twin": result.likeness and result.likeness.as_dict(),
         "unreached": [expectations[number].span.one_line for number in outcome.unreached],
     }

@@ -14,6 +14,8 @@ from tissuec.results.store import TEXT, Store, describe, member_name
 LOGS = "/tissuec/logs"
 EVENTS = "/tissuec/events"
 ENERGY_PATH = "/tissuec/energies"
+ERROR_PATH = "/tissuec/errors"
+TWIN_PATH = "/tissuec/twin"
 
 
 class LogTable:
@@ -106,6 +108,18 @@ def energy_table(store: Store) -> LogTable:
     """Return the table of energies."""
     text = "energies of the scene over time"
     return LogTable(store, ENERGY_PATH, LogChannel("energies", ENERGIES, "J", text))
+
+
+def error_table(store: Store) -> LogTable:
+    """Return the table of estimated errors in frames."""
+    text = "error of positions as estimated from step to step"
+    return LogTable(store, ERROR_PATH, LogChannel("errors", ("steps",), "m", text))
+
+
+def twin_table(store: Store) -> LogTable:
+    """Return the table of distances from the twin of the run."""
+    text = "largest distance of a node from where it is in a run that is stepped more finely"
+    return LogTable(store, TWIN_PATH, LogChannel("twin", ("distance",), "m", text))
 
 
 def read_channels(file: h5py.File) -> dict[str, str]:

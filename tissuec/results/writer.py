@@ -31,7 +31,14 @@ from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames
 from tissuec.results.recording import Event, Recording
 from tissuec.results.store import Store
-from tissuec.results.tables import EventTable, LogTable, energy_table, log_tables
+from tissuec.results.tables import (
+    EventTable,
+    LogTable,
+    energy_table,
+    error_table,
+    log_tables,
+    twin_table,
+)
 
 _MOST_WAITING = 8 << 20  # [byte]
 _LONGEST_WAIT = 2.0  # [s]: what a kill may cost at most
@@ -134,6 +141,7 @@ class ResultWriter:
         self._frames = FrameRecorder(network, mesh, self._polydata)
         self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
         self._energies = energy_table(store) if recording.energies else None
+        self._errors = error_table(store)
         self._events = EventTable(store)
         self._identity = {
             "mass": network.mass[mesh.nodes],
@@ -200,6 +208,17 @@ class ResultWriter:
             raise ValueError("no energies are recorded")
         self._energies.append(time, rows)
         self._flush_if_due()
+
+    def errors(self, time: ArrayLike, rows: ArrayLike) -> None:
+        """Add estimated errors of positions in frames [m], shape (moment, 1)."""
+        self._check_open()
+        self._errors.append(time, rows)
+        self._flush_if_due()
+
+    def twin(self, time: ArrayLike, rows: ArrayLike) -> None:
+        """Add how far the run had come from its twin until a time [m], shape (moment, 1)."""
+        self._check_open()
+        twin_table(self._store).append(time, rows)
 
     def event(
         self, time: float, kind: str, springs: Sequence[int], cause: str, place: str

@@ -39,6 +39,9 @@ class MemoryRecording:
     def energies(self, time: Floats, rows: Floats) -> None:
         self._add("energies", time, rows)
 
+    def errors(self, time: Floats, rows: Floats) -> None:
+        self._add("errors", time, rows)
+
     def event(
         self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
     ) -> None:

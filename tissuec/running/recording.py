@@ -36,6 +36,8 @@ class Samples(Protocol):
     def work(self) -> Floats: ...  # [J], shape (sample,)
     @property
     def dissipated(self) -> Floats: ...  # [J], shape (sample,)
+    @property
+    def error(self) -> Floats: ...  # [m], shape (sample,)
 
 
 class Writer(Protocol):
@@ -47,6 +49,7 @@ class Writer(Protocol):
     ) -> None: ...
     def log(self, channel: str, time: Floats, rows: Floats) -> None: ...
     def energies(self, time: Floats, rows: Floats) -> None: ...
+    def errors(self, time: Floats, rows: Floats) -> None: ...
     def event(
         self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
     ) -> None: ...
@@ -56,13 +59,23 @@ class Writer(Protocol):
 class Recorder:
     """Receives samples and happenings of one run and passes on what the plan asks for.
 
+    Args:
+        tap: Shown every batch of samples as well.
+
     Attributes:
         times: When samples are wanted [s], ascending, shape (sample,).
         memory: What is needed to go on after an interruption.
     """
 
-    def __init__(self, network: Network, plan: Plan, writer: Writer):
-        self.network, self.plan, self.writer = network, plan, writer
+    def __init__(
+        self,
+        network: Network,
+        plan: Plan,
+        writer: Writer,
+        *,
+        tap: Callable[[Samples], None] | None = None,
+    ):
+        self.network, self.plan, self.writer, self._tap = network, plan, writer, tap
         self.memory = Memory()
         self._ledger = Ledger()
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
@@ -71,7 +84,7 @@ class Recorder:
         duration = plan.simulation.duration
         near = SAME * duration
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
-        self.times = _all_times(plan, list(streams.values()), near)
+        self.times = sample_times(plan)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
         self._judge = Judge(plan.expectations, self.times, near)
 
@@ -115,6 +128,8 @@ class Recorder:
     def record(self, samples: Samples) -> None:
         """Take in a batch of samples, the next ones of ``times``."""
         assert self._situation is not None, "enter comes first"
+        if self._tap is not None:
+            self._tap(samples)
         first = self.memory.next
         rows = slice(first, first + len(samples.time))
         self.memory.next = rows.stop
@@ -128,6 +143,7 @@ class Recorder:
             return parts.get(rate)
 
         self._write_frames(part)
+        self._write_errors(samples, rows)
         self._write_logs(part)
         self._write_energies(part)
         self._judge.sample(moment, rows, self.memory)
@@ -148,6 +164,11 @@ class Recorder:
         if len(output.frames) and (moment := part(output.every)) is not None:
             time, force = np.asarray(moment.time), moment.node_force
             self.writer.frames(time, moment.position, moment.velocity, force, moment.tension)
+
+    def _write_errors(self, samples: Samples, rows: slice) -> None:
+        output = self.plan.output
+        if len(output.frames) and (due := self._due[output.every][rows]).any():
+            self.writer.errors(samples.time[due], samples.error[due, None])
 
     def _write_logs(self, part: Callable[[float], Moment | None]) -> None:
         for log in self.plan.output.logs:
@@ -198,15 +219,16 @@ def _rates(plan: Plan) -> list[float]:
     return sorted(rate for rate in rates if np.isfinite(rate))
 
 
-def _all_times(plan: Plan, streams: list[Floats], near: float) -> Floats:
-    """Return all times at which a sample is wanted [s], shape (sample,)."""
+def sample_times(plan: Plan) -> Floats:
+    """Return all times at which a sample is wanted [s], ascending, shape (sample,)."""
     expectations, duration = plan.expectations, plan.simulation.duration
+    streams = [times_every(rate, duration) for rate in _rates(plan)]
     judged = [time for e in expectations for time in (e.start, e.stop, *e.pinned)]
     wanted = np.concatenate([*streams, np.array(judged, dtype=float)])
     # Frames keep their times to the last bit, whatever else is logged.
     frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
     anchors = np.concatenate([frames, [event.time for event in plan.events]])
-    return join_times(np.minimum(wanted, duration), anchors, near)
+    return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
 
 
 def _frozen(situation: Situation) -> Situation:
