@@ -243,8 +243,8 @@ def _tell_error(likeness: "Likeness", settings: Settings) -> None:
         settings.say(f"  error: about {worst} of the largest displacement{until}{promise}")
         return
     for line in (
-        f"  warning: from {show(parting, TIME)} on positions are not known within the tolerance "
-        f"{likeness.allowed:g}:",
+        f"  warning: from {show(parting, TIME)} on positions are not known within the "
+        f"tolerance {likeness.allowed:g}:",
         f"    a run stepped more finely is {worst} of the largest displacement away",
         "    take a finer tolerance; where that does not help the motion is chaotic",
     ):

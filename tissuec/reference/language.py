@@ -1,13 +1,14 @@
 """What the language consists of, as Markdown, part by part."""
 
 from collections.abc import Iterable, Mapping
+from math import isfinite
 
 from tissuec.compiling.courses import PROFILES
 from tissuec.compiling.tables import NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
 from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
-from tissuec.integrators import INTEGRATORS
+from tissuec.integrators import INTEGRATORS, Integrator
 from tissuec.lang import words
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
@@ -193,14 +194,20 @@ def measure_table() -> str:
     return table(("measure", "is", "taken of", "meaning"), rows)
 
 
+def _limit(method: type[Integrator]) -> str:
+    """Return the largest stable step of a method for the angular frequency ω, in words."""
+    limit = method.stability_limit(1.0, 0.0)
+    return f"{limit:.3g} / ω" if isfinite(limit) else "none"
+
+
 def integrator_table() -> str:
     """Return the methods that can be named."""
     rows = [
         (
             code(name),
             str(method.order),
-            str(method.trials + method.closing),
-            f"{method.stability_limit(1.0, 0.0):.3g} / ω",
+            str(method.evaluations),
+            _limit(method),
             "yes" if method.symplectic else "no",
             summary(method),
         )
