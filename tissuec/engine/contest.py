@@ -22,7 +22,7 @@ from tissuec.network import Network
 
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
 BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
-WORTHWHILE = 0.1  # predicted time to come below which nothing is tried [s]
+WORTHWHILE = 0.3  # predicted time to come below which nothing is tried [s]
 BETTER = 1.1  # times as far that the other method must come
 COARSE = 2e-3  # tolerance from which order 2 is enough for an implicit method
 # Time of a force evaluation per spring and per node with all that follows from it, of a factor
