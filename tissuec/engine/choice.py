@@ -8,12 +8,17 @@ lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
 from tissuec.situation import Situation
 
 CROSSING = 2e-2
+# Radians of the fastest motion from which errors that grow in proportion to time, instead of
+# faster, make up for the shorter steps of the symplectic method.
+LONG = 1e4
 DEFAULT_TOLERANCE = 1e-4
 
 
@@ -50,6 +55,15 @@ def choose(situation: Situation, method: Method) -> Choice:
     if method.step is not None:
         return _by_step(situation, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
+    if tolerance < CROSSING and not situation.drag and not np.any(situation.damping):
+        facts = measured_facts(situation)
+        swept = facts["omega"] * method.duration
+        if swept > LONG and not method.ledger:
+            reason = (
+                f"nothing damps the motion, which runs through {swept:.2g} radians: errors of a "
+                "symplectic method grow in proportion to time only"
+            )
+            return Choice("srkn11", reason, facts)
     if tolerance < CROSSING:
         reason = (
             f"a tolerance of {tolerance:g} is finer than {CROSSING:g}, "

@@ -198,8 +198,8 @@ class Srkn11:
     rows = ROWS
     end_row = END
     control_order = 6.0
-    safety = 30.0
-    share = 0.05
+    safety = 1000.0
+    share = 1.0
     looks = 8
     nearness = 0.85
     tableau = _tableau()
