@@ -60,7 +60,7 @@ def choose(situation: Situation, method: Method) -> Choice:
         swept = facts["omega"] * method.duration
         if swept > LONG and not method.ledger:
             reason = (
-                f"nothing damps the motion, which runs through {swept:.2g} radians: errors of a "
+                f"nothing damps the motion, through {swept:.2g} radians: errors of a "
                 "symplectic method grow in proportion to time only"
             )
             return Choice("srkn11", reason, facts)
