@@ -29,6 +29,7 @@ from tissuec.core.units import TIME, show
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
+    from tissuec.engine.method import Statistics
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
     from tissuec.running.twin import Likeness
@@ -197,7 +198,7 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     settings.say(f"{path}: {outcome.message}")
     settings.say(
         f"  {counted(network.node_count, 'node')}, {counted(network.spring_count, 'spring')}; "
-        f"{statistics.method}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
+        f"{_methods(statistics)}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
         f"{outcome.wall_time:.2f} s"
     )
     counts: Counter[str] = Counter()
@@ -232,6 +233,13 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
     ids = ", ".join(str(network.spring_ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
     return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
+
+
+def _methods(statistics: "Statistics") -> str:
+    """Return the methods in turn, such as "dop853, esdirk43 from 2.14 ms on"."""
+    first, *others = statistics.changes
+    later = [f", {change.method} from {show(change.time, TIME)} on" for change in others]
+    return first.method + "".join(later)
 
 
 def _tell_error(likeness: "Likeness", settings: Settings) -> None:

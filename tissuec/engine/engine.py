@@ -4,7 +4,9 @@ It owns no physics: integrators and kernels do the arithmetic, ``drive`` the loo
 here is what must be decided between calls of that loop.
 """
 
+import json
 from collections.abc import Callable, Mapping
+from dataclasses import astuple
 from typing import Any, cast
 
 import numpy as np
@@ -207,9 +209,7 @@ class Engine:
             "tier": self._tier,
             "review": self._review,
             **{f"contest {name}": value for name, value in self._contest.state().items()},
-            "changes": [
-                [change.time, change.method, change.reason] for change in self._changes
-            ],
+            "changes": json.dumps([astuple(change) for change in self._changes]),
             "method": self.choice.name,
             "reason": self.choice.reason,
         }
@@ -237,9 +237,7 @@ class Engine:
         self._contest = Contest.restore(
             {name.removeprefix("contest "): value for name, value in state.items()}
         )
-        self._changes = [
-            Change(float(t), str(name), str(why)) for t, name, why in state["changes"]
-        ]
+        self._changes = [Change(*change) for change in json.loads(str(state["changes"]))]
         work, layout = self._work, self._layout
         work.a[0] = layout.inwards(np.asarray(state["acceleration"]))
         work.v[0] = layout.inwards(situation.velocity)
@@ -276,8 +274,8 @@ class Engine:
     def _install(self, choice: Choice) -> None:
         """Go over to an integrator; the state stays where it is."""
         before = getattr(self, "_work", None)
-        if before is not None:
-            self._changes.append(Change(self._progress.time, choice.name, choice.reason))
+        now = 0.0 if before is None else self._progress.time
+        self._changes.append(Change(now, choice.name, choice.reason))
         self._choice, self._integrator = choice, INTEGRATORS[choice.name]
         self._work = new_work(self._integrator, self.network.node_count)
         method = self.method
@@ -286,10 +284,10 @@ class Engine:
         self._task = task._replace(fixed=0 if method.step is None else 1)
         self._cap = np.inf  # of the step, by stability [s]
         if before is not None:
-            now = self._progress.current
-            self._work.x[:], self._work.v[:] = before.x[now], before.v[now]
-            self._work.trial_x[:], self._work.trial_v[:] = before.x[now], before.v[now]
-            self._work.ledger[:] = before.ledger[now]
+            half = self._progress.current
+            self._work.x[:], self._work.v[:] = before.x[half], before.v[half]
+            self._work.trial_x[:], self._work.trial_v[:] = before.x[half], before.v[half]
+            self._work.ledger[:] = before.ledger[half]
             self._work.origin[:], self._work.effort[:] = before.origin, before.effort
             self._work = self._work._replace(tension=before.tension)
             self._update(fresh=1, memory=0.0, calm=0, current=0)

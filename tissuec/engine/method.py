@@ -73,7 +73,7 @@ class Interruption:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Another integrator takes over, at ``time`` [s]."""
+    """An integrator takes over, at ``time`` [s]."""
 
     time: float
     method: str
@@ -91,7 +91,7 @@ class Statistics:
         evaluations: Of the forces.
         factorisations, solutions: Of the matrix of implicit steps.
         smallest, largest: Step [s]; 0 before the first.
-        changes: Of the integrator since the start.
+        changes: The integrators in turn, the first one included.
     """
 
     method: str
