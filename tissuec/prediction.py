@@ -65,7 +65,9 @@ def predict(compiled: Compiled) -> Prediction:
     )
     facts["limit"] = float(limit)
     step = simulation.step or limit
-    steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else 1.0
+    # Of an unlimited method only the tolerance decides; without motion one step does.
+    unknown = np.nan if facts["omega"] else 1.0
+    steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
     evaluations = steps * integrator.evaluations
     return Prediction(
         arrays=_arrays(network),

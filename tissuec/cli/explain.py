@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
@@ -161,13 +162,21 @@ def _print_plan(plan: "Prediction") -> None:
     click.echo(
         f"  fastest motion {facts['omega']:.4g} rad/s, damping ratio {facts['zeta']:.3g}"
     )
-    click.echo(f"  steps are stable up to {show(facts['limit'], TIME)}")
+    limited = isfinite(facts["limit"])
+    limit = f"up to {show(facts['limit'], TIME)}" if limited else "at any size"
+    click.echo(f"  steps are stable {limit}")
     click.echo("\nskipped")
     for skip in plan.skipped:
         click.echo(f"  {skip}")
-    click.echo("\ncost, with steps at that limit (a tolerance may need smaller ones)")
-    click.echo(f"  about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations")
-    click.echo(f"  about {show(plan.seconds, TIME, digits=2)} of stepping, once it is compiled")
+    if isfinite(plan.steps):
+        click.echo("\ncost, with steps at that limit (a tolerance may need smaller ones)")
+        click.echo(f"  about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations")
+        click.echo(
+            f"  about {show(plan.seconds, TIME, digits=2)} of stepping, once it is compiled"
+        )
+    else:
+        click.echo("\ncost")
+        click.echo("  as many steps as the tolerance asks for")
     click.echo(f"  result file up to {_bytes(plan.bytes)} before compression")
 
 
