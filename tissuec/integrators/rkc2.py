@@ -168,7 +168,7 @@ class Rkc2:
     rows = ROWS
     end_row = END
     control_order = 2.0
-    safety = 2.0
+    safety = 0.3
     share = 0.05
     looks = 4
     nearness = 0.9
