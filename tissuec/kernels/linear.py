@@ -106,7 +106,7 @@ class Matrix:
         inverse = 1.0 / (length + TINY)
         n = r * inverse
         along = q * net.damping + q * q * net.stiffness
-        across = q * q * np.maximum(net.stiffness * (length - net.rest), 0.0) * inverse
+        across = q * q * net.stiffness * np.maximum(1.0 - net.rest * inverse, 0.0)
         block = (along - across) * n[:, None] * n[None, :] + across * np.eye(3)[..., None]
         mass = 1.0 / net.inverse_mass[self.free] + q * net.drag
         if self.banded:
