@@ -1,7 +1,7 @@
 """Coefficients fulfil the conditions of order and of stability that their sources state.
 
-Conditions of order are one per rooted tree (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary
-Differential Equations I, 1993): theorem II.2.13 for Runge-Kutta methods, theorem II.14.10 for
+Conditions of order are one per rooted tree (E. Hairer, S. P. Nørsett, G. Wanner, Solving
+Ordinary Differential Equations I, 1993): theorem II.2.13 for Runge-Kutta methods, II.14.10 for
 x'' = a(x), where only trees count whose every other vertex on a way is a velocity. A tree here
 is the tuple of what grows from its root.
 """
