@@ -38,6 +38,7 @@ def solve(vector: Floats, net: VectorNet, solver: Solver) -> bool:
 
     matrix = net.matrix
     if not matrix.size:
+        vector[:] = 0.0
         return True
     right = vector[matrix.free] / net.inverse_mass[matrix.free]
     if not solver.scratch.size:
