@@ -56,6 +56,9 @@ def _narrow(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Integers:
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+    slot = np.full(len(free), -1, dtype=np.int64)
+    if not free.any():
+        return slot  # of which SciPy finds no order
     number = np.where(free, np.cumsum(free) - 1, -1)
     both = free[low] & free[high]
     rows, columns = number[low[both]], number[high[both]]
@@ -70,6 +73,5 @@ def _narrow(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Integers:
     order = reverse_cuthill_mckee(graph, symmetric_mode=True)
     place = np.empty(count, dtype=np.int64)
     place[order] = np.arange(count)
-    slot = np.full(len(free), -1, dtype=np.int64)
     slot[free] = place
     return slot

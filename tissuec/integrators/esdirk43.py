@@ -62,7 +62,7 @@ class Esdirk43:
     rows = 9
     end_row = 6
     control_order = 3.0
-    safety = 0.8
+    safety = 0.4
     share = 0.05
     looks = 8
     nearness = 0.9

@@ -93,6 +93,9 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     work.effort[0] += 1
     scale(1.0, work.a[1 - current], rows[END])
     scale(1.0 / h, work.v[current], rows[0])
+    # For the estimate, to which accelerations of driven nodes are zero: they go back.
+    scale(1.0, v, rows[GAIN_V])
+    place(time, rows[GAIN_X], rows[GAIN_V], net)
     return near
 
 
@@ -124,7 +127,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     accumulate(0.4 * h, work.v[other], error)
     position = distance(error, work.zero)
     scale(0.8, work.v[current], error)
-    accumulate(-0.8, work.v[other], error)
+    accumulate(-0.8, work.rows[GAIN_V], error)
     accumulate(0.4 * h, work.a[current], error)
     accumulate(0.4 * h, work.a[other], error)
     return position, distance(error, work.zero)
@@ -168,7 +171,7 @@ class Rkc2:
     rows = ROWS
     end_row = END
     control_order = 2.0
-    safety = 2.0
+    safety = 0.3
     share = 0.05
     looks = 4
     nearness = 0.9

@@ -40,7 +40,7 @@ class TrBdf2:
     rows = 6
     end_row = 3
     control_order = 2.0
-    safety = 1.2
+    safety = 0.3
     share = 0.05
     looks = 4
     nearness = 0.9

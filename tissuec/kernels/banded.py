@@ -41,7 +41,7 @@ def fill(q: float, x: Floats, net: Net, solver: Solver) -> None:
             length = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
             inverse = 1.0 / (length + TINY)
             along = q * net.damping[s] + q * q * net.stiffness[s]
-            across = q * q * max(net.stiffness[s] * (length - net.rest[s]), 0.0) * inverse
+            across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
             for a in range(3):
                 for b in range(3):
                     value = (along - across) * r[a] * r[b] * inverse * inverse

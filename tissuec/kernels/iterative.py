@@ -29,7 +29,7 @@ def assemble(q: float, x: Floats, net: Net, solver: Solver) -> bool:
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
             along = q * net.damping[s] + q * q * net.stiffness[s]
-            across = q * q * max(net.stiffness[s] * (length - net.rest[s]), 0.0) * inverse
+            across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
             n0, n1, n2 = r0 * inverse, r1 * inverse, r2 * inverse
             bar[s, 0], bar[s, 1] = along - across, across
             bar[s, 2], bar[s, 3], bar[s, 4] = n0, n1, n2

@@ -38,6 +38,7 @@ def solve(vector: Floats, net: VectorNet, solver: Solver) -> bool:
 
     matrix = net.matrix
     if not matrix.size:
+        vector[:] = 0.0
         return True
     right = vector[matrix.free] / net.inverse_mass[matrix.free]
     if not solver.scratch.size:
@@ -106,7 +107,7 @@ class Matrix:
         inverse = 1.0 / (length + TINY)
         n = r * inverse
         along = q * net.damping + q * q * net.stiffness
-        across = q * q * np.maximum(net.stiffness * (length - net.rest), 0.0) * inverse
+        across = q * q * net.stiffness * np.maximum(1.0 - net.rest * inverse, 0.0)
         block = (along - across) * n[:, None] * n[None, :] + across * np.eye(3)[..., None]
         mass = 1.0 / net.inverse_mass[self.free] + q * net.drag
         if self.banded:

@@ -1,0 +1,30 @@
+"""Which integrators a law is about, by what they declare: a new file is tested by itself."""
+
+from tissuec.integrators import INTEGRATORS
+
+MEMBERS = sorted(INTEGRATORS)
+
+
+def those(**declared):
+    """Return the names of the members with these declared properties."""
+    return [
+        name
+        for name in MEMBERS
+        if all(getattr(INTEGRATORS[name], key) == value for key, value in declared.items())
+    ]
+
+
+def affordable(name):
+    """Return a tolerance that a member keeps with a few thousand steps of small nets."""
+    order = INTEGRATORS[name].order
+    return 1e-4 if order <= 2 else 1e-7 if order <= 4 else 1e-9
+
+
+def brakes(name, damping):
+    """Return a damping, or none for members that are only for scenes without it."""
+    return 0.0 if INTEGRATORS[name].conservative else damping
+
+
+def viscosities(*values):
+    """Return pairs of member and viscosity, of which conservative members get none but zero."""
+    return [(name, d) for name in MEMBERS for d in values if brakes(name, d) == d]
