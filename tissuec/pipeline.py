@@ -161,6 +161,7 @@ def simulate(
         facts = {
             "method": outcome.statistics.method,
             "statistics": asdict(outcome.statistics),
+            "notes": list(outcome.notes),
             "failed_expectations": len(outcome.failures),
             "unreached_expectations": len(outcome.unreached),
         }

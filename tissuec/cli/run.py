@@ -182,6 +182,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         f"{statistics.method}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
         f"{outcome.wall_time:.2f} s"
     )
+    for note in outcome.notes:
+        settings.say(f"  note: {note}")
     counts: Counter[str] = Counter()
     for time, happening in outcome.happenings:
         counts[happening.kind] += len(happening.springs)
@@ -225,6 +227,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         "nodes": compiled.network.node_count,
         "springs": compiled.network.spring_count,
         "statistics": asdict(outcome.statistics),
+        "notes": list(outcome.notes),
         "events": [
             {
                 "time": t,

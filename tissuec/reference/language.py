@@ -199,7 +199,7 @@ def integrator_table() -> str:
         (
             code(name),
             str(method.order),
-            str(method.trials + method.closing),
+            str(method.evaluations),
             f"{method.stability_limit(1.0, 0.0):.3g} / ω",
             "yes" if method.symplectic else "no",
             summary(method),
