@@ -145,7 +145,7 @@ class _Loop:
     def finish(self) -> tuple[Kind, str]:
         """Step to the end; return how that went."""
         situation, duration = self.standing.situation, self.plan.simulation.duration
-        while True:
+        while not self.stage.failure:
             until = min(self.standing.agenda.next, duration)
             watch = self._watch if self.standing.waiting else None
             reason = self.engine.advance(situation, until, watch, self._pause)
@@ -162,9 +162,10 @@ class _Loop:
             if self.stage.happen(ruptured=reason.springs, true=true):
                 self.engine.restart(situation)
                 self.stage.enter()
-            if situation.time >= duration:
+            if situation.time >= duration and not self.stage.failure:
                 self.engine.finish(situation)
                 return "done", f"done: {duration:g} s were simulated"
+        return "stuck", self.stage.failure
 
     def notes(self) -> tuple[str, ...]:
         """Return what a fixed step did to the energy, and how it was kept."""
