@@ -22,6 +22,7 @@ from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
 from tissuec.verbs import Action
 from tissuec.verbs.change import ChangeParameter
+from tissuec.verbs.settle import Settle
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
@@ -289,11 +290,11 @@ def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
 
 
 def situation_at_start(compiled: Compiled) -> Situation:
-    """Return the situation after the events of the script at 0 s."""
+    """Return the situation after the events of the script at 0 s; nothing settles."""
     plan = compiled.plan
     situation = Situation.start(compiled.network, gravity=plan.gravity, drag=plan.drag)
     for event in plan.events:
-        if event.time == 0.0:
+        if event.time == 0.0 and not isinstance(event.action, Settle):
             event.action.apply(situation, _Forgetful())
     return situation
 

@@ -17,9 +17,10 @@ from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.script import Script, ScriptReader
+from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.network import BodyPart, Network, Provenance
-from tissuec.plan import Expectation, Plan
+from tissuec.plan import Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.verbs.change import ChangeParameter
@@ -128,6 +129,12 @@ def _can_break(network: Network, script: Script) -> bool:
     )
 
 
+def _adds_energy(simulation: Simulation) -> bool:
+    """Return whether the method is one whose energies must be booked to be judged."""
+    named = simulation.integrator in INTEGRATORS
+    return named and not INTEGRATORS[simulation.integrator].promises
+
+
 def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) -> Plan:
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
@@ -159,6 +166,6 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         triggers=tuple(script.triggers),
         output=output,
         expectations=tuple(expectations),
-        needs_ledger=conditions.needs_ledger,
+        needs_ledger=conditions.needs_ledger or _adds_energy(scene.simulation),
         breakable=_can_break(network, script),
     )

@@ -173,6 +173,7 @@ def _facts(outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]
     facts = {
         "method": outcome.statistics.method,
         "statistics": asdict(outcome.statistics),
+        "notes": list(outcome.notes),
         "failed_expectations": len(outcome.failures),
         "unreached_expectations": len(outcome.unreached),
     }

@@ -139,7 +139,7 @@ def test_members_describe_themselves(name):
     member = INTEGRATORS[name]
     assert member.order in COUNTS, "say here at which steps this order is to be observed"
     assert len(member.__doc__.split()) > 30
-    for flag in ("symplectic", "implicit", "conservative", "stabilised"):
+    for flag in ("symplectic", "implicit", "conservative", "stabilised", "promises"):
         assert isinstance(getattr(member, flag), bool)
     assert 1 < member.end_row < member.rows
     assert 1.0 <= member.control_order <= member.order

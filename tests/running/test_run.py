@@ -390,7 +390,12 @@ def every_array(*recordings):
 
 
 @pytest.mark.parametrize(
-    "method", [{}, {"integrator": "velocity verlet", "tolerance": None, "step": 1e-3}]
+    "method",
+    [
+        {},
+        {"integrator": "velocity verlet", "tolerance": None, "step": 1e-3},
+        {"integrator": "propagation", "tolerance": None, "step": 1e-3},
+    ],
 )
 @pytest.mark.parametrize("count", [1, 3, 6])
 def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(method, count):

@@ -8,8 +8,26 @@ import pytest
 import tissuec.validate
 
 FOLDER = Path(tissuec.validate.__file__).parent
-FORBIDDEN = ("engine", "integrators", "kernels", "mechanics", "run", "recording", "agenda")
-SOLVER = ("calendar", "crossings", "equations", "reference", "solution", "stepping", "walking")
+FORBIDDEN = (
+    "engine",
+    "integrators",
+    "kernels",
+    "mechanics",
+    "statics",
+    "run",
+    "recording",
+    "agenda",
+)
+SOLVER = (
+    "calendar",
+    "crossings",
+    "equations",
+    "reference",
+    "resting",
+    "solution",
+    "stepping",
+    "walking",
+)
 AROUND = {
     "compare",
     "events",

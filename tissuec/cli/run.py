@@ -201,6 +201,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         f"{_methods(statistics)}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
         f"{outcome.wall_time:.2f} s"
     )
+    for note in outcome.notes:
+        settings.say(f"  note: {note}")
     counts: Counter[str] = Counter()
     for time, happening in outcome.happenings:
         counts[happening.kind] += len(happening.springs)
@@ -270,6 +272,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         "nodes": compiled.network.node_count,
         "springs": compiled.network.spring_count,
         "statistics": asdict(outcome.statistics),
+        "notes": list(outcome.notes),
         "events": [
             {
                 "time": t,

@@ -109,6 +109,7 @@ class Engine:
             evaluations=int(effort[0]),
             factorisations=int(effort[1]),
             solutions=int(effort[2]),
+            stalls=int(effort[3]),
             smallest=now.smallest if now.accepted else 0.0,
             largest=now.largest,
             changes=tuple(self._changes),

@@ -90,6 +90,7 @@ class Statistics:
         accepted, rejected: Steps.
         evaluations: Of the forces.
         factorisations, solutions: Of the matrix of implicit steps.
+        stalls: Steps of ``propagation`` at its floor although forces rose.
         smallest, largest: Step [s]; 0 before the first.
         changes: The integrators in turn, the first one included.
     """
@@ -102,6 +103,7 @@ class Statistics:
     evaluations: int
     factorisations: int
     solutions: int
+    stalls: int
     smallest: float
     largest: float
     changes: tuple[Change, ...] = ()

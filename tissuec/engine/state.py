@@ -38,7 +38,7 @@ def new_work(integrator: type[Integrator], node_count: int) -> Work:
         tension=np.zeros((3, 0)),
         booked=np.zeros((2, 2)),
         trend=np.full(2, np.nan),
-        effort=np.zeros(3, dtype=np.int64),
+        effort=np.zeros(4, dtype=np.int64),
         goal=np.zeros(2),
         rate=np.zeros(1),
         solver=no_solver(),

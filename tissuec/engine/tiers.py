@@ -33,6 +33,7 @@ OPERATIONS = (
     "distance",
     "drift",
     "force",
+    "greatest_force",
     "kick",
     "kinetic",
     "peaks",

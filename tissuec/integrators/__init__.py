@@ -18,6 +18,8 @@ class Integrator(Protocol):
         symplectic: Whether the flow without viscosity keeps the symplectic form.
         implicit: Whether a step solves equations.
         conservative: Whether it is only for scenes without viscosity and drag.
+        promises: Whether it estimates errors and so can keep a tolerance; one that does not
+            needs a step, and a run with it books energies, to say what it adds to them.
         stabilised: Whether a step takes as many stages as the fastest rate asks for.
         evaluations: Force evaluations of a step, about.
         rows: Number of rows of ``Work.rows``.
@@ -35,6 +37,7 @@ class Integrator(Protocol):
     symplectic: ClassVar[bool]
     implicit: ClassVar[bool]
     conservative: ClassVar[bool]
+    promises: ClassVar[bool]
     stabilised: ClassVar[bool]
     evaluations: ClassVar[int]
     rows: ClassVar[int]

@@ -162,6 +162,7 @@ class Dop853:
     symplectic = False
     implicit = False
     conservative = False
+    promises = True
     stabilised = False
     evaluations = 12
     rows = ROWS

@@ -57,6 +57,7 @@ class Esdirk43:
     symplectic = False
     implicit = True
     conservative = False
+    promises = True
     stabilised = False
     evaluations = 15
     rows = 9

@@ -166,6 +166,7 @@ class Rkc2:
     symplectic = False
     implicit = False
     conservative = False
+    promises = True
     stabilised = True
     evaluations = 20
     rows = ROWS

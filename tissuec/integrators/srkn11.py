@@ -195,6 +195,7 @@ class Srkn11:
     symplectic = True
     implicit = False
     conservative = True
+    promises = True
     stabilised = False
     evaluations = 11
     rows = ROWS

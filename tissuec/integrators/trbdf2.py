@@ -35,6 +35,7 @@ class TrBdf2:
     symplectic = False
     implicit = True
     conservative = False
+    promises = True
     stabilised = False
     evaluations = 5
     rows = 6

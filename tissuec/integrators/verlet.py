@@ -105,6 +105,7 @@ class VelocityVerlet:
     symplectic = True
     implicit = False
     conservative = False
+    promises = True
     stabilised = False
     evaluations = 1
     rows = 3

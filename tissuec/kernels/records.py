@@ -95,7 +95,7 @@ class Work(NamedTuple):
     tension: Floats  # three looks at the springs [N], shape (3, spring) or (3, 0)
     booked: Floats  # two estimates of the error of the ledger [J], shape (2, 2)
     trend: Floats  # rates of both powers in the last step [W/s], NaN if unknown, shape (2,)
-    effort: Integers  # force evaluations, factorisations, solutions so far, shape (3,)
+    effort: Integers  # evaluations, factorisations, solutions, stalls so far, shape (4,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
     rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
     solver: Solver

@@ -240,6 +240,18 @@ def distance(one: Floats, two: Floats) -> float:
     return sqrt(max(even, odd)) + check
 
 
+def greatest_force(a: Floats, net: Net) -> float:
+    """Return the greatest force on a free node, from the accelerations [N]; NaN if none."""
+    greatest = check = 0.0
+    for node in range(net.inverse_mass.size):
+        inverse, i = net.inverse_mass[node], 3 * node
+        if inverse > 0.0:
+            force = (a[i] * a[i] + a[i + 1] * a[i + 1] + a[i + 2] * a[i + 2]) / inverse**2
+            greatest = max(greatest, force)
+            check += 0.0 * force  # what is not finite must not get lost in a maximum
+    return sqrt(greatest) + check
+
+
 def square(one: Floats, two: Floats, i: int) -> float:
     """Return the squared distance between the nodes that begin at an index."""
     d0, d1, d2 = one[i] - two[i], one[i + 1] - two[i + 1], one[i + 2] - two[i + 2]

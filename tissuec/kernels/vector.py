@@ -230,6 +230,12 @@ def distance(one: Floats, two: Floats) -> float:
     return sqrt(np.einsum("ij,ij->i", between, between).max(initial=0.0))
 
 
+def greatest_force(a: Floats, net: VectorNet) -> float:
+    """Return the greatest force on a free node, from the accelerations [N]; NaN if none."""
+    mass_times = (2.0 * net.half_mass * a).reshape(-1, 3)
+    return sqrt(np.einsum("ij,ij->i", mass_times, mass_times).max(initial=0.0))
+
+
 def blended_error(fifth: Floats, third: Floats) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
     fifth, third = fifth.reshape(-1, 3), third.reshape(-1, 3)

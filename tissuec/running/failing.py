@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tissuec.core.units import MASS, STIFFNESS, TIME, show
 from tissuec.network import Network
 from tissuec.situation import Situation
+from tissuec.verbs import Failed
 
 if TYPE_CHECKING:
     from tissuec.engine.method import Interruption
@@ -25,6 +26,18 @@ def explain(failure: "Interruption", situation: Situation) -> str:
         parts.append(describe_spring(situation, failure.spring))
     elif failure.node is not None:
         parts.append(describe_node(situation, failure.node))
+    return "; ".join(parts)
+
+
+def explain_action(failure: Failed, situation: Situation) -> str:
+    """Return which order could not be carried out, where, when and why."""
+    time = show(situation.time, TIME, digits=6)
+    parts = [
+        f"the run got stuck at {time}",
+        failure.message,
+        describe_node(situation, failure.node),
+        f"ordered in {failure.span.place}",
+    ]
     return "; ".join(parts)
 
 

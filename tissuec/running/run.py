@@ -11,10 +11,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from tissuec.measures.moment import Ledger
 from tissuec.network import Floats, Network
 from tissuec.plan import Plan
 from tissuec.running.failing import explain
 from tissuec.running.interrupting import Interrupt, asked_to_stop
+from tissuec.running.notes import notes
 from tissuec.running.recording import Recorder
 from tissuec.running.staging import Stage
 from tissuec.running.standing import Standing, read_standing
@@ -46,6 +48,7 @@ class Outcome:
             places in the plan.
         happenings: The event log, each entry with its time [s].
         situation: The state at the end.
+        notes: What else is to be known of it, in sentences.
     """
 
     kind: Kind
@@ -56,6 +59,7 @@ class Outcome:
     unreached: tuple[int, ...]
     happenings: tuple[tuple[float, Happening], ...]
     situation: Situation
+    notes: tuple[str, ...] = ()
 
 
 def run(
@@ -98,6 +102,7 @@ def run(
         recorder.unreached,
         tuple(loop.standing.happenings),
         loop.standing.situation,
+        loop.notes(),
     )
 
 
@@ -140,7 +145,7 @@ class _Loop:
     def finish(self) -> tuple[Kind, str]:
         """Step to the end; return how that went."""
         situation, duration = self.standing.situation, self.plan.simulation.duration
-        while True:
+        while not self.stage.failure:
             until = min(self.standing.agenda.next, duration)
             watch = self._watch if self.standing.waiting else None
             reason = self.engine.advance(situation, until, watch, self._pause)
@@ -157,9 +162,19 @@ class _Loop:
             if self.stage.happen(ruptured=reason.springs, true=true):
                 self.engine.restart(situation)
                 self.stage.enter()
-            if situation.time >= duration:
+            if situation.time >= duration and not self.stage.failure:
                 self.engine.finish(situation)
                 return "done", f"done: {duration:g} s were simulated"
+        return "stuck", self.stage.failure
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what a fixed step did to the energy, and how it was kept."""
+        if self.plan.simulation.step is None:
+            return ()
+        standing = self.standing
+        ledger = Ledger(standing.initial, *self._sums(), standing.switched)
+        kept = ledger if self.plan.needs_ledger else None
+        return notes(self.engine.statistics, standing.situation, kept)
 
     def _pause(self, time: float) -> bool:
         self.progress(time)

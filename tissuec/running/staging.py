@@ -9,9 +9,10 @@ from tissuec import mechanics
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
+from tissuec.running.failing import explain_action
 from tissuec.running.recording import Recorder
 from tissuec.running.standing import Standing
-from tissuec.verbs import Happening
+from tissuec.verbs import Failed, Happening
 
 
 class Stage:
@@ -19,7 +20,12 @@ class Stage:
 
     Args:
         standing: Changed in place.
+
+    Attributes:
+        failure: Why the run cannot go on, as a sentence; empty if it can.
     """
+
+    failure = ""
 
     def __init__(self, network: Network, plan: Plan, recorder: Recorder, standing: Standing):
         self.network, self.plan = network, plan
@@ -85,9 +91,12 @@ class Stage:
 
     def _carry_out(self) -> None:
         situation, agenda = self.standing.situation, self.standing.agenda
-        for action in agenda.due(situation.time):
-            for happening in action.apply(situation, agenda):
-                self._log(happening)
+        try:
+            for action in agenda.due(situation.time):
+                for happening in action.apply(situation, agenda):
+                    self._log(happening)
+        except Failed as failure:
+            self.failure = explain_action(failure, situation)
         situation.place_held()
 
     def _rupture(self, springs: Indices) -> None:

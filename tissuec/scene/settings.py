@@ -7,6 +7,7 @@ import numpy as np
 
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.core.source import Span
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
@@ -117,8 +118,21 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
             places["step"],
             hint="for example: integrator is velocity verlet",
         )
+    if read.step is None and read.integrator != AUTOMATIC:
+        _refuse_tolerance(read.integrator, places["integrator"], scope)
     tolerance = read.tolerance if read.step is None else None
     return Simulation(read.duration, read.integrator, tolerance, read.step, block.head)
+
+
+def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
+    """Reject a method that cannot keep a tolerance."""
+    if not INTEGRATORS[name].promises:
+        scope.findings.reject(
+            "TIS306",
+            f"{name} estimates no error, so that it cannot keep a tolerance",
+            place,
+            hint="write how long its frames are, such as step = 10 ms",
+        )
 
 
 def simulate_schema() -> dict[str, schema.Entry]:

@@ -189,8 +189,8 @@ class Equations:
         blocks = [
             [None, sparse.identity(size), None],
             [
-                -lighter @ self._between(by_place),
-                -lighter @ (self._between(by_speed) + drag),
+                -lighter @ self.between(by_place),
+                -lighter @ (self.between(by_speed) + drag),
                 None,
             ],
             [None, None, sparse.csr_matrix((2, 2))],
@@ -199,7 +199,7 @@ class Equations:
             sparse.csc_matrix(sparse.block_array(blocks)) if size else sparse.csc_matrix((2, 2))
         )
 
-    def _between(self, blocks: Floats) -> sparse.csr_matrix:
+    def between(self, blocks: Floats) -> sparse.csr_matrix:
         """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes."""
         spread = sparse.kron(self.incidence[:, self.free], sparse.identity(3), format="csr")
         steps = np.arange(len(blocks) + 1)

@@ -19,8 +19,10 @@ from tissuec.situation import Situation
 from tissuec.validate.calendar import Calendar
 from tissuec.validate.crossings import Break, Strains, first_true
 from tissuec.validate.equations import Equations, Scales, overstretched
+from tissuec.validate.resting import rest
 from tissuec.validate.solution import Firing, Track, standing_energy
 from tissuec.validate.stepping import ONE_STEP, Effort, Step, Stepper
+from tissuec.verbs.settle import Settle
 
 SAME = 1e-12  # of the duration: times closer than this are one time
 SHARP = 1e-14  # of the duration: to this, times of triggers are found
@@ -205,7 +207,11 @@ class Walk:
 
     def _carry_out(self) -> None:
         for action in self.calendar.due(self.situation.time):
-            action.apply(self.situation, self.calendar)
+            if isinstance(action, Settle):
+                self.situation.place_held()
+                rest(self.situation, action.chosen(self.situation))
+            else:
+                action.apply(self.situation, self.calendar)
         self.situation.place_held()
 
     def _true(self, moment: Moment) -> list[int]:

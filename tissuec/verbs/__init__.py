@@ -45,8 +45,26 @@ class Action(Protocol):
     def span(self) -> Span: ...
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        """Change the situation (at ``situation.time``) and say what happened."""
+        """Change the situation (at ``situation.time``) and say what happened.
+
+        Raises:
+            Failed: It cannot be done; the situation is as it was.
+        """
         ...
+
+
+class Failed(Exception):
+    """An action cannot be carried out, so that the run cannot go on.
+
+    Attributes:
+        message: What failed and why, in words that a node can follow.
+        node: The one to name.
+        span: The sentence.
+    """
+
+    def __init__(self, message: str, node: int, span: Span):
+        super().__init__(message)
+        self.message, self.node, self.span = message, node, span
 
 
 @dataclass(frozen=True, slots=True, eq=False)

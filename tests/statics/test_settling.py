@@ -1,0 +1,249 @@
+"""Settled nets balance, by closed forms, by long damped runs and by relaxation."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from tests.engine.running import EVERLASTING, Bench, block, tube
+from tests.hand_net import chain, make_net, span, start
+from tissuec.situation import Load, Situation, Term
+from tissuec.statics import newton
+from tissuec.statics.balance import Balance
+from tissuec.statics.newton import greatest
+from tissuec.statics.relaxation import Layers, relax
+from tissuec.statics.settling import Unsettled, settle
+
+DOWN = (0.0, 0.0, -9.81)
+
+
+def every(situation):
+    return np.ones(situation.network.node_count, dtype=bool)
+
+
+def held(network, fixed=(), **surroundings):
+    situation = start(network, **surroundings)
+    if len(fixed):
+        situation.holders["fix"] = np.array(fixed)
+    return situation
+
+
+def push(situation, nodes, vector):
+    terms = (Term(np.array(vector, float), EVERLASTING),)
+    situation.loads["push"] = Load(np.array(nodes), terms, span())
+
+
+def residual(situation):
+    """Return the largest force left on a free node over the largest of a spring or load."""
+    balance = Balance(situation, every(situation))
+    bars = balance.bars(situation.position[balance.free])
+    return greatest(balance.force(bars)) / balance.largest(bars)
+
+
+@pytest.mark.parametrize("count", [2, 6, 200])
+@pytest.mark.parametrize("drawn", ["down", "sideways", "up"])
+def test_a_hanging_chain_is_as_long_as_known(count, drawn):
+    """N springs under N masses: N L0 + m g / k N (N + 1) / 2."""
+    stiffness, mass, rest = 40.0, 0.01 / count, 0.02
+    along = {"down": (0, 0, -1), "sideways": (1, 0, 0), "up": (0.01, 0, 1)}[drawn]
+    position = rest * np.arange(count + 1)[:, None] * np.array(along, float)
+    ends = np.stack([np.arange(count), np.arange(1, count + 1)], axis=1)
+    net = make_net(position, ends, stiffness=stiffness, mass=mass, rest=rest)
+    situation = held(net, [0], gravity=np.array(DOWN))
+    settle(situation, every(situation))
+    length = count * rest + mass * 9.81 / stiffness * count * (count + 1) / 2
+    assert situation.position[-1] == pytest.approx([0.0, 0.0, -length], abs=1e-10 * length)
+
+
+def test_a_hanging_rope_is_the_discrete_catenary():
+    """Each spring carries the same pull sideways, and the weight of what hangs below it."""
+    count, rest, stiffness, weight, span_ = 20, 0.01, 60.0, 0.02, 0.16
+
+    def shape(pull):
+        lift = weight * (np.arange(count) - 0.5 * (count - 1))
+        force = np.hypot(pull, lift)
+        return (rest + force / stiffness) / force * np.array([np.full(count, pull), lift])
+
+    pull = brentq(lambda p: shape(p)[0].sum() - span_, 1e-6, 10.0, xtol=1e-15)
+    expected = np.concatenate([np.zeros((2, 1)), np.cumsum(shape(pull), axis=1)], axis=1).T
+    line = np.linspace(0.0, span_, count + 1)[:, None] * np.array([1.0, 0.0, 0.0])
+    ends = np.stack([np.arange(count), np.arange(1, count + 1)], axis=1)
+    net = make_net(line, ends, stiffness=stiffness, mass=weight / 9.81, rest=rest)
+    situation = held(net, [0, count], gravity=np.array(DOWN))
+    settle(situation, every(situation))
+    assert situation.position[:, [0, 2]] == pytest.approx(expected, abs=1e-11)
+
+
+def test_a_settled_net_stays_at_rest():
+    net = tube(damping=0.02)
+    fixed = [*range(10), *range(150, 160)]
+    bench = Bench(net, 0.5, tolerance=1e-6, gravity=DOWN, fixed=fixed)
+    settle(bench.situation, every(bench.situation))
+    assert residual(bench.situation) < 1e-11
+    before = bench.situation.position.copy()
+    moved = np.linalg.norm(before - net.position, axis=1).max()
+    bench.run()
+    assert np.abs(bench.situation.position - before).max() < 1e-9 * moved
+
+
+def test_settling_comes_where_a_long_damped_run_comes_to():
+    net = tube(damping=0.05)
+    fixed = [*range(10), *range(150, 160)]
+    more = {"gravity": DOWN, "fixed": fixed, "drag": 2e-3}
+    bench = Bench(net, 4.0, tolerance=1e-7, tier="compiled", times=[], **more)
+    push(bench.situation, range(80, 90), (1e-4, 3e-4, 2e-4))
+    settled = held(net, fixed, gravity=np.array(DOWN))
+    push(settled, range(80, 90), (1e-4, 3e-4, 2e-4))
+    settle(settled, every(settled))
+    assert bench.advance(4.0).kind == "reached"
+    moved = np.abs(settled.position - net.position).max()
+    assert np.abs(bench.situation.position - settled.position).max() < 1e-6 * moved
+
+
+def prestressed():
+    """Return a sheet under tension, which its load bends: its energy is convex nearby."""
+    grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0), [0.0], indexing="ij"), -1)
+    position = 0.01 * grid.reshape(-1, 3)
+    apart = np.linalg.norm(position[:, None] - position[None], axis=2)
+    ends = np.argwhere(np.triu((apart > 0.0) & (apart < 0.0145)))
+    rest = 0.9 * apart[ends[:, 0], ends[:, 1]]
+    net = make_net(position, ends, stiffness=50.0, mass=1e-3, rest=rest)
+    edge = (grid.reshape(-1, 3)[:, :2] % [5.0, 4.0] == 0.0).any(axis=1)
+    return held(net, np.flatnonzero(edge), gravity=np.array(DOWN))
+
+
+def test_relaxation_comes_to_the_same_minimum():
+    situation = prestressed()
+    balance = Balance(situation, every(situation))
+    largest = balance.largest(balance.bars(balance.start))
+    found, sweeps = relax(balance, balance.start, threshold=1e-13 * largest, most=3000)
+    assert 1 < sweeps < 3000
+    settle(situation, every(situation))
+    moved = np.abs(situation.position[balance.free] - balance.start).max()
+    assert np.abs(found - situation.position[balance.free]).max() < 1e-9 * moved
+
+
+@pytest.mark.parametrize("threshold", [1e-4, 1e-6])
+def test_relaxation_ends_where_forces_change_by_less_than_the_threshold(threshold):
+    balance = Balance(situation := prestressed(), every(situation))
+    found, sweeps = relax(balance, balance.start, threshold=threshold, most=1000)
+    force = balance.force(balance.bars(found))
+    after, more = relax(balance, found, threshold=0.0, most=1)
+    assert more == 1
+    # This sweep begins at another node, so that its change is of that size only.
+    change = greatest(balance.force(balance.bars(after)) - force)
+    assert 0.01 * threshold < change < 10.0 * threshold
+    assert sweeps > 1
+
+
+def test_energy_falls_in_every_sweep_also_far_from_equilibrium():
+    rng = np.random.default_rng(5)
+    net = block(3, stiffness=50.0)
+    situation = held(net, [0, 5, 20], gravity=np.array(DOWN))
+    situation.position += 0.01 * rng.normal(size=situation.position.shape)
+    balance = Balance(situation, every(situation))
+    x = balance.start
+    energies = [balance.energy(x, balance.bars(x))[0]]
+    for _ in range(50):
+        x, _ = relax(balance, x, threshold=0.0, most=1)
+        energies.append(balance.energy(x, balance.bars(x))[0])
+    assert (np.diff(energies) < 0.0).all()
+
+
+def test_layers_go_outwards_from_the_node_of_the_greatest_force():
+    situation = held(chain(6), [5])
+    layers = Layers(Balance(situation, every(situation)))
+    urge = np.array([0.0, 0.0, 3.0, 1.0, 0.0])
+    order = [layer.nodes.tolist() for layer in layers.beginning_with(urge)]
+    assert order == [[2], [1, 3], [0, 4]]
+
+
+def test_newton_falls_back_on_relaxation(monkeypatch):
+    """Even with no step of Newton's at first, the equilibrium is found."""
+    given, calls = newton.direction, []
+
+    def refusing(*asked, **more):
+        calls.append(1)
+        return None if len(calls) == 1 else given(*asked, **more)
+
+    monkeypatch.setattr(newton, "direction", refusing)
+    situation = prestressed()
+    settle(situation, every(situation))
+    assert residual(situation) < 1e-11
+
+
+def test_only_the_chosen_nodes_move_and_rest():
+    situation = held(chain(4, stiffness=10.0, velocity=1.0), [0], gravity=np.array(DOWN))
+    chosen = np.array([False, True, True, False])
+    before = situation.position.copy()
+    settle(situation, chosen)
+    assert np.array_equal(situation.position[[0, 3]], before[[0, 3]])
+    assert np.abs(situation.position - before)[[1, 2], 2].min() > 0.1
+    assert np.array_equal(situation.velocity[:, 0], [1.0, 0.0, 0.0, 1.0])
+
+
+def test_a_body_that_nothing_holds_has_no_equilibrium_and_stays_as_it_was():
+    situation = held(chain(4), gravity=np.array(DOWN))
+    before = situation.position.copy()
+    with pytest.raises(Unsettled, match=r"nothing holds against 39\.2 N") as failure:
+        settle(situation, every(situation))
+    assert failure.value.node == 0
+    assert np.array_equal(situation.position, before)
+
+
+def test_a_free_body_without_load_settles_where_it_is_and_is_called_a_mechanism():
+    situation = held(block(3, shrink=0.9))
+    (remark,) = settle(situation, every(situation))
+    assert "mechanism" in remark.message
+    balance = Balance(situation, every(situation))
+    assert np.abs(balance.bars(situation.position).tension).max() < 1e-13
+    middle = situation.position.mean(axis=0)
+    assert middle == pytest.approx([0.01, 0.01, 0.01], abs=1e-9)
+
+
+def test_a_hinge_without_load_is_told_by_its_node():
+    net = make_net([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2]], stiffness=3.0)
+    (remark,) = settle(situation := held(net, [0, 2]), every(situation))
+    assert "mechanism" in remark.message
+    assert remark.node == 1
+
+
+def test_a_pressed_column_buckles_and_says_so():
+    net = make_net(
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2]], stiffness=100.0, rest=1.2
+    )
+    situation = held(net, [0, 2])
+    remarks = settle(situation, every(situation))
+    assert "buckled" in remarks[0].message
+    assert remarks[0].node == 1
+    # Both springs are as long as they want to be.
+    assert np.hypot(*situation.position[1, 1:]) == pytest.approx(np.sqrt(1.2**2 - 1.0))
+
+
+def test_springs_that_are_dead_or_of_no_length_do_not_hinder():
+    position = [[0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 0]]
+    net = make_net(position, [[0, 1], [1, 2], [2, 3], [0, 3]], stiffness=10.0, rest=0.0)
+    situation = held(net, [0, 3])
+    situation.alive[3] = False
+    settle(situation, every(situation))
+    assert situation.position[:, 0] == pytest.approx([0.0, 2 / 3, 4 / 3, 2.0], abs=1e-12)
+
+
+def test_stiffness_of_the_balance_is_the_derivative_of_its_force():
+    rng = np.random.default_rng(2)
+    situation = held(block(2, shrink=0.8), [0])
+    situation.position += 0.002 * rng.normal(size=situation.position.shape)
+    balance = Balance(situation, every(situation))
+    x, step = balance.start, 1e-8
+    matrix = balance.matrix(balance.bars(x), exact=True).toarray()
+    for k in range(x.size):
+        nudge = np.zeros(x.size)
+        nudge[k] = step
+        ahead, behind = (x + sign * nudge.reshape(-1, 3) for sign in (1.0, -1.0))
+        change = balance.force(balance.bars(behind)) - balance.force(balance.bars(ahead))
+        assert change.ravel() / (2 * step) == pytest.approx(matrix[k], abs=1e-5)
+
+
+def test_everything_held_leaves_nothing_to_do():
+    situation = held(chain(3), [0, 1, 2], gravity=np.array(DOWN))
+    assert settle(situation, every(situation)) == ()
+    assert isinstance(situation, Situation)

@@ -1,0 +1,180 @@
+"""The propagation of Table 1: symplectic Euler whose step halves where forces rise.
+
+A frame lasts t_Δ, the step of the scene. In it, beginning with t_c = t_Δ,
+
+    v' = v + t_c a(x, v);  x' = x + t_c v'
+    the greatest force at (x', v') is above the former one:  t_c := t_c / 2, again from (x, v)
+    otherwise:  t := t + t_c;  t_c := 2 t_c;  the former force is the new one
+
+until the frame is over. The force on a node is the sum of all on it, springs, loads, weight and
+drag: the net input of the paper's acceleration neuron. "Former" is that of the state from which
+the step was tried, whichever frame it was reached in.
+
+Two things the table leaves open, and both are needed for it to end. Forces rise whenever a net
+swings away from its equilibrium, and no smaller step prevents that: below ``FLOOR`` t_Δ nothing
+is halved, and each step that is taken there although forces rose is counted as a stall. And t_c
+is clipped to what is left of the frame. (A. Nürnberger, A. Radetzky, R. Kruse, SPIE Medical
+Imaging 1998, section 3.1.4.)
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from tissuec.integrators import INTEGRATORS, hermite
+from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.scalar import LEDGER
+from tissuec.kernels.vector import (
+    VectorNet,
+    accumulate,
+    distance,
+    force,
+    greatest_force,
+    place,
+    scale,
+)
+
+FLOOR = 1.0 / 64.0  # of the frame
+STALLS = 3  # place in ``Work.effort``
+# Rows: velocity over step, accelerations at both ends of the frame, the state that the next
+# step is tried from, and the rows of ``hermite``.
+END, X, V, A = 2, 3, 4, 5
+ROWS = 8
+
+
+def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Carry out a frame into the other half of the state; tell if a spring came near."""
+    x, v, a, frame = work.x[1 - current], work.v[1 - current], work.a[1 - current], end - time
+    begin(frame, current, work)
+    floor = work.tableau[0, 0] * frame * (1.0 + 1e-9)
+    former = greatest_force(work.a[current], net)
+    size, near = frame, False
+    while time < end:
+        then = time + size
+        if size >= (end - time) * (1.0 - 1e-9):
+            size, then = end - time, end
+        propagate(then, size, x, v, work, net)
+        close = force(then, x, v, a, work.power[END], net)
+        work.effort[0] += 1
+        greatest = greatest_force(a, net)
+        if greatest > former:
+            if size > floor:
+                size *= 0.5
+                continue
+            work.effort[STALLS] += 1
+        keep(size, x, v, a, work)
+        near |= close
+        time, former, size = then, greatest, 2.0 * size
+    scale(1.0, a, work.rows[END])
+    return near
+
+
+def begin(frame: float, current: int, work: Work) -> None:
+    """Fill the rows with the state at the start of a frame."""
+    rows = work.rows
+    scale(1.0 / frame, work.v[current], rows[0])
+    scale(1.0, work.a[current], rows[1])
+    scale(1.0, work.x[current], rows[X])
+    scale(1.0, work.v[current], rows[V])
+    scale(1.0, work.a[current], rows[A])
+    for k in range(2):
+        work.booked[0, k] = work.power[1, k]
+        work.booked[1, k] = 0.0
+
+
+def propagate(
+    then: float, size: float, x: Floats, v: Floats, work: Work, net: VectorNet
+) -> None:
+    """Set x and v to what a step makes of the state in the rows."""
+    scale(1.0, work.rows[V], v)
+    accumulate(size, work.rows[A], v)
+    scale(1.0, work.rows[X], x)
+    accumulate(size, v, x)
+    place(then, x, v, net)
+
+
+def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work) -> None:
+    """Accept a step: its state becomes the one in the rows, its power is booked."""
+    scale(1.0, x, work.rows[X])
+    scale(1.0, v, work.rows[V])
+    scale(1.0, a, work.rows[A])
+    if LEDGER:
+        for k in range(2):
+            work.booked[1, k] += 0.5 * size * (work.booked[0, k] + work.power[END, k])
+            work.booked[0, k] = work.power[END, k]
+
+
+def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+    """Return how far a frame is from the trapezoidal rule [m], [m/s], the worst node.
+
+    That is h²/2 a for a frame of one step. Nothing is decided by it.
+    """
+    position = beside(h, work.x, work.v, current, work)
+    return position, beside(h, work.v, work.a, current, work)
+
+
+def beside(h: float, value: Floats, rate: Floats, current: int, work: Work) -> float:
+    """Return the largest |y' - y - h/2 (r + r')| over the nodes."""
+    other, error = 1 - current, work.trial_x
+    scale(1.0, value[other], error)
+    accumulate(-1.0, value[current], error)
+    accumulate(-0.5 * h, rate[current], error)
+    accumulate(-0.5 * h, rate[other], error)
+    return distance(error, work.zero)
+
+
+def book(h: float, current: int, work: Work) -> float:
+    """Set the ledger at the end of the frame; nothing is known of its error."""
+    for k in range(2):
+        work.ledger[1 - current, k] = work.ledger[current, k] + work.booked[1, k]
+    return 0.0
+
+
+def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+    """Complete a frame: nothing is left to do."""
+    return False
+
+
+def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+    """Keep the frame."""
+    return h, 0.0, 0
+
+
+@INTEGRATORS.member("propagation")
+class Propagation:
+    """Propagation: the published procedure, a frame of symplectic Euler steps.
+
+    Its Table 1 taken at its word, for comparison: ``step`` is a frame, within which steps are
+    halved as long as the greatest force on a node rises, down to a floor, and doubled again.
+    First order; it estimates no error and promises nothing (Nürnberger et al. 1998).
+    """
+
+    order = 1
+    symplectic = False
+    implicit = False
+    conservative = False
+    stabilised = False
+    promises = False
+    evaluations = 1
+    rows = ROWS
+    end_row = END
+    control_order = 1.0
+    safety = 1.0
+    share = 0.01
+    looks = 8
+    nearness = 0.9
+    tableau = np.array([[FLOOR, *np.zeros(ROWS - 1)]])
+    dense_x = hermite.dense_x(ROWS, END)
+    dense_v = hermite.dense_v(ROWS, END)
+
+    step = staticmethod(step)
+    estimate = staticmethod(estimate)
+    book = staticmethod(book)
+    finish = staticmethod(finish)
+    prepare = staticmethod(hermite.prepare)
+    propose = staticmethod(propose)
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return 2 (√(1 + ζ²) - ζ) / ω, the limit of symplectic Euler with the old velocity."""
+        return 2.0 * (sqrt(1.0 + zeta * zeta) - zeta) / omega if omega else np.inf

@@ -1,0 +1,54 @@
+"""What a reader must know of a run beside its outcome: what its method did amiss."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissuec import mechanics
+from tissuec.core.errors import counted
+from tissuec.core.units import ENERGY, show
+from tissuec.measures.moment import Ledger
+from tissuec.situation import Situation
+
+if TYPE_CHECKING:
+    from tissuec.engine.method import Statistics
+
+GROWN = 0.01  # of the energy at the end: imbalances that are told
+
+
+def notes(
+    statistics: "Statistics", situation: Situation, ledger: Ledger | None
+) -> tuple[str, ...]:
+    """Return sentences about a run with a fixed step.
+
+    Args:
+        situation: The last good state.
+        ledger: Energies until then; None where they are not kept.
+    """
+    found = [_stalls(statistics)] if statistics.stalls else []
+    if ledger is not None:
+        found += _growth(situation, ledger)
+    return tuple(found)
+
+
+def _stalls(statistics: "Statistics") -> str:
+    return (
+        f"{statistics.method} stalled in {counted(statistics.stalls, 'step')}: forces rose "
+        f"however small the steps became, down to a floor; "
+        f"{counted(statistics.evaluations, 'evaluation')} of the forces for "
+        f"{counted(statistics.accepted, 'frame')}"
+    )
+
+
+def _growth(situation: Situation, ledger: Ledger) -> list[str]:
+    """Return what energy came from nowhere or went there, if that is much."""
+    energies = mechanics.energies(situation, situation.position, situation.velocity)
+    surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
+    if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:
+        return []
+    verb, part = ("added", "to") if surplus > 0.0 else ("took", "from")
+    return [
+        f"the steps {verb} {show(abs(surplus), ENERGY)} {part} the energy of the net, which is "
+        f"{show(float(energies.kinetic + energies.elastic), ENERGY)} at the end; smaller ones "
+        "would do less"
+    ]

@@ -1,0 +1,165 @@
+"""Forces, energy and stiffness of a net at rest, as functions of where some nodes are.
+
+    E(x) = Σ ½ c (L - L0)² - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
+
+with p the weight and the external forces of this moment. Dashpots and drag do not act, because
+nothing moves. K has, for each spring of direction u and tension T = c (L - L0),
+
+    c u uᵀ + T/L (1 - u uᵀ),
+
+whose second part is clamped at zero where the exact one would not be positive.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, csc_matrix
+
+from tissuec.network import Floats, Indices
+from tissuec.situation import Situation
+
+ROUNDING = 16.0 * float(np.finfo(float).eps)
+
+
+class Bars(NamedTuple):
+    """What springs do at a place of the nodes.
+
+    Attributes:
+        direction: Unit vectors, shape (spring, 3); zero where the length is.
+        length: [m], shape (spring,).
+        tension: [N], shape (spring,); zero where the length is.
+    """
+
+    direction: Floats
+    length: Floats
+    tension: Floats
+
+
+class Balance:
+    """The nodes of a situation that may move, and what acts on them now.
+
+    Args:
+        situation: Read once, now, with its held nodes where they belong.
+        chosen: Which nodes may move, unless somebody holds them, shape (node,).
+
+    Attributes:
+        free: The nodes that may move, ascending, shape (free,).
+        ends: Free node at either end of each spring that acts, -1 for one that stays, shape
+            (spring, 2).
+        stiffness, rest: Of these springs [N/m], [m], shape (spring,).
+        load: Weight and external force on each free node [N], shape (free, 3).
+    """
+
+    def __init__(self, situation: Situation, chosen: NDArray[np.bool_]):
+        is_free = chosen & ~situation.held
+        self.free: Indices = np.flatnonzero(is_free)
+        ends = situation.network.ends
+        acts = situation.alive & (situation.stiffness > 0.0) & is_free[ends].any(axis=1)
+        self._all = ends[acts]
+        number = np.where(is_free, np.cumsum(is_free) - 1, -1)
+        self.ends = number[self._all]
+        self.stiffness, self.rest = situation.stiffness[acts], situation.rest[acts]
+        self.load = self._loads(situation)[self.free]
+        self._position = situation.position.copy()
+        self._start = self._position[self.free]
+
+    @staticmethod
+    def _loads(situation: Situation) -> Floats:
+        load = situation.mass[:, None] * situation.gravity
+        for acting in situation.loads.values():
+            # A node may be named more than once.
+            np.add.at(load, acting.nodes, acting.at(situation.time))
+        return load
+
+    @property
+    def start(self) -> Floats:
+        """Return where the free nodes are in the situation [m], shape (free, 3)."""
+        return self._start.copy()
+
+    def bars(self, x: Floats) -> Bars:
+        """Return what the springs do with the free nodes at x [m], shape (free, 3)."""
+        position = self._position
+        position[self.free] = x
+        reach = position[self._all[:, 1]] - position[self._all[:, 0]]
+        length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
+        has_direction = length > 0.0
+        direction = reach / np.where(has_direction, length, 1.0)[:, None]
+        tension = np.where(has_direction, self.stiffness * (length - self.rest), 0.0)
+        return Bars(direction, length, tension)
+
+    def force(self, bars: Bars) -> Floats:
+        """Return the sum of all forces on the free nodes [N], shape (free, 3)."""
+        total = self.load.copy()
+        pull = bars.tension[:, None] * bars.direction
+        for end, sign in ((0, 1.0), (1, -1.0)):
+            moves = self.ends[:, end] >= 0
+            np.add.at(total, self.ends[moves, end], sign * pull[moves])
+        return total
+
+    def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
+        """Return the energy and what rounding may change in it [J].
+
+        The loads count from where the free nodes are in the situation.
+        """
+        elastic = 0.5 * self.stiffness * (bars.length - self.rest) ** 2
+        done = self.load * (x - self._start)
+        total = float(elastic.sum() - done.sum())
+        spoilt = bars.length * np.abs(bars.tension)
+        return total, ROUNDING * float(elastic.sum() + np.abs(done).sum() + spoilt.sum())
+
+    def noise(self, bars: Bars) -> float:
+        """Return what rounding may leave of a force that balances [N]."""
+        place = float(np.abs(self._position).max(initial=0.0))
+        return ROUNDING * float(
+            (self.stiffness * (bars.length + self.rest)).max(initial=0.0)
+        ) + (ROUNDING * float(self.stiffness.max(initial=0.0)) * place)
+
+    def largest(self, bars: Bars) -> float:
+        """Return the largest force of a spring or load [N], by which residuals are judged."""
+        load = np.sqrt((self.load**2).sum(axis=1)).max(initial=0.0)
+        return max(float(np.abs(bars.tension).max(initial=0.0)), float(load))
+
+    def top(self, bars: Bars) -> float:
+        """Return the largest entry on the diagonal of K, its clamped part counted [N/m]."""
+        return float(self.matrix(bars, exact=False).diagonal().max(initial=0.0))
+
+    def weakening(self, bars: Bars) -> float:
+        """Return how far below zero pressed springs may bring an eigenvalue of K [N/m].
+
+        Their part of K is -T/L across two nodes each; Gershgorin's bound over the nodes.
+        """
+        pressed = np.maximum(-bars.tension, 0.0) / np.where(bars.length > 0.0, bars.length, 1.0)
+        total = np.zeros(len(self.free))
+        for end in (0, 1):
+            moves = self.ends[:, end] >= 0
+            np.add.at(total, self.ends[moves, end], 2.0 * pressed[moves])
+        return float(total.max(initial=0.0))
+
+    def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> csc_matrix:
+        """Return K [N/m], shape (3 free, 3 free).
+
+        Args:
+            exact: Whether pressed springs weaken the net; otherwise K is positive semidefinite.
+            shift: Added to the diagonal [N/m].
+        """
+        size = 3 * len(self.free)
+        has_direction = bars.length > 0.0
+        across = bars.tension / np.where(has_direction, bars.length, 1.0)
+        if not exact:
+            across = np.maximum(across, 0.0)
+        # What has no direction resists in all of them.
+        across = np.where(has_direction, across, self.stiffness)
+        along = np.where(has_direction, self.stiffness - across, 0.0)
+        block = along[:, None, None] * np.einsum("si,sj->sij", bars.direction, bars.direction)
+        block += across[:, None, None] * np.eye(3)
+        rows, columns, values = [np.arange(size)], [np.arange(size)], [np.full(size, shift)]
+        for one, other, sign in ((0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0)):
+            moves = (self.ends[:, [one, other]] >= 0).all(axis=1)
+            row = 3 * self.ends[moves, one][:, None, None] + np.arange(3)[:, None]
+            column = 3 * self.ends[moves, other][:, None, None] + np.arange(3)
+            rows.append(np.broadcast_to(row, (*row.shape[:2], 3)).ravel())
+            columns.append(np.broadcast_to(column, (len(column), 3, 3)).ravel())
+            values.append((sign * block[moves]).ravel())
+        parts = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        return csc_matrix(coo_matrix(parts, shape=(size, size)))

@@ -1,0 +1,90 @@
+"""Newton's method for the minimum of the energy, with a line search.
+
+Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
+near it the exact K, where it is positive definite, converges quadratically. Steps are cut to a
+tenth of the net or half a spring, because a net that is not yet under tension resists hardly at
+all across its springs, and halved until the energy falls. (J. Nocedal, S. J. Wright, Numerical
+Optimization, 2006, chapter 3.)
+"""
+
+import numpy as np
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+from tissuec.network import Floats
+from tissuec.statics.balance import Balance, Bars
+
+PRECISE = 1e-12  # of the largest force: what may be left of one that balances
+NEAR = 1e-2  # of the largest force: from here on K is exact
+SHIFT = 1e-9  # of the largest entry of K, where K may be singular
+ROUNDS = 200
+HALVINGS = 30
+SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
+
+
+def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
+    """Return where Newton's method comes to [m], shape (free, 3), and whether that balances."""
+    for _ in range(ROUNDS):
+        bars = balance.bars(x)
+        force = balance.force(bars)
+        if is_balanced(balance, bars, force):
+            return x, True
+        near = greatest(force) <= NEAR * balance.largest(bars)
+        step = direction(balance, bars, force, exact=near)
+        found = None if step is None else downhill(balance, x, bars, force, step)
+        if found is None:
+            return x, False
+        x = found
+    return x, False
+
+
+def is_balanced(balance: Balance, bars: Bars, force: Floats) -> bool:
+    """Tell whether the force left on every node is as good as none."""
+    allowed = PRECISE * balance.largest(bars) + balance.noise(bars)
+    return greatest(force) <= allowed
+
+
+def greatest(force: Floats) -> float:
+    """Return the greatest of some forces [N]."""
+    return float(np.sqrt((force * force).sum(axis=1).max(initial=0.0)))
+
+
+def direction(balance: Balance, bars: Bars, force: Floats, *, exact: bool) -> Floats | None:
+    """Return a step downhill [m], shape (free, 3); None if no matrix gives one."""
+    step = _solved(balance.matrix(bars, exact=True), force) if exact else None
+    if step is not None:
+        return step
+    top = balance.top(bars)
+    return _solved(balance.matrix(bars, exact=False, shift=SHIFT * top), force)
+
+
+def _solved(matrix: csc_matrix, force: Floats) -> Floats | None:
+    """Return K⁻¹ F, shape (free, 3); None if K is not positive definite."""
+    symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+    try:
+        factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", options=symmetric)
+    except RuntimeError:  # singular
+        return None
+    # Without exchanges of rows, the pivots have the signs of the eigenvalues.
+    is_definite = np.array_equal(factor.perm_r, factor.perm_c) and factor.U.diagonal().min() > 0
+    step = factor.solve(force.ravel()).reshape(-1, 3)
+    return step if is_definite and np.vdot(step, force) > 0.0 else None
+
+
+def downhill(
+    balance: Balance, x: Floats, bars: Bars, force: Floats, step: Floats
+) -> Floats | None:
+    """Return the place along a step at which the energy has fallen; None if there is none."""
+    spring = float(np.maximum(bars.length, balance.rest).max(initial=0.0))
+    reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
+    size = greatest(step)
+    part = 1.0 if size <= reach else reach / size
+    energy, _ = balance.energy(x, bars)
+    slope = float(np.vdot(force, step))
+    for _ in range(HALVINGS):
+        there = x + part * step
+        after, rounding = balance.energy(there, balance.bars(there))
+        if after - energy <= -SLOPE * part * slope + rounding:
+            return there
+        part *= 0.5
+    return None

@@ -1,0 +1,109 @@
+"""Relaxation: nodes give way to their forces one layer after the other until nothing changes.
+
+The first approach of the paper, after propagation in Hopfield networks: a sweep starts at the
+node with the greatest force and goes on layer by layer, a layer being what springs join to the
+one before. The next sweep starts at the node whose force has changed most, as long as that is
+more than a threshold. (Nürnberger, Radetzky & Kruse 1998, section 3.1.4.)
+
+The paper does not say how a node gives way. Here it moves by F / Σ c, where springs to a node
+of the same layer count twice: the minimum of Σ ½ c |r' - L0 u|² with the present directions u.
+That function is nowhere below the energy and equals it here, so that the energy falls in every
+layer, however stiff the net. What it costs is that soft motions of large nets come slowly.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import shortest_path
+
+from tissuec.network import Floats, Indices
+from tissuec.statics.balance import Balance
+
+
+def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> tuple[Floats, int]:
+    """Return where the free nodes come to [m], shape (free, 3), and the number of sweeps.
+
+    Args:
+        x: Where they are [m], shape (free, 3).
+        threshold: Change of a force within a sweep at which nothing starts over [N].
+        most: Sweeps after which it ends in any case.
+    """
+    if not len(x):
+        return x, 0
+    x, layers = x.copy(), Layers(balance)
+    force = balance.force(balance.bars(x))
+    urge = _sizes(force)
+    for sweep in range(1, most + 1):
+        for layer in layers.beginning_with(urge):
+            bars = balance.bars(x)
+            x[layer.nodes] += balance.force(bars)[layer.nodes] / layer.weight[:, None]
+        before, force = force, balance.force(balance.bars(x))
+        urge = _sizes(force - before)
+        if urge.max() <= threshold:
+            return x, sweep
+    return x, most
+
+
+class Layer:
+    """Nodes that give way at once.
+
+    Attributes:
+        nodes: Shape (node,).
+        weight: Spring constants that resist each of them [N/m], shape (node,).
+    """
+
+    def __init__(self, nodes: Indices, weight: Floats):
+        self.nodes, self.weight = nodes, weight
+
+
+class Layers:
+    """The layers of a net, from any node outwards."""
+
+    def __init__(self, balance: Balance):
+        self._count = len(balance.free)
+        self._ends, self._stiffness = balance.ends, balance.stiffness
+        inner = (balance.ends >= 0).all(axis=1)
+        low, high = balance.ends[inner].T
+        joined = np.ones(len(low), dtype=np.int8)
+        shape = (self._count, self._count)
+        self._graph = csr_matrix((joined, (low, high)), shape=shape)
+        self._known: dict[int, tuple[Layer, ...]] = {}
+
+    def beginning_with(self, urge: Floats) -> Iterator[Layer]:
+        """Yield layers from the node of the greatest urge on, piece by piece.
+
+        Args:
+            urge: What makes a node come first, shape (free,).
+        """
+        waiting = np.ones(self._count, dtype=bool)
+        while waiting.any():
+            first = int(np.argmax(np.where(waiting, urge, -1.0)))
+            if first not in self._known:
+                self._known[first] = tuple(self._from(first))
+            for layer in self._known[first]:
+                waiting[layer.nodes] = False
+                yield layer
+
+    def _from(self, first: int) -> Iterator[Layer]:
+        depth = shortest_path(self._graph, directed=False, unweighted=True, indices=first)
+        weight = self._weights(depth)
+        for number in range(int(depth[np.isfinite(depth)].max()) + 1):
+            nodes = np.flatnonzero(depth == number)
+            yield Layer(nodes, weight[nodes])
+
+    def _weights(self, depth: Floats) -> Floats:
+        """Return Σ c of each node, springs within a layer counted twice, shape (free,)."""
+        total = np.zeros(self._count)
+        inner = (self._ends >= 0).all(axis=1)
+        within = inner & (depth[self._ends[:, 0]] == depth[self._ends[:, 1]])
+        counted = np.where(within, 2.0, 1.0) * self._stiffness
+        for end in (0, 1):
+            moves = self._ends[:, end] >= 0
+            np.add.at(total, self._ends[moves, end], counted[moves])
+        # A node on which no spring acts stays: its force is none, or nothing holds it.
+        return np.where(total > 0.0, total, np.inf)
+
+
+def _sizes(vectors: Floats) -> Floats:
+    return np.sqrt(np.einsum("nk,nk->n", vectors, vectors))

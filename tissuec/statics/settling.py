@@ -1,0 +1,165 @@
+"""Settling: nodes are put where all forces on them balance, and rest there.
+
+Newton's method goes first; where it ends short of an equilibrium, relaxation goes on from there
+and Newton's method again. Where it ends at an equilibrium that is none to stay at, the net is
+pushed off along the motion that would let it buckle, and goes on from there.
+"""
+
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.linalg import ArpackError, eigsh
+
+from tissuec import topology
+from tissuec.core.units import FORCE, show
+from tissuec.network import Floats
+from tissuec.situation import Situation
+from tissuec.statics.balance import Balance
+from tissuec.statics.newton import HALVINGS, descend, greatest
+from tissuec.statics.relaxation import relax
+
+SWEEPS = 500
+TURNS = 4  # of Newton's method and relaxation
+LOOSE = 1e-10  # of the stiffest: what resists less is said not to be held
+UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
+
+
+class Unsettled(Exception):
+    """There is no equilibrium, or none was found.
+
+    Attributes:
+        message: Why, as a sentence without the node.
+        node: The one to name.
+    """
+
+    def __init__(self, message: str, node: int):
+        super().__init__(message)
+        self.message, self.node = message, node
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """What is to be known of an equilibrium, and the node that shows it best."""
+
+    message: str
+    node: int
+
+
+def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+    """Put the chosen nodes that nobody holds at rest where the forces on them balance.
+
+    Forces are as small then as rounding leaves them, or 1e-12 of the largest force.
+
+    Args:
+        situation: Changed in place; held nodes must be where they belong.
+        chosen: Which nodes may move, shape (node,).
+
+    Raises:
+        Unsettled: The situation is as it was.
+    """
+    balance = Balance(situation, chosen)
+    if not len(balance.free):
+        return ()
+    refuse_falling(balance)
+    x, remarks = _minimum(balance)
+    situation.position[balance.free] = x
+    situation.velocity[balance.free] = 0.0
+    return remarks
+
+
+def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
+    """Return a minimum of the energy [m], shape (free, 3), and what is to be known of it."""
+    x, remarks, node = _equilibrium(balance, balance.start), (), 0
+    for _ in range(TURNS):
+        mode = softest(balance, x)
+        if mode is None or mode.resists > LOOSE:
+            return x, remarks
+        node = mode.node(balance)
+        if mode.resists > -LOOSE:
+            text = "the net is a mechanism here, which could move without any force"
+            return x, (*remarks, Remark(text, node))
+        remarks = (Remark("the net buckled, to one side of several", node),)
+        x = _equilibrium(balance, _pushed_off(balance, x, mode))
+    return x, (Remark("this equilibrium is unstable", node),)
+
+
+def _equilibrium(balance: Balance, x: Floats) -> Floats:
+    """Return where the forces balance [m], shape (free, 3), from x on; Unsettled if nowhere."""
+    for _ in range(TURNS):
+        x, found = descend(balance, x)
+        if found:
+            return x
+        threshold = 1e-3 * greatest(balance.force(balance.bars(x)))
+        x, _ = relax(balance, x, threshold=threshold, most=SWEEPS)
+    force = balance.force(balance.bars(x))
+    worst = int(np.argmax((force**2).sum(axis=1)))
+    left = show(float(np.linalg.norm(force[worst])), FORCE)
+    text = f"no equilibrium was found, a force of {left} is left"
+    raise Unsettled(text, int(balance.free[worst]))
+
+
+def _pushed_off(balance: Balance, x: Floats, mode: "Mode") -> Floats:
+    """Return a place beside an unstable equilibrium with less energy [m], shape (free, 3)."""
+    bars = balance.bars(x)
+    energy, _ = balance.energy(x, bars)
+    size = 0.1 * float(bars.length.mean()) / greatest(mode.shape)
+    for _ in range(HALVINGS):
+        for there in (x + size * mode.shape, x - size * mode.shape):
+            after, rounding = balance.energy(there, balance.bars(there))
+            if after < energy - rounding:
+                return there
+        size *= 0.5
+    return x
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mode:
+    """The motion about an equilibrium that the net resists least.
+
+    Attributes:
+        resists: Its stiffness over the largest there is; negative where the net would buckle.
+        shape: How the free nodes move in it, shape (free, 3).
+    """
+
+    resists: float
+    shape: Floats
+
+    def node(self, balance: Balance) -> int:
+        """Return the node that moves most."""
+        return int(balance.free[np.argmax((self.shape**2).sum(axis=1))])
+
+
+def softest(balance: Balance, x: Floats) -> Mode | None:
+    """Return the softest motion at x [m], shape (free, 3); None where it was not found."""
+    bars = balance.bars(x)
+    matrix, top = balance.matrix(bars, exact=True), balance.top(bars)
+    below = -balance.weakening(bars) - 1e-3 * top
+    start = np.sin(1.0 + np.arange(3.0 * len(balance.free)) ** 2)
+    try:
+        found = cast(Any, eigsh)(matrix, k=1, sigma=below, v0=start)
+    except (ArpackError, RuntimeError):
+        return None
+    value, shape = float(found[0][0]), np.asarray(found[1]).reshape(-1, 3)
+    # A rule that says to which side the net buckles: the first that moves much, moves forwards.
+    size = np.abs(shape.ravel())
+    first = int(np.argmax(size > 0.9 * size.max()))
+    return Mode(value / top, shape * np.sign(shape.ravel()[first]))
+
+
+def refuse_falling(balance: Balance) -> None:
+    """Raise Unsettled if forces act on a piece of the net that nothing holds."""
+    inner = (balance.ends >= 0).all(axis=1)
+    labels = topology.pieces(len(balance.free), balance.ends[inner])
+    anchored = np.zeros(int(labels.max()) + 1, dtype=bool)
+    anchored[labels[balance.ends[~inner].max(axis=1)]] = True
+    total = np.zeros((len(anchored), 3))
+    np.add.at(total, labels, balance.load)
+    most = UNLOADED * float(np.abs(balance.load).sum(axis=0).max())
+    falling = ~anchored & (np.abs(total).max(axis=1) > most)
+    if falling.any():
+        piece = int(np.argmax(falling))
+        acting = show(float(np.linalg.norm(total[piece])), FORCE)
+        text = f"there is no equilibrium, because nothing holds against {acting}"
+        raise Unsettled(text, int(balance.free[np.argmax(labels == piece)]))

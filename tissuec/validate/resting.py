@@ -1,0 +1,182 @@
+"""Equilibrium for a reference: SciPy's minimisers on the energy of its own equations.
+
+A trust-region method brings the energy down as far as its rounding lets it see; Newton's steps
+with SciPy's sparse solver then bring the forces down as far as theirs.
+"""
+
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.optimize import minimize
+from scipy.sparse import csr_matrix, identity
+from scipy.sparse.linalg import eigsh, spsolve
+
+from tissuec.network import Floats
+from tissuec.situation import Situation
+from tissuec.validate.equations import Equations, Springs
+from tissuec.validate.stepping import ReferenceFailure
+
+COARSE = 1e-5  # of the largest force: up to here the energy tells the way
+BALANCED = 1e-9  # of the largest force: what may be left of it in the end
+POLISHING = 20
+TURNS = 4  # of minimising and buckling
+LOOSE = 1e-10  # of the stiffest: what resists less is not told from what resists nothing
+SMALL = 1500  # unknowns up to which a full matrix is no slower than a sparse one
+
+
+def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
+    """Put the chosen nodes that nobody holds where the forces on them balance, at rest.
+
+    Args:
+        situation: Changed in place.
+        chosen: Which nodes may move, shape (node,).
+
+    Raises:
+        ReferenceFailure: No equilibrium was found.
+    """
+    field = Field(situation, chosen)
+    if not len(field.free):
+        return
+    moved = _polished(field, _lowered(field, field.start))
+    for _ in range(TURNS):
+        way = _way_off(field, moved)
+        if way is None:
+            break
+        moved = _polished(field, _lowered(field, moved + way))
+    left, most = float(np.abs(field.force(moved)).max()), field.largest(moved)
+    if not left <= BALANCED * most + field.noise:
+        raise ReferenceFailure(
+            f"SciPy's minimiser found no equilibrium at {situation.time:g} s: "
+            f"{left:.2g} N are left of {most:.2g} N"
+        )
+    situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
+    situation.velocity[field.free] = 0.0
+
+
+def _way_off(field: "Field", moved: Floats) -> Floats | None:
+    """Return displacements along which a net buckles that should not stay; None if it may.
+
+    Which of the two sides is a rule of the language: in the motion that is resisted least, the
+    first component above 0.9 of the largest is positive.
+    """
+    matrix = field.stiffness(moved)
+    top = float(np.abs(matrix.diagonal()).max())
+    value, shape = lowest(matrix)
+    if value > -LOOSE * top:
+        return None
+    sizes = np.abs(shape)
+    first = shape[np.flatnonzero(sizes > 0.9 * sizes.max())[0]]
+    return shape * (0.1 * field.reach / first)
+
+
+def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
+    """Return the lowest eigenvalue of a symmetric matrix and its vector, shape (n,)."""
+    size = matrix.diagonal().size
+    if size <= SMALL:
+        values, vectors = eigh(matrix.toarray(), subset_by_index=[0, 0])
+        return float(values[0]), vectors[:, 0]
+    # All eigenvalues lie above this (Gershgorin), the lowest next to it.
+    rows = np.asarray(abs(matrix).sum(axis=1)).ravel()
+    bound = float((2.0 * matrix.diagonal() - rows).min()) - 1e-6 * float(rows.max())
+    near = np.cos(np.arange(size))
+    found = cast(Any, eigsh)(matrix.tocsc(), k=1, sigma=min(bound, 0.0), v0=near)
+    return float(found[0][0]), np.asarray(found[1])[:, 0]
+
+
+def _lowered(field: "Field", moved: Floats) -> Floats:
+    found = minimize(
+        field.energy,
+        moved,
+        jac=lambda u: -field.force(u),
+        hessp=lambda u, p: field.stiffness(u) @ p,
+        method="trust-ncg",
+        options={
+            "gtol": COARSE * field.largest(moved),
+            "initial_trust_radius": field.reach,
+            "max_trust_radius": 100.0 * field.reach,
+            "maxiter": 2000,
+        },
+    )
+    return np.asarray(found.x)
+
+
+def _polished(field: "Field", moved: Floats) -> Floats:
+    """Return displacements that Newton's steps no longer improve."""
+    left = float(np.abs(field.force(moved)).max())
+    for _ in range(POLISHING):
+        matrix = field.stiffness(moved)
+        shift = 1e-12 * float(np.abs(matrix.diagonal()).max())
+        step = spsolve((matrix + shift * identity(len(moved))).tocsc(), field.force(moved))
+        after = float(np.abs(field.force(moved + step)).max())
+        if not after < left:
+            break
+        moved, left = moved + step, after
+    return moved
+
+
+class Field:
+    """Forces and energy as functions of the displacements of the nodes that may move.
+
+    Args:
+        situation: Read once, now.
+        chosen: Which nodes may move, shape (node,).
+
+    Attributes:
+        free: The nodes that move, ascending, shape (free,).
+        drawn: Their drawn positions [m], shape (free, 3).
+        start: Their displacements [m], shape (3 free,).
+        reach: A typical length of a spring [m].
+        noise: What rounding leaves of a force [N].
+    """
+
+    def __init__(self, situation: Situation, chosen: NDArray[np.bool_]):
+        stays = np.flatnonzero(~chosen & ~situation.held)
+        still = replace(situation, holders={**situation.holders, "what is not settled": stays})
+        still.place_held()
+        self._equations = equations = Equations(still, situation.time)
+        self._time = situation.time
+        self.free, self.drawn = equations.free, equations.drawn[equations.free]
+        self.start = (situation.position[self.free] - self.drawn).ravel()
+        outside = equations.outside(self._time)[self.free]
+        self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
+        springs = self._springs(self.start)
+        self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0
+        stiffest = float(equations.stiffness.max(initial=0.0))
+        self.noise = stiffest * equations.noise().displacement
+
+    def _state(self, moved: Floats) -> Floats:
+        """Return displacements of all nodes, shape (node, 3)."""
+        y = np.concatenate([moved, np.zeros_like(moved), np.zeros(2)])
+        return self._equations.spread(self._time, y)[0]
+
+    def _springs(self, moved: Floats) -> Springs:
+        state = self._state(moved)
+        return self._equations.pull(state, np.zeros_like(state))
+
+    def force(self, moved: Floats) -> Floats:
+        """Return the forces on the nodes that move [N], shape (3 free,)."""
+        springs = self._equations.node_forces(self._springs(moved))
+        return springs[self.free].ravel() + self._load
+
+    def energy(self, moved: Floats) -> float:
+        """Return the elastic energy less the work of loads since the drawing [J]."""
+        stretch = self._springs(moved).length - self._equations.rest
+        return float(0.5 * self._equations.stiffness @ stretch**2 - self._load @ moved)
+
+    def largest(self, moved: Floats) -> float:
+        """Return the largest force of a spring or component of a load [N]."""
+        tension = np.abs(self._springs(moved).tension).max(initial=0.0)
+        return max(float(tension), float(np.abs(self._load).max()))
+
+    def stiffness(self, moved: Floats) -> csr_matrix:
+        """Return the second derivative of the energy [N/m], shape (3 free, 3 free)."""
+        springs = self._springs(moved)
+        along = springs.direction[:, :, None] * springs.direction[:, None, :]
+        safe = np.where(springs.length > 0.0, springs.length, 1.0)
+        across = (springs.tension / safe)[:, None, None] * (np.eye(3) - along)
+        return self._equations.between(
+            self._equations.stiffness[:, None, None] * along + across
+        )

@@ -1,0 +1,59 @@
+"""``settle``: nodes that go to their equilibrium at once."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from tissuec.core.source import Span
+from tissuec.situation import Situation
+from tissuec.verbs import VERBS, Agenda, Failed, Group, Happening, Order
+from tissuec.verbs.holding import sentence
+
+
+@VERBS.member("settle")
+@dataclass(frozen=True, slots=True)
+class Settle:
+    """Puts nodes, of a set or of everything, at rest where all forces on them balance.
+
+    Forces are those of this moment: springs, weight, and what pushes; dashpots do not act. Held
+    and driven nodes stay, and so does whatever is not named. No time passes, and nothing breaks
+    on the way; what is under too much tension then, breaks right after. The event log notes
+    where the net buckled, and where it could move without any force. The run ends if there is
+    no equilibrium, as for a body under its weight that nothing holds.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")
+    group: Group | None  # None for all nodes
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        if order.duration is not None:
+            order.reject("TIS403", "settle takes no time", hint='write "at" and a time')
+        return cls(order.nodes() if order.words else None, order.span)
+
+    def chosen(self, situation: Situation) -> np.ndarray:
+        """Return which nodes may move if nobody holds them, shape (node,)."""
+        count = situation.network.node_count
+        if self.group is None:
+            return np.ones(count, dtype=bool)
+        return np.isin(np.arange(count), self.group.indices)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        from tissuec.statics.settling import Unsettled, settle  # SciPy: only where it is needed
+
+        text = sentence(self.span)
+        situation.place_held()
+        try:
+            remarks = settle(situation, self.chosen(situation))
+        except Unsettled as failure:
+            raise Failed(f"{text}: {failure.message}", failure.node, self.span) from failure
+        ids = situation.network.node_ids
+        notes = tuple(
+            Happening(
+                "note", (), f"{text}: {r.message}, above all node {ids[r.node]}", self.span
+            )
+            for r in remarks
+        )
+        return (Happening("settle", (), text, self.span), *notes)
