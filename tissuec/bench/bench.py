@@ -25,7 +25,7 @@ class Bench:
     Attributes:
         floor: How well the reference is known; errors below it mean nothing.
         points: Of all solvers.
-        gaps: Who came to no further point, and why.
+        gaps: Who came to no point where, and why.
         left_out: Sentences on solvers that were not asked.
     """
 

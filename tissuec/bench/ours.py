@@ -1,4 +1,4 @@
-"""The engine as a solver: the run of a plan, compiled, with frames in memory only."""
+"""The engine as a solver: the run of a plan with frames in memory only."""
 
 import time as clock
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Trial
+from tissuec.engine.method import Tier
 from tissuec.running.run import run
 
 AUTOMATIC = "automatic"
@@ -17,10 +18,12 @@ class EngineSolver:
 
     Attributes:
         method: "automatic" or a member of ``INTEGRATORS``.
+        tier: None lets the engine choose.
     """
 
     problem: Problem
     method: str
+    tier: Tier | None = "compiled"
     ours: bool = True
 
     @property
@@ -36,7 +39,7 @@ class EngineSolver:
             problem.by(self.method, tolerance),
             frames,
             interrupt=lambda: deadline.is_over,
-            tier="compiled",
+            tier=self.tier,
         )
         seconds, statistics = clock.perf_counter() - started, outcome.statistics
         if outcome.kind == "interrupted":

@@ -34,7 +34,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A solver without points from a tolerance on, and why."""
+    """A solver without a point at a tolerance, and why."""
 
     name: str
     tolerance: float
@@ -67,8 +67,7 @@ def measure(
     gaps = []
     for number, solver in enumerate(solvers):
         tell(f"{solver.name} …")
-        gap = _explore(solver, number, tolerances, budget, found)
-        gaps += [gap] if gap else []
+        gaps += _explore(solver, number, tolerances, budget, found)
     seconds: dict[tuple[int, float], list[float]] = {key: [] for key in found}
     for turn in range(repeat):
         tell(f"timing {turn + 1} of {repeat} …")
@@ -97,16 +96,18 @@ def _explore(
     tolerances: Sequence[float],
     budget: float,
     found: dict[tuple[int, float], Trial],
-) -> Gap | None:
-    """Run a solver from coarse to fine until it fails or takes too long; return why."""
+) -> list[Gap]:
+    """Run a solver from coarse to fine until it takes too long; return where it failed."""
+    gaps: dict[str, Gap] = {}
     for tolerance in tolerances:
         try:
             found[number, tolerance] = _twice(solver, tolerance, budget)
         except OutOfTime:
-            return Gap(solver.name, tolerance, f"takes more than {budget:g} s")
+            why = f"takes more than {budget:g} s, and finer ones would take more"
+            return [*gaps.values(), Gap(solver.name, tolerance, why)]
         except Failed as failure:
-            return Gap(solver.name, tolerance, str(failure))
-    return None
+            gaps.setdefault(str(failure), Gap(solver.name, tolerance, str(failure)))
+    return list(gaps.values())
 
 
 def _twice(solver: Solver, tolerance: float, budget: float) -> Trial:

@@ -24,7 +24,7 @@ def as_text(bench: Bench) -> list[str]:
     if rows := [_ratio(ratio) for ratio in bench.ratios()]:
         lines += ["", "times at the same error, and how often ours fits into the other:"]
         lines += columns([RATIOS, *rows])
-    remarks = [f"{gap.name} from {gap.tolerance:g} on: {gap.why}" for gap in bench.gaps]
+    remarks = [f"{gap.name} at {gap.tolerance:g}: {gap.why}" for gap in bench.gaps]
     return [*lines, *([""] if remarks or bench.left_out else []), *remarks, *bench.left_out]
 
 

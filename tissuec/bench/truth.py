@@ -47,17 +47,20 @@ class Truth:
         return min([self.apart, *(point.error for point in others)])
 
 
-def find_truth(problem: Problem, finest: float, budget: float) -> Truth:
+def find_truth(
+    problem: Problem, finest: float, budget: float, patience: float = PATIENCE
+) -> Truth:
     """Return the solution of the first method that comes to the end, and a second opinion.
 
     Args:
         finest: Tolerance that is to be judged.
         budget: Wall time of one point [s].
+        patience: How many of them a solution may take.
 
     Raises:
         Unknown: None did.
     """
-    tolerance = max(finest / FINER, FINEST)
+    tolerance, budget = max(finest / FINER, FINEST), patience * budget
     ours = [EngineSolver(problem, method) for method in METHODS]
     solver, trial = _first(ours, tolerance, budget)
     if solver is None or trial is None:
@@ -82,7 +85,7 @@ def _first(
     """Return the first solver that comes to the end, with its run."""
     for solver in solvers:
         try:
-            return solver, solver.solve(tolerance, Deadline(PATIENCE * budget))
+            return solver, solver.solve(tolerance, Deadline(budget))
         except (Failed, OutOfTime):
             continue
     return None, None

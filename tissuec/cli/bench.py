@@ -77,6 +77,13 @@ class Tolerances(click.ParamType):
     type=click.Path(path_type=Path, dir_okay=False),
     help="Draw the result to this file; needs matplotlib (extra plot).",
 )
+@click.option(
+    "--stability",
+    is_flag=True,
+    help="Instead of measuring a scene, try all methods on scenes at the ends of what can be "
+    "written.",
+)
+@click.option("--small", is_flag=True, help="A few of the scenes of --stability only.")
 @scene_options
 def command(
     settings: Settings,
@@ -86,6 +93,8 @@ def command(
     repeat: int,
     budget: float,
     plot: Path | None,
+    stability: bool,
+    small: bool,
     overrides: tuple[str, ...],
     libraries: tuple[Path, ...],
     strict: bool,
@@ -94,16 +103,18 @@ def command(
 
     The others are SciPy's and, where they are installed (extra bench), CVODE and MuJoCo; those
     of SciPy and CVODE are driven by the engine's own compiled forces. Nothing is written but
-    the plot. Exit code: 0 done, 1 no reference came out, 2 the text or the command line is
-    wrong.
+    the plot. Exit code: 0 done, 1 no reference came out or a scene of --stability is silently
+    wrong, 2 the text or the command line is wrong.
     """
     _use_one_thread()
     if plot is not None:
         from tissuec.bench.plotting import new_figure
 
         new_figure(1.0, 1.0)  # before all the work
+    if stability != (scene is None):
+        raise click.UsageError("name a scene, or ask for --stability, which brings its own")
     if scene is None:
-        raise click.UsageError("name a scene")
+        return _stress(settings, plot, methods, budget, small=small)
     return _bench(
         settings, scene, plot,
         {"methods": methods, "tolerances": tolerances, "repeat": repeat, "budget": budget},
@@ -155,3 +166,27 @@ def _bench(
 
         draw(found, plot, scene.name)
     return DONE
+
+
+def _stress(
+    settings: Settings,
+    plot: Path | None,
+    methods: tuple[str, ...],
+    budget: float,
+    *,
+    small: bool,
+) -> int:
+    from tissuec.bench.stress.cells import all_cells
+    from tissuec.bench.stress.grid import as_dict, as_text, stress
+
+    cells = all_cells(small=small)
+    found = stress(cells, methods=methods, budget=budget, tell=settings.say)
+    if settings.json:
+        print_json({"ok": not found.bad} | as_dict(found))
+    else:
+        click.echo("\n".join(as_text(found)))
+    if plot is not None:
+        from tissuec.bench.stress.plot import draw
+
+        draw(found, plot)
+    return FAILED if found.bad else DONE
