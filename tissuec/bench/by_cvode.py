@@ -1,5 +1,9 @@
 """CVODE of SUNDIALS on the engine's compiled forces, where scikit-sundae is installed."""
 
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,10 +48,7 @@ class CvodeSolver:
         from sksundae.cvode import CVODE  # pyright: ignore[reportMissingImports]
 
         def fill(time: float, y: Floats, out: Floats) -> None:
-            # What is raised in here would not come out.
-            if deadline.is_over:
-                out[:] = np.nan
-                return
+            deadline.check()
             kernel.fill(time, y, out)
 
         band = min(kernel.half_band, len(kernel.initial) - 1)
@@ -69,8 +70,22 @@ class CvodeSolver:
         inner = times[times > kernel.start]
         # With two times only, it would tell all of its steps.
         inner = inner if len(inner) else 0.5 * (first + last)
-        found = solver.solve(np.concatenate([first, inner, last]), kernel.initial)
-        deadline.check()
+        with _silence():
+            found = solver.solve(np.concatenate([first, inner, last]), kernel.initial)
         if not found.success or not np.isfinite(found.y).all():
             raise Failed(str(found.message))
         return found.y[np.searchsorted(found.t, times)], found.y[-1]
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Keep what the library prints by itself away from the tables and the JSON document."""
+    sys.stdout.flush()
+    kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nothing)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 TOLERANCE = 1e-4
-STIFFNESS, MASS = 40.0, 1e-3  # c [N/m], m [kg] of what is not varied
+STIFFNESS, MASS = 400.0, 1e-3  # c [N/m], m [kg] of what is not varied
 SWING = sqrt(STIFFNESS / MASS)  # ω of one mass on one spring [1/s]
-DAMPING = 0.02  # d [N s/m]: a damping ratio of 0.05
+DAMPING = 0.063  # d [N s/m]: a damping ratio of 0.05
 FRAMES = 20
 
 
@@ -31,10 +31,11 @@ class Cell:
 
     def text(self, method: str) -> str:
         """Return the scene, to be run by a method."""
+        name = method if "-" not in method else f'"{method}"'
         limit = f"tolerance = {TOLERANCE!r}" if self.step is None else f"step = {self.step!r} s"
         return f"""language 1
 {self.scene}
-simulate {{ duration = {self.duration!r} s; integrator is {method}; {limit} }}
+simulate {{ duration = {self.duration!r} s; integrator is {name}; {limit} }}
 output {{ trajectory every {self.duration / FRAMES!r} s }}
 """
 
@@ -89,10 +90,10 @@ def coincident_nodes(small: bool) -> Iterator[Cell]:
         "a rest length": net(("0 0 0 0", "1 0 0 0", "2 10 0 0"), ("0 1 5", "1 2 10")),
         "all at one place": net(("0 0 0 0", "1 0 0 0", "2 0 0 0"), ("0 1 5", "1 2 5")),
         "through each other": net(
-            ("0 0 0 0", "1 10 0 0"), ("0 1 10",), speeds=(0.0, -5.0), gravity=0.0
+            ("0 0 0 0", "1 10 0 0"), ("0 1 10",), speeds=(0.0, -20.0), gravity=0.0
         ),
         "past each other": net(
-            ("0 0 0 0", "1 10 1e-6 0"), ("0 1 10",), speeds=(0.0, -5.0), gravity=0.0
+            ("0 0 0 0", "1 10 1e-6 0"), ("0 1 10",), speeds=(0.0, -20.0), gravity=0.0
         ),
     }
     names = ("a rest length", "through each other") if small else tuple(scenes)
@@ -126,9 +127,10 @@ def force(small: bool) -> Iterator[Cell]:
 def resonance(small: bool) -> Iterator[Cell]:
     """A mass without damping, driven at the frequency at which it swings."""
     hertz = SWING / (2.0 * pi)
+    # So weak that the spring keeps some length even after a thousand periods.
     ways = {
-        "pushed": f"push bob with (0.01, 0, 0) N using sine of {hertz!r} Hz",
-        "moved": f"move wall by (0.1, 0, 0) mm using sine of {hertz!r} Hz",
+        "pushed": f"push bob with (0.1, 0, 0) mN using sine of {hertz!r} Hz",
+        "moved": f"move wall by (1, 0, 0) um using sine of {hertz!r} Hz",
     }
     for name, order in ways.items():
         for periods in (10,) if small else (10, 100, 1000):
