@@ -26,7 +26,7 @@ from tissuec.verbs import Happening
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine
-    from tissuec.engine.method import Statistics
+    from tissuec.engine.method import Statistics, Tier
 
 CHECKPOINT_EVERY = 5.0
 """Least wall time between checkpoints [s]."""
@@ -70,6 +70,7 @@ def run(
     progress: Progress | None = None,
     interrupt: Interrupt | None = None,
     resume: Mapping[str, Any] | None = None,
+    tier: "Tier | None" = None,
 ) -> Outcome:
     """Carry out a plan.
 
@@ -80,13 +81,14 @@ def run(
             Ctrl-C does the same.
         resume: The checkpoint of an earlier run of the same plan, which goes on from there as
             if it had never stopped.
+        tier: Forces one tier of the engine; None lets it choose.
 
     Raises:
         ValueError: ``resume`` is not the checkpoint of a run.
     """
     started = clock.monotonic()
     with asked_to_stop(interrupt) as stop:
-        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop)
+        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop, tier)
         if resume is None:
             loop.begin()
         else:
@@ -119,10 +121,11 @@ class _Loop:
         recorder: Recorder,
         progress: Progress,
         stop: Interrupt,
+        tier: "Tier | None",
     ):
         self.network, self.plan, self.recorder = network, plan, recorder
         self.progress, self.stop = progress, stop
-        self.engine = _make_engine(network, plan, recorder)
+        self.engine = _make_engine(network, plan, recorder, tier)
         self.kept = clock.monotonic()
         self.true: list[int] = []
 
@@ -207,7 +210,9 @@ class _Loop:
         return f"interrupted at {now:g} s of {duration:g} s; the run can be resumed"
 
 
-def _make_engine(network: Network, plan: Plan, recorder: Recorder) -> "Engine":
+def _make_engine(
+    network: Network, plan: Plan, recorder: Recorder, tier: "Tier | None"
+) -> "Engine":
     """Return a new engine; imported only here, because it brings much along."""
     from tissuec.engine.engine import Engine
     from tissuec.engine.method import Method
@@ -221,4 +226,4 @@ def _make_engine(network: Network, plan: Plan, recorder: Recorder) -> "Engine":
         ledger=plan.needs_ledger,
         watch_strength=plan.breakable,
     )
-    return Engine(network, method, recorder.times, recorder.record)
+    return Engine(network, method, recorder.times, recorder.record, tier=tier)

@@ -1,0 +1,52 @@
+"""Run the stress test and write its map into ``numerics.md``.
+
+    python docs/make_stability.py [map.png]
+
+does what ``tissuec bench --stability`` does, for every method, and takes half an hour.
+"""
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+from tissuec.bench.stress.cells import all_cells
+from tissuec.bench.stress.grid import SIGNS, Stress, stress
+from tissuec.reference.markdown import code, replace_places, table
+
+PAGE = Path(__file__).resolve().parent / "numerics.md"
+BUDGET = 3.0  # wall time of a run [s]
+
+
+def main() -> None:
+    """Try everything and rewrite the page; draw the map too if a file is named."""
+    found = stress(all_cells(small=False), methods=(), budget=BUDGET, tell=print)
+    page = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(
+        replace_places(page, {"stability": as_markdown(found)}, mark="mapped"),
+        encoding="utf-8",
+    )
+    if len(sys.argv) > 1:
+        from tissuec.bench.stress.plot import draw
+
+        draw(found, Path(sys.argv[1]))
+
+
+def as_markdown(found: Stress) -> str:
+    """Return the map, how often each sign stands in it, and what is bad."""
+    counts = Counter(verdict.kind for verdict in found.verdicts)
+    meanings = [
+        (sign, str(counts[kind]), meaning)
+        for kind, (sign, meaning) in SIGNS.items()
+        if counts[kind]
+    ]
+    bad = [f"- {v.axis} {v.value}, {code(v.method)}: {v.why}" for v in found.bad]
+    parts = [
+        table(found.heads, found.rows),
+        table(("sign", "times", "means"), meanings),
+        "\n".join(bad) or "Nothing is silently wrong, and nothing crashed.",
+    ]
+    return "\n\n".join(parts)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""``tissuec bench`` as users meet it: tables, ratios, JSON and exit codes."""
+
+import json
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from tests.validate.scenes import rod
+from tissuec.bench import plotting
+from tissuec.cli import group
+from tissuec.core.errors import TissueError
+
+SMALL = ("--tolerances", "1e-2,1e-4", "--repeat", "1", "--method", "dop853")
+
+
+@pytest.fixture
+def call(tmp_path):
+    """Return a function that benches a text with options; gives the exit code and outputs."""
+
+    def call(text, *options):
+        path = tmp_path / "scene.tis"
+        path.write_text(text, encoding="utf-8")
+        result = CliRunner().invoke(
+            group, ["bench", str(path), *options], standalone_mode=False
+        )
+        if result.exception is not None:
+            raise result.exception
+        return result.return_value, result.stdout, result.stderr
+
+    return call
+
+
+def test_every_point_and_ratio_is_in_the_document(call):
+    code, out, _ = call(rod(), "--json", *SMALL, "--method", "scipy rk45")
+    found = json.loads(out)
+    assert (code, found["ok"]) == (0, True)
+    assert [(p["method"], p["tolerance"]) for p in found["points"]] == [
+        ("dop853", 1e-2), ("dop853", 1e-4), ("SciPy RK45", 1e-2), ("SciPy RK45", 1e-4),
+    ]  # fmt: skip
+    assert found["reference"]["uncertainty"] < 1e-6
+    for point in found["points"]:
+        assert point["error"] < 100.0 * point["tolerance"]
+        assert point["seconds"] > 0.0
+        assert point["evaluations"] > 0
+
+
+def test_text_is_a_table_of_points_and_one_of_ratios(call):
+    code, out, err = call(rod(), *SMALL, "--method", "SciPy DOP853")
+    assert code == 0
+    assert "method        tolerance  error" in out
+    assert "times at the same error" in out
+    assert err.splitlines()[0] == "reference …"
+
+
+def test_what_cannot_be_asked_is_said(call):
+    _, out, _ = call(rod(rupture="allowed"), *SMALL)
+    assert "whose times the script does not say" in out
+    if find_spec("sksundae") is None:
+        assert 'pip install "tissuec[bench]"' in call(rod(), *SMALL)[1]
+
+
+def test_unknown_solver_is_an_error_with_a_hint(call):
+    with pytest.raises(TissueError, match="did you mean"):
+        call(rod(), "--method", "dop835", "--repeat", "1")
+
+
+@pytest.mark.parametrize("tolerances", ["1e-2;1e-3", "2", "nan"])
+def test_wrong_tolerances_are_refused(call, tolerances):
+    with pytest.raises(Exception, match=r"tolerance|numbers"):
+        call(rod(), "--tolerances", tolerances)
+
+
+def test_wrong_text_ends_with_two(call):
+    assert call("language 1\nbody {")[0] == 2
+
+
+def test_plot_without_matplotlib_names_the_extra(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "matplotlib.figure", None)
+    with pytest.raises(TissueError, match=r"tissuec\[plot\]"):
+        plotting.new_figure(1.0, 1.0)
+
+
+def test_plot_is_written(call, tmp_path):
+    pytest.importorskip("matplotlib")
+    call(rod(), *SMALL, "--plot", str(tmp_path / "curves.png"))
+    assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_format_that_cannot_be_drawn_is_an_error(tmp_path):
+    pytest.importorskip("matplotlib")
+    figure = plotting.new_figure(1.0, 1.0)
+    with pytest.raises(TissueError, match="cannot be drawn"):
+        plotting.save(figure, tmp_path / "curves.words")
+    assert np.all(figure.get_size_inches() == 1.0)

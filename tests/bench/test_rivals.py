@@ -1,0 +1,122 @@
+"""Other solvers on our forces come to the engine's motion; so does MuJoCo on its own."""
+
+from dataclasses import replace
+from importlib.util import find_spec
+from math import inf
+
+import numpy as np
+import pytest
+
+from tests.validate.scenes import rod
+from tissuec.bench import by_mujoco
+from tissuec.bench.bench import chosen
+from tissuec.bench.by_cvode import CvodeSolver
+from tissuec.bench.by_scipy import EXPLICIT, IMPLICIT, SciPySolver
+from tissuec.bench.ours import EngineSolver
+from tissuec.bench.points import Point
+from tissuec.bench.problem import Problem
+from tissuec.bench.ratios import time_at
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Deadline, Failed, OutOfTime
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, compile_request
+
+RESTING = """language 1
+tissue gum { spring constant = 40 N/m; viscosity = 2 mN*s/m; mass = 1 g }
+body net { mesh is sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
+  second edge = (0, 20, 0) mm; columns = 3; rows = 3; diagonals is both }; tissue is gum }
+set wall = nodes of net where x < 1 mm
+set tip = nodes of net where x > 19 mm
+environment { gravity = (0, 0, -9.81) m/s^2; damping = 1 mN*s/m }
+script { at 0 s: { fix wall; push tip with (10, 0, 5) mN } }
+simulate { duration = 50 ms }
+output { trajectory every 5 ms }
+"""
+
+
+def problem_of(text):
+    compiled, _ = compile_request(Request(Source("scene.tis", text)))
+    return Problem.of(compiled)
+
+
+def solved(problem, tolerance=1e-9, method="dop853"):
+    return EngineSolver(problem, method).solve(tolerance, Deadline(inf)).position
+
+
+@pytest.mark.parametrize("method", [*EXPLICIT, *IMPLICIT])
+@pytest.mark.parametrize("text", [rod(), RESTING], ids=["driven by a script", "resting"])
+def test_solvers_of_scipy_follow_the_script(method, text):
+    problem = problem_of(text)
+    truth = solved(problem)
+    solver = SciPySolver(problem, method, Scales.of(problem, truth))
+    trial = solver.solve(1e-7, Deadline(inf))
+    assert trial.evaluations > 10
+    # Errors per step add up; the methods of low order take the most steps.
+    assert problem.error(trial.position, truth) < 1e-4
+
+
+@pytest.mark.skipif(find_spec("sksundae") is None, reason="needs scikit-sundae")
+@pytest.mark.parametrize("method", ["BDF", "Adams"])
+@pytest.mark.parametrize("text", [rod(), RESTING], ids=["driven by a script", "resting"])
+def test_cvode_follows_the_script(method, text):
+    problem = problem_of(text)
+    truth = solved(problem)
+    solver = CvodeSolver(problem, method, Scales.of(problem, truth))
+    trial = solver.solve(1e-8, Deadline(inf))
+    assert problem.error(trial.position, truth) < 1e-4
+
+
+@pytest.mark.skipif(find_spec("mujoco") is None, reason="needs MuJoCo")
+def test_tendons_of_mujoco_are_the_same_springs():
+    problem = problem_of(RESTING)
+    trial = by_mujoco.MujocoSolver(problem, "RK4").solve(1e-6, Deadline(inf))
+    assert problem.error(trial.position, solved(problem)) < 1e-6
+
+
+def test_mujoco_is_not_asked_what_it_cannot_do():
+    assert by_mujoco.refusal(problem_of(RESTING)) == ""
+    assert "0 s" in by_mujoco.refusal(problem_of(rod()))
+    sine = RESTING.replace("(10, 0, 5) mN", "(10, 0, 5) mN using sine of 20 Hz")
+    assert "changes in time" in by_mujoco.refusal(problem_of(sine))
+
+
+def test_the_engine_gives_up_at_a_deadline():
+    problem = problem_of(RESTING.replace("50 ms", "5000 s"))
+    with pytest.raises(OutOfTime):
+        EngineSolver(problem, "velocity verlet").solve(1e-9, Deadline(0.0))
+
+
+def test_solvers_of_scipy_give_up_at_a_deadline():
+    problem = problem_of(RESTING)
+    with pytest.raises(OutOfTime):
+        SciPySolver(problem, "RK45", Scales(1e-3, 1.0)).solve(1e-9, Deadline(0.0))
+
+
+def test_a_method_that_is_not_for_viscosity_is_no_point():
+    with pytest.raises(Failed, match="viscosity"):
+        EngineSolver(problem_of(RESTING), "srkn11").solve(1e-4, Deadline(inf))
+
+
+def test_names_of_solvers_know_no_capitals():
+    solvers = [EngineSolver(problem_of(RESTING), name) for name in ("automatic", "dop853")]
+    assert chosen(solvers, ["DOP853"]) == [solvers[1]]
+    assert chosen(solvers, []) == solvers
+
+
+def test_errors_count_as_a_tolerance_does():
+    problem = problem_of(RESTING)
+    truth = solved(problem)
+    assert problem.error(truth, truth) == 0.0
+    bent = problem.network.position + 1.01 * (truth - problem.network.position)
+    assert problem.error(bent, truth) == pytest.approx(0.01, rel=1e-6)
+    assert problem.error(np.full_like(truth, np.nan), truth) == np.inf
+
+
+def test_times_are_found_between_points():
+    blank = Point("a", True, 1e-2, 1e-2, 1.0, 1, np.zeros(0))
+    points = [blank, replace(blank, error=1e-4, seconds=4.0)]
+    points.append(replace(blank, error=1e-3, seconds=9.0))  # beaten by another
+    assert time_at(points, "a", 1e-3, 0.0) == pytest.approx(2.0)
+    assert time_at(points, "a", 1e-1, 0.0) == 1.0
+    assert time_at(points, "a", 1e-5, 0.0) is None
+    assert time_at(points, "a", 1e-3, 1e-3) == pytest.approx(4.0)

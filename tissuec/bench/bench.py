@@ -1,0 +1,90 @@
+"""A scene's bench: every solver, its points, and what follows from them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tissuec.bench.ours import AUTOMATIC, EngineSolver
+from tissuec.bench.points import Gap, Point, Tell, measure
+from tissuec.bench.problem import Problem
+from tissuec.bench.ratios import Ratio, ratios
+from tissuec.bench.rivals import rivals
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Solver
+from tissuec.bench.truth import Truth, find_truth
+from tissuec.compiler import Compiled
+from tissuec.core.errors import TissueError, alternatives
+from tissuec.integrators import INTEGRATORS
+
+LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """What was measured.
+
+    Attributes:
+        floor: How well the reference is known; errors below it mean nothing.
+        points: Of all solvers.
+        gaps: Who came to no point where, and why.
+        left_out: Sentences on solvers that were not asked.
+    """
+
+    problem: Problem
+    truth: Truth
+    floor: float
+    points: tuple[Point, ...]
+    gaps: tuple[Gap, ...]
+    left_out: tuple[str, ...]
+
+    def ratios(self, name: str = AUTOMATIC) -> list[Ratio]:
+        """Return how a method of the engine compares with the best of the others."""
+        coarsest = max((p.error for p in self.points if p.ours), default=0.0)
+        levels = [level for level in LEVELS if level <= max(10.0 * coarsest, self.floor)]
+        known = ratios(self.points, name, levels, self.floor)
+        return [ratio for ratio in known if ratio.best_ours or ratio.best_other]
+
+
+def bench(
+    compiled: Compiled,
+    *,
+    methods: Sequence[str],
+    tolerances: Sequence[float],
+    repeat: int,
+    budget: float,
+    tell: Tell,
+) -> Bench:
+    """Return the points of a scene.
+
+    Args:
+        methods: Names of solvers; none means all.
+        tolerances: Any order.
+        repeat: Timed runs of each point.
+        budget: Wall time that a run may take [s].
+        tell: Told what is being done.
+
+    Raises:
+        TissueError: A name is unknown, or no reference came out.
+    """
+    problem = Problem.of(compiled)
+    ordered = sorted(set(tolerances), reverse=True)
+    tell("reference …")
+    truth = find_truth(problem, ordered[-1], budget)
+    others, left_out = rivals(problem, Scales.of(problem, truth.position))
+    ours: list[Solver] = [EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)]
+    solvers = chosen([*ours, *others], methods)
+    points, gaps = measure(
+        problem, solvers, ordered, truth.position, repeat=repeat, budget=budget, tell=tell
+    )
+    return Bench(
+        problem, truth, truth.uncertainty(points), tuple(points), tuple(gaps), tuple(left_out)
+    )
+
+
+def chosen(solvers: Sequence[Solver], names: Sequence[str]) -> list[Solver]:
+    """Return the solvers of some names, whatever their capitals; all of them for none."""
+    known = {solver.name.lower(): solver for solver in solvers}
+    for name in names:
+        if name.lower() not in known:
+            hint = alternatives(name, [solver.name for solver in solvers], what="known here")
+            raise TissueError(f'there is no solver "{name}" for this scene; {hint}')
+    return [known[name.lower()] for name in names] if names else list(solvers)

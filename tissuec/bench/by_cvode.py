@@ -1,0 +1,91 @@
+"""CVODE of SUNDIALS on the engine's compiled forces, where scikit-sundae is installed."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.bench.kernel import Kernel
+from tissuec.bench.problem import Problem
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Deadline, Failed, Trial
+from tissuec.bench.walking import walk
+from tissuec.network import Floats
+
+METHODS = ("BDF", "Adams")
+FINEST = 1e-13
+LARGEST_BAND = 2e7  # numbers in a band up to which it is kept; above, solving iterates
+KRYLOV = 30
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CvodeSolver:
+    """CVODE with a banded Jacobian by differences, or with GMRES for wide nets."""
+
+    problem: Problem
+    method: str
+    scales: Scales
+    ours: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"CVODE {self.method}"
+
+    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+        """Return a run at a tolerance; see ``Solver``."""
+
+        def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:
+            return self._integrate(kernel, times, max(tolerance, FINEST), deadline)
+
+        return walk(self.problem, integrate)
+
+    def _integrate(
+        self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
+    ) -> tuple[Floats, Floats]:
+        from sksundae.cvode import CVODE  # pyright: ignore[reportMissingImports]
+
+        def fill(time: float, y: Floats, out: Floats) -> None:
+            deadline.check()
+            kernel.fill(time, y, out)
+
+        band = min(kernel.half_band, len(kernel.initial) - 1)
+        narrow = len(kernel.initial) * (3.0 * band + 1.0) <= LARGEST_BAND
+        matrix = (
+            {"linsolver": "lapackband", "lband": band, "uband": band}
+            if narrow
+            else {"linsolver": "gmres", "krylov_dim": KRYLOV}
+        )
+        solver = CVODE(
+            fill,
+            method=self.method,
+            rtol=tolerance,
+            atol=self.scales.allowed(tolerance, kernel),
+            max_num_steps=100_000_000,
+            **matrix,
+        )
+        first, last = np.array([kernel.start]), np.array([kernel.stop])
+        inner = times[times > kernel.start]
+        # With two times only, it would tell all of its steps.
+        inner = inner if len(inner) else 0.5 * (first + last)
+        with _silence():
+            found = solver.solve(np.concatenate([first, inner, last]), kernel.initial)
+        if not found.success or not np.isfinite(found.y).all():
+            raise Failed(str(found.message))
+        return found.y[np.searchsorted(found.t, times)], found.y[-1]
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Keep what the library prints by itself away from the tables and the JSON document."""
+    sys.stdout.flush()
+    kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nothing)

@@ -1,0 +1,150 @@
+"""MuJoCo, where it is installed: spatial tendons between point bodies are the same springs.
+
+A tendon between two sites with stiffness c, damping d and spring length L0 pulls with
+c (L - L0) + d dL/dt, as a spring of ours does; a body on three slides is a mass point. MuJoCo
+steps with a fixed step, so that a tolerance here only orders the steps that are tried.
+"""
+
+import time as clock
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from tissuec.bench.frames import Frames
+from tissuec.bench.problem import Problem
+from tissuec.bench.trial import Deadline, Failed, Trial
+from tissuec.running.staging import Stage
+from tissuec.running.standing import Standing
+from tissuec.situation import Situation
+
+INTEGRATORS = ("Euler", "implicitfast", "RK4")
+ORDERS = {"Euler": 1.0, "implicitfast": 1.0, "RK4": 4.0}
+STAGES = {"Euler": 1, "implicitfast": 1, "RK4": 4}
+LARGEST = 2000  # nodes; its arrays grow with the square of their number
+
+
+def refusal(problem: Problem) -> str:
+    """Return why MuJoCo cannot solve a scene; empty if it can."""
+    situation = situation_at_start(problem)
+    if any(event.time > 0.0 for event in problem.plan.events):
+        return "things happen after 0 s"
+    if situation.motions:
+        return "it moves nodes along paths without the velocity of the path"
+    loads = situation.loads.values()
+    if any(term.course.kind != "constant" for load in loads for term in load.terms):
+        return "a force changes in time"
+    if problem.network.node_count > LARGEST:
+        return f"the net has more than {LARGEST} nodes"
+    return ""
+
+
+def situation_at_start(problem: Problem) -> Situation:
+    """Return the situation after the events of 0 s."""
+    frames = Frames(problem)
+    standing = Standing.begin(problem.network, problem.plan, frames.memory)
+    Stage(problem.network, problem.plan, frames, standing).begin()
+    return standing.situation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MujocoSolver:
+    """One of MuJoCo's integrators; 1 % of a period at tolerance 1e-2, finer by its order."""
+
+    problem: Problem
+    integrator: str
+    ours: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"MuJoCo {self.integrator}"
+
+    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+        """Return a run at a tolerance; see ``Solver``."""
+        import mujoco  # pyright: ignore[reportMissingImports]
+
+        situation = situation_at_start(self.problem)
+        model = mujoco.MjModel.from_xml_string(self._text(situation))
+        data = mujoco.MjData(model)
+        free = np.flatnonzero(~situation.held)
+        data.qpos[:] = 0.0
+        data.qvel[:] = situation.velocity[free].ravel()
+        for load in situation.loads.values():
+            data.xfrc_applied[1 + load.nodes, :3] += load.at(0.0)
+        started = clock.perf_counter()
+        step = self._step(tolerance)
+        position, steps, time = [], 0, 0.0
+        for when in self.problem.times:
+            count = ceil((when - time) / step * (1.0 - 1e-9))
+            model.opt.timestep = (when - time) / count if count else step
+            for chunk in range(0, count, 1000):
+                deadline.check()
+                mujoco.mj_step(model, data, nstep=min(1000, count - chunk))
+            steps, time = steps + count, when
+            position.append(self._position(situation, free, data))
+        seconds = clock.perf_counter() - started
+        if not np.isfinite(position[-1]).all() or data.time < 0.99 * time:
+            raise Failed("MuJoCo's motion grew without bounds")
+        return Trial(seconds, STAGES[self.integrator] * steps, np.array(position))
+
+    def _step(self, tolerance: float) -> float:
+        """Return the step for a tolerance [s]."""
+        network = self.problem.network
+        joined = np.zeros(network.node_count)
+        np.add.at(joined, network.ends.ravel(), np.repeat(network.stiffness, 2))
+        period = 2.0 * np.pi / np.sqrt((2.0 * joined / network.mass).max())
+        fine = (tolerance / 1e-2) ** (1.0 / ORDERS[self.integrator])
+        return float(0.1 * period * fine)
+
+    def _position(self, situation: Situation, free: np.ndarray, data: Any) -> np.ndarray:
+        position = situation.position.copy()
+        position[free] += data.qpos.reshape(-1, 3)
+        return position
+
+    def _text(self, situation: Situation) -> str:
+        """Return the model: a body for each node, a tendon for each living spring."""
+        gravity = _numbers(situation.gravity)
+        bodies = "\n".join(
+            _body(node, situation) for node in range(self.problem.network.node_count)
+        )
+        tendons = "\n".join(_tendon(spring, situation) for spring in _acting(situation))
+        return f"""<mujoco>
+<option integrator="{self.integrator}" gravity="{gravity}" timestep="1e-4" jacobian="sparse">
+<flag contact="disable" constraint="disable"/></option>
+<worldbody>{bodies}</worldbody>
+<tendon>{tendons}</tendon>
+</mujoco>"""
+
+
+def _acting(situation: Situation) -> np.ndarray:
+    ends = situation.network.ends
+    return np.flatnonzero(situation.alive & ~situation.held[ends].all(axis=1))
+
+
+def _body(node: int, situation: Situation) -> str:
+    mass, place = float(situation.mass[node]), _numbers(situation.position[node])
+    slides = "".join(
+        f'<joint type="slide" axis="{axis}" damping="{situation.drag!r}"/>'
+        for axis in ("1 0 0", "0 1 0", "0 0 1")
+    )
+    inertia = " ".join([repr(mass)] * 3)  # of no effect: nothing turns
+    return (
+        f'<body name="b{node}" pos="{place}">'
+        f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{inertia}"/>'
+        f'{"" if situation.held[node] else slides}<site name="s{node}"/></body>'
+    )
+
+
+def _tendon(spring: int, situation: Situation) -> str:
+    first, second = situation.network.ends[spring]
+    return (
+        f'<spatial stiffness="{float(situation.stiffness[spring])!r}" '
+        f'damping="{float(situation.damping[spring])!r}" '
+        f'springlength="{float(situation.rest[spring])!r}">'
+        f'<site site="s{first}"/><site site="s{second}"/></spatial>'
+    )
+
+
+def _numbers(vector: np.ndarray) -> str:
+    return " ".join(repr(float(value)) for value in vector)

@@ -1,0 +1,67 @@
+"""SciPy's solvers on the engine's compiled forces."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from tissuec.bench.kernel import Kernel
+from tissuec.bench.problem import Problem
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Deadline, Failed, Trial
+from tissuec.bench.walking import walk
+from tissuec.network import Floats
+
+EXPLICIT = ("RK23", "RK45", "DOP853")
+IMPLICIT = ("Radau", "BDF", "LSODA")
+FINEST = 1e-13
+# Unknown coordinates up to which matrices are kept; more would take minutes and gigabytes.
+LARGEST = 20_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SciPySolver:
+    """One of SciPy's methods, with the pattern or band of its Jacobian where it takes one."""
+
+    problem: Problem
+    method: str
+    scales: Scales
+    ours: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"SciPy {self.method}"
+
+    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+        """Return a run at a tolerance; see ``Solver``."""
+
+        def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:
+            return self._integrate(kernel, times, max(tolerance, FINEST), deadline)
+
+        return walk(self.problem, integrate)
+
+    def _integrate(
+        self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
+    ) -> tuple[Floats, Floats]:
+        with np.errstate(all="ignore"):
+            found = solve_ivp(
+                kernel.function(deadline),
+                (kernel.start, kernel.stop),
+                kernel.initial,
+                self.method,
+                t_eval=np.append(times, kernel.stop),
+                rtol=tolerance,
+                atol=self.scales.allowed(tolerance, kernel),
+                **self._matrix(kernel),
+            )
+        if not found.success or not np.isfinite(found.y).all():
+            raise Failed(str(found.message))
+        return found.y.T[:-1], found.y[:, -1]
+
+    def _matrix(self, kernel: Kernel) -> dict[str, Any]:
+        """Return what the method may know of its Jacobian."""
+        if self.method == "LSODA":
+            band = min(kernel.half_band, len(kernel.initial) - 1)
+            return {"lband": band, "uband": band}
+        return {"jac_sparsity": kernel.sparsity} if self.method in IMPLICIT else {}

@@ -1,0 +1,32 @@
+"""A recorder that keeps positions and nothing else."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from tissuec.bench.problem import Problem
+from tissuec.network import Floats
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder, Samples
+
+
+class Frames(Recorder):
+    """Keeps the positions at the times of a problem."""
+
+    def __init__(self, problem: Problem):
+        super().__init__(problem.network, problem.plan, MemoryRecording())
+        self.times = problem.times
+        self._rows: list[Floats] = []
+
+    def record(self, samples: Samples) -> None:
+        self._rows.append(samples.position)
+
+    def checkpoint(self, state: Mapping[str, Any]) -> None:
+        """Keep nothing: a bench is never resumed."""
+
+    @property
+    def position(self) -> Floats:
+        """Return what was recorded [m], shape (row, node, 3)."""
+        none = np.zeros((0, self.network.node_count, 3))
+        return np.concatenate([none, *self._rows])

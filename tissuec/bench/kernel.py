@@ -1,0 +1,159 @@
+"""The engine's compiled forces as y' = f(t, y), for solvers that are not ours.
+
+The unknowns are displacements from the drawing and velocities of the free nodes, each
+coordinate beside its own velocity, in the order of nodes that keeps matrices narrow.
+"""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.bench.trial import Deadline
+from tissuec.engine.binding import Binder
+from tissuec.engine.layout import Layout
+from tissuec.engine.tiers import OPERATIONS
+from tissuec.integrators import INTEGRATORS
+from tissuec.kernels.records import Floats, Integers, Net
+from tissuec.kernels.scalar import force, place
+from tissuec.situation import Situation
+
+Rate = Callable[..., None]
+
+
+def rate(
+    time: float,
+    y: Floats,
+    out: Floats,
+    origin: Floats,
+    nodes: Integers,
+    x: Floats,
+    v: Floats,
+    a: Floats,
+    power: Floats,
+    net: Net,
+) -> None:
+    """Set ``out`` to y'.
+
+    Args:
+        y, out: Shape (6 free,).
+        origin: Drawn positions [m], shape (3 node,).
+        nodes: Places of the free nodes, in the order of the unknowns, shape (free,).
+        x, v, a, power: Scratch; ``x`` holds the nodes that stand still.
+    """
+    for free in range(nodes.size):
+        for k in range(3):
+            i, j = 3 * nodes[free] + k, 6 * free + 2 * k
+            x[i], v[i] = origin[i] + y[j], y[j + 1]
+    place(time, x, v, net)
+    force(time, x, v, a, power, net)
+    for free in range(nodes.size):
+        for k in range(3):
+            i, j = 3 * nodes[free] + k, 6 * free + 2 * k
+            out[j], out[j + 1] = v[i], a[i]
+
+
+class Kernel:
+    """What moves a net until the next event or knot.
+
+    Args:
+        layout: Of the network; it is updated to the situation.
+        situation: Where the stretch begins.
+        until: The next event [s].
+
+    Attributes:
+        start, stop: The stretch [s].
+        evaluations: How often the forces were asked for.
+    """
+
+    def __init__(self, layout: Layout, situation: Situation, until: float):
+        layout.update(situation)
+        self.start, self.stop = situation.time, layout.next_knot(situation.time, until)
+        layout.start, layout.until = self.start, self.stop
+        self._layout, self.evaluations = layout, 0
+        slot = layout.solver().slot
+        self.nodes = np.flatnonzero(slot >= 0)[np.argsort(slot[slot >= 0])]
+        self._origin = layout.inwards(situation.network.position)
+        still = np.where((layout.held & ~layout.moved)[:, None], 0.0, situation.velocity)
+        self._x, self._v = layout.inwards(situation.position), layout.inwards(still)
+        needs = layout.features
+        self._rate = bound_rate(needs.viscous, needs.moved, needs.loaded)
+        self._net = layout.compiled_net(INTEGRATORS["dop853"])
+        self._scratch = np.zeros_like(self._x), np.zeros(2)
+
+    @property
+    def initial(self) -> Floats:
+        """Return the unknowns at the start, shape (6 free,)."""
+        moved, speed = self._x - self._origin, self._v
+        pairs = np.stack([moved.reshape(-1, 3)[self.nodes], speed.reshape(-1, 3)[self.nodes]])
+        return pairs.transpose(1, 2, 0).ravel()
+
+    def fill(self, time: float, y: Floats, out: Floats) -> None:
+        """Set ``out`` to y' at a time [s]."""
+        self.evaluations += 1
+        a, power = self._scratch
+        self._rate(
+            time, y, out, self._origin, self.nodes, self._x, self._v, a, power, self._net
+        )
+
+    def function(self, deadline: Deadline) -> Callable[[float, Floats], Floats]:
+        """Return f(t, y); it raises OutOfTime behind a deadline."""
+
+        def f(time: float, y: Floats) -> Floats:
+            deadline.check()
+            out = np.empty_like(y)
+            self.fill(time, y, out)
+            return out
+
+        return f
+
+    def leave(self, situation: Situation, y: Floats) -> None:
+        """Make the unknowns at the stop the state of a situation."""
+        free = self._layout.order[self.nodes]
+        pairs = y.reshape(-1, 3, 2)
+        situation.time = self.stop
+        situation.position[free] = situation.network.position[free] + pairs[..., 0]
+        situation.velocity[free] = pairs[..., 1]
+        situation.place_held()
+
+    def positions(self, rows: Floats, position: Floats) -> None:
+        """Set the free nodes of positions [m] to those of unknowns.
+
+        Args:
+            rows: Unknowns, shape (row, 6 free).
+            position: Shape (row, node, 3); only free nodes are written.
+        """
+        free = self._layout.order[self.nodes]
+        drawn = self._layout.situation.network.position[free]
+        position[:, free] = drawn + rows.reshape(len(rows), -1, 3, 2)[..., 0]
+
+    @property
+    def half_band(self) -> int:
+        """Return how far from its diagonal the Jacobian reaches."""
+        low, high = self._coupled
+        return 6 * int(np.abs(low - high).max(initial=0)) + 5
+
+    @property
+    def sparsity(self) -> sparse.csr_matrix:
+        """Return the pattern of the Jacobian, shape (6 free, 6 free)."""
+        low, high = self._coupled
+        own = np.arange(len(self.nodes))
+        rows, columns = np.concatenate([[low, high], [high, low], [own, own]], axis=1)
+        shape = (len(own), len(own))
+        blocks = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=shape)
+        return sparse.csr_matrix(sparse.kron(blocks, np.ones((6, 6))))
+
+    @property
+    def _coupled(self) -> tuple[Integers, Integers]:
+        """Return the free ends of springs between free nodes, as numbers of unknown nodes."""
+        slot, springs = self._layout.solver().slot, self._layout.springs
+        both = (slot[springs.low] >= 0) & (slot[springs.high] >= 0)
+        return slot[springs.low[both]], slot[springs.high[both]]
+
+
+@cache
+def bound_rate(viscous: bool, moved: bool, loaded: bool) -> Rate:
+    """Return the compiled ``rate`` of what a scene needs; see ``Features``."""
+    flags = {"VISCOUS": viscous, "MOVED": moved, "LOADED": loaded}
+    return Binder(flags | {"WATCHED": False, "LEDGER": False}, OPERATIONS).bind(rate)

@@ -1,0 +1,118 @@
+"""Points of run time against error: every solver at every tolerance, by turns."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+from statistics import median
+
+from tissuec.bench.problem import Problem
+from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
+from tissuec.network import Floats
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """A solver at a tolerance.
+
+    Attributes:
+        error: Largest error of a position, as a tolerance counts it.
+        seconds: Median wall time [s].
+        evaluations: Of the forces.
+        position: [m], shape (row, node, 3).
+    """
+
+    name: str
+    ours: bool
+    tolerance: float
+    error: float
+    seconds: float
+    evaluations: int
+    position: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A solver without a point at a tolerance, and why."""
+
+    name: str
+    tolerance: float
+    why: str
+
+
+def measure(
+    problem: Problem,
+    solvers: Sequence[Solver],
+    tolerances: Sequence[float],
+    truth: Floats,
+    *,
+    repeat: int,
+    budget: float,
+    tell: Tell,
+) -> tuple[list[Point], list[Gap]]:
+    """Return the points that could be measured, and why others could not.
+
+    Each point is run once untimed, so that nothing waits for a compiler; then all points take
+    turns, so that a slow moment of the machine meets all alike.
+
+    Args:
+        tolerances: Coarse to fine.
+        truth: Positions that errors are measured against [m], shape (row, node, 3).
+        repeat: Timed runs of each point.
+        budget: Wall time that a run may take [s].
+        tell: Told what is being done.
+    """
+    found: dict[tuple[int, float], Trial] = {}
+    gaps = []
+    for number, solver in enumerate(solvers):
+        tell(f"{solver.name} …")
+        gaps += _explore(solver, number, tolerances, budget, found)
+    seconds: dict[tuple[int, float], list[float]] = {key: [] for key in found}
+    for turn in range(repeat):
+        tell(f"timing {turn + 1} of {repeat} …")
+        for number, tolerance in found:
+            # What took its time once may take it again, also in a slow moment.
+            trial = solvers[number].solve(tolerance, Deadline(inf))
+            seconds[number, tolerance].append(trial.seconds)
+    points = [
+        Point(
+            name=solvers[number].name,
+            ours=solvers[number].ours,
+            tolerance=tolerance,
+            error=problem.error(trial.position, truth),
+            seconds=median(seconds[number, tolerance]),
+            evaluations=trial.evaluations,
+            position=trial.position,
+        )
+        for (number, tolerance), trial in found.items()
+    ]
+    return points, gaps
+
+
+def _explore(
+    solver: Solver,
+    number: int,
+    tolerances: Sequence[float],
+    budget: float,
+    found: dict[tuple[int, float], Trial],
+) -> list[Gap]:
+    """Run a solver from coarse to fine until it takes too long; return where it failed."""
+    gaps: dict[str, Gap] = {}
+    for tolerance in tolerances:
+        try:
+            found[number, tolerance] = _twice(solver, tolerance, budget)
+        except OutOfTime:
+            why = f"takes more than {budget:g} s, and finer ones would take more"
+            return [*gaps.values(), Gap(solver.name, tolerance, why)]
+        except Failed as failure:
+            gaps.setdefault(str(failure), Gap(solver.name, tolerance, str(failure)))
+    return list(gaps.values())
+
+
+def _twice(solver: Solver, tolerance: float, budget: float) -> Trial:
+    """Return a run; tried again if it took too long, perhaps by compiling."""
+    try:
+        return solver.solve(tolerance, Deadline(budget))
+    except OutOfTime:
+        return solver.solve(tolerance, Deadline(budget))

@@ -1,0 +1,65 @@
+"""What a bench solves: the positions of a plan at its output times, and nothing else."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tissuec.compiler import Compiled
+from tissuec.network import Floats, Network
+from tissuec.plan import Output, Plan
+from tissuec.validate.observing import output_times, thinned
+from tissuec.validate.uncertainty import relative_positions
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """A scene without what it writes and expects.
+
+    Attributes:
+        times: When positions are compared [s], ascending, shape (row,).
+    """
+
+    network: Network
+    plan: Plan
+    times: Floats
+
+    @classmethod
+    def of(cls, compiled: Compiled) -> "Problem":
+        """Return the problem of a compiled scene."""
+        network, plan = compiled.network, compiled.plan
+        nothing = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
+        # Conditions may ask for energies; nothing else does any more.
+        ledger = plan.needs_ledger and bool(plan.triggers)
+        bare = replace(plan, output=nothing, expectations=(), needs_ledger=ledger)
+        return cls(network, bare, thinned(output_times(network, plan), network.node_count))
+
+    @property
+    def has_surprises(self) -> bool:
+        """Return whether things may happen whose times are not in the script."""
+        return self.plan.breakable or bool(self.plan.triggers)
+
+    def by(self, method: str, tolerance: float) -> Plan:
+        """Return the plan with a method and a tolerance in place of its own."""
+        asked = replace(self.plan.simulation, integrator=method, tolerance=tolerance, step=None)
+        return replace(self.plan, simulation=asked)
+
+    def displacement(self, position: Floats) -> Floats:
+        """Return the largest displacement of a node so far [m], shape (row,).
+
+        Args:
+            position: At every time [m], shape (row, node, 3).
+        """
+        moved = np.sqrt(((position - self.network.position) ** 2).sum(axis=2))
+        return np.maximum.accumulate(moved.max(axis=1, initial=0.0))
+
+    def error(self, position: Floats, truth: Floats) -> float:
+        """Return the largest error of a position, as a tolerance counts it.
+
+        Args:
+            position, truth: At every time [m], shape (row, node, 3).
+        """
+        apart = np.sqrt(((position - truth) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
+        if not np.isfinite(apart).all():
+            return float("inf")
+        errors = relative_positions(apart, self.displacement(truth), self.network)
+        return float(errors.max(initial=0.0))

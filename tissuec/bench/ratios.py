@@ -1,0 +1,81 @@
+"""Who is faster at the same error: times between measured points, in logarithms."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import exp, log
+
+from tissuec.bench.points import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """Times at one error [s]; None where nobody was measured to be that exact.
+
+    Attributes:
+        ours: A method of the engine and its time.
+        best_ours, best_other: The fastest of the engine's and of the others.
+    """
+
+    error: float
+    ours: float | None
+    best_ours: tuple[str, float] | None
+    best_other: tuple[str, float] | None
+
+    @property
+    def gain(self) -> float | None:
+        """Return the time of the best other solver over ours."""
+        if self.ours is None or self.best_other is None:
+            return None
+        return self.best_other[1] / self.ours
+
+
+def ratios(
+    points: Sequence[Point], name: str, errors: Iterable[float], floor: float
+) -> list[Ratio]:
+    """Return how a method of the engine compares at some errors.
+
+    Args:
+        name: The method.
+        floor: Error below which nothing is known.
+    """
+    ours = {p.name for p in points if p.ours}
+    others = {p.name for p in points} - ours
+    return [
+        Ratio(
+            error,
+            time_at(points, name, error, floor),
+            fastest(points, ours, error, floor),
+            fastest(points, others, error, floor),
+        )
+        for error in errors
+        if error >= floor
+    ]
+
+
+def fastest(
+    points: Sequence[Point], names: Iterable[str], error: float, floor: float
+) -> tuple[str, float] | None:
+    """Return who needs the least time for an error, and that time [s]."""
+    times = {name: time_at(points, name, error, floor) for name in sorted(names)}
+    known = {name: time for name, time in times.items() if time is not None}
+    return min(known.items(), key=lambda item: item[1]) if known else None
+
+
+def time_at(points: Sequence[Point], name: str, error: float, floor: float) -> float | None:
+    """Return the time that a solver needs for an error [s], None if it was never that exact.
+
+    Points that another one of the solver beats in both are passed over.
+    """
+    known = sorted((max(p.error, floor), p.seconds) for p in points if p.name == name)
+    if not known or known[0][0] > error:
+        return None
+    edge: list[tuple[float, float]] = []
+    for wrong, seconds in known:
+        if not edge or seconds < edge[-1][1]:
+            edge.append((wrong, seconds))
+    for (fine, slow), (coarse, quick) in pairwise(edge):
+        if fine <= error <= coarse:
+            part = log(error / fine) / log(coarse / fine) if coarse > fine else 1.0
+            return exp(log(slow) + part * log(quick / slow))
+    return edge[-1][1]

@@ -1,0 +1,62 @@
+"""Who else solves a scene: what can be asked, and why others cannot."""
+
+from collections.abc import Iterable
+from importlib.util import find_spec
+
+from tissuec.bench import by_cvode, by_mujoco, by_scipy
+from tissuec.bench.problem import Problem
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Solver
+
+SURPRISES = (
+    "other solvers are left out: they are stepped from event to event, and this scene has "
+    "ruptures or conditions, whose times the script does not say"
+)
+
+
+def rivals(problem: Problem, scales: Scales) -> tuple[list[Solver], list[str]]:
+    """Return the other solvers that can solve a problem, and sentences about those left out."""
+    if problem.has_surprises:
+        return [], [SURPRISES]
+    offers = (_by_scipy(problem, scales), _by_cvode(problem, scales), _by_mujoco(problem))
+    solvers = [solver for found, _ in offers for solver in found]
+    return solvers, [why for _, why in offers if why]
+
+
+Offer = tuple[list[Solver], str]
+
+
+def _by_scipy(problem: Problem, scales: Scales) -> Offer:
+    coordinates = 3 * problem.network.node_count
+    methods: Iterable[str] = (*by_scipy.EXPLICIT, *by_scipy.IMPLICIT)
+    why = ""
+    if coordinates > by_scipy.LARGEST:
+        methods = by_scipy.EXPLICIT
+        why = (
+            f"SciPy's {', '.join(by_scipy.IMPLICIT)} are left out: they would keep a matrix of "
+            f"{2 * coordinates} x {2 * coordinates} numbers, sparse or in a band"
+        )
+    return [by_scipy.SciPySolver(problem, method, scales) for method in methods], why
+
+
+def _by_cvode(problem: Problem, scales: Scales) -> Offer:
+    if find_spec("sksundae") is None:
+        return [], _missing("CVODE", "scikit-sundae")
+    methods = by_cvode.METHODS
+    return [by_cvode.CvodeSolver(problem, method, scales) for method in methods], ""
+
+
+def _by_mujoco(problem: Problem) -> Offer:
+    if find_spec("mujoco") is None:
+        return [], _missing("MuJoCo", "mujoco")
+    if why := by_mujoco.refusal(problem):
+        return [], f"MuJoCo is left out: {why}"
+    integrators = by_mujoco.INTEGRATORS
+    return [by_mujoco.MujocoSolver(problem, name) for name in integrators], ""
+
+
+def _missing(name: str, package: str) -> str:
+    return (
+        f"{name} is left out: {package} is not installed; "
+        'pip install "tissuec[bench]" brings it'
+    )

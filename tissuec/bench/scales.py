@@ -1,0 +1,36 @@
+"""How large a motion is: what the tolerances of other solvers are multiplied with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.bench.kernel import Kernel
+from tissuec.bench.problem import Problem
+from tissuec.network import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Largest displacement [m] and speed [m/s] of a motion."""
+
+    displacement: float
+    speed: float
+
+    @classmethod
+    def of(cls, problem: Problem, position: Floats) -> "Scales":
+        """Return the scales of a solution, its speeds by differences of positions.
+
+        Args:
+            position: At the times of the problem [m], shape (row, node, 3).
+        """
+        moved = float(problem.displacement(position)[-1])
+        least = 1e-6 * (problem.network.extent or float(problem.network.rest.max(initial=1.0)))
+        rise = np.sqrt((np.diff(position, axis=0) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
+        speed = float((rise / np.diff(problem.times)).max(initial=0.0))
+        size = max(moved, least)
+        return cls(size, max(speed, size / problem.plan.simulation.duration))
+
+    def allowed(self, tolerance: float, kernel: Kernel) -> Floats:
+        """Return the error allowed in each unknown, shape (6 free,)."""
+        pair = np.array([self.displacement, self.speed])
+        return tolerance * np.tile(pair, 3 * len(kernel.nodes))

@@ -1,0 +1,105 @@
+"""All scenes of the stress test against all methods, and the map of what came of them."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from tissuec.bench.ours import AUTOMATIC
+from tissuec.bench.report import columns
+from tissuec.bench.stress.cells import Cell
+from tissuec.bench.stress.verdict import Court, Kind, Verdict
+from tissuec.integrators import INTEGRATORS
+
+SIGNS: dict[Kind, tuple[str, str]] = {
+    "good": ("ok", "as promised"),
+    "energy": ("ok*", "chaotic, or no reference: energy and momentum are as promised"),
+    "warned": ("warned", "a warning was given, and the result is off"),
+    "refused": ("refused", "the text or the run was refused with a sentence"),
+    "slow": ("slow", "longer than the budget"),
+    "none": ("-", "not for this method: another one took over"),
+    "wrong": ("WRONG", "silently wrong"),
+    "crash": ("CRASH", "tissuec itself failed"),
+}
+BAD: tuple[Kind, ...] = ("wrong", "crash")
+
+
+@dataclass(frozen=True, slots=True)
+class Stress:
+    """The verdicts of a stress test.
+
+    Attributes:
+        methods: In the order of the columns.
+        verdicts: Of all scenes in their order, each with all methods.
+    """
+
+    methods: tuple[str, ...]
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def bad(self) -> tuple[Verdict, ...]:
+        """Return what is silently wrong, or crashed."""
+        return tuple(verdict for verdict in self.verdicts if verdict.kind in BAD)
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return axis, value and a sign for each method, one row for each scene."""
+        width = len(self.methods)
+        groups = [self.verdicts[i : i + width] for i in range(0, len(self.verdicts), width)]
+        return [
+            (group[0].axis, group[0].value, *(SIGNS[v.kind][0] for v in group))
+            for group in groups
+        ]
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """Return what the columns of ``rows`` are."""
+        return ("axis", "value", *self.methods)
+
+
+def stress(
+    cells: Iterable[Cell],
+    *,
+    methods: Sequence[str],
+    budget: float,
+    tell: Callable[[str], None],
+) -> Stress:
+    """Return the verdicts on scenes.
+
+    Args:
+        methods: Names; none means all.
+        budget: Wall time of a run [s].
+        tell: Told which scene is tried.
+    """
+    names = tuple(methods) or (AUTOMATIC, *INTEGRATORS)
+    verdicts = []
+    for cell in cells:
+        tell(f"{cell.axis} {cell.value} …")
+        court = Court(cell, budget)
+        verdicts += [court.judge(name) for name in names]
+    return Stress(names, tuple(verdicts))
+
+
+def as_text(stress: Stress) -> list[str]:
+    """Return the map, what its signs mean, and every bad verdict with its scene."""
+    lines = columns([stress.heads, *stress.rows])
+    counts = Counter(verdict.kind for verdict in stress.verdicts)
+    lines += [""]
+    lines += [
+        f"{counts[kind]:4} {sign:8} {meaning}"
+        for kind, (sign, meaning) in SIGNS.items()
+        if counts[kind]
+    ]
+    for verdict in stress.bad:
+        head = f"{verdict.axis} {verdict.value}, {verdict.method}: {verdict.why}"
+        lines += ["", head, *verdict.scene.splitlines()]
+    return lines
+
+
+def as_dict(stress: Stress) -> dict[str, Any]:
+    """Return all verdicts."""
+    return {
+        "methods": list(stress.methods),
+        "bad": len(stress.bad),
+        "verdicts": [asdict(verdict) for verdict in stress.verdicts],
+    }

@@ -1,0 +1,62 @@
+"""What is known of a stress scene before any method is judged on it."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from tissuec.bench.ours import EngineSolver
+from tissuec.bench.problem import Problem
+from tissuec.bench.stress.cells import TOLERANCE
+from tissuec.bench.stress.looking import shaken
+from tissuec.bench.trial import Deadline, Failed, OutOfTime
+from tissuec.bench.truth import Truth, Unknown, find_truth
+
+FINEST = 1e-6  # the reference is made for this tolerance
+SHAKEN = 1e-10  # of the largest displacement: how far a twin begins from the reference
+AMPLIFIED = 1e4  # times this difference that the twin may come away; beyond, it is chaos
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """The reference of a scene.
+
+    Attributes:
+        truth: None where none came out in time.
+        is_chaotic: Whether a twin that differs by a little is soon elsewhere.
+    """
+
+    truth: Truth | None
+    is_chaotic: bool
+
+    @property
+    def judges(self) -> bool:
+        """Return whether positions can be held against it."""
+        truth = self.truth
+        return truth is not None and not self.is_chaotic and truth.apart <= TOLERANCE
+
+
+def find_known(problem: Problem, budget: float) -> Known:
+    """Return what two solvers and a twin tell of a scene.
+
+    Args:
+        budget: Wall time of a run [s].
+    """
+    try:
+        truth = find_truth(problem, FINEST, budget, patience=3.0)
+    except Unknown:
+        return Known(None, False)
+    return Known(truth, _twin_apart(problem, truth, budget) > AMPLIFIED * SHAKEN)
+
+
+def _twin_apart(problem: Problem, truth: Truth, budget: float) -> float:
+    """Return how far a twin comes away from the reference, over the largest displacement."""
+    size = float(problem.displacement(truth.position)[-1])
+    solver = EngineSolver(shaken(problem, SHAKEN * size), truth.method)
+    try:
+        twin = solver.solve(truth.tolerance, Deadline(3.0 * budget))
+    except Failed:
+        return inf
+    except OutOfTime:
+        return 0.0
+    return float(np.abs(twin.position - truth.position).max()) / size if size else 0.0

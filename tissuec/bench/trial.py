@@ -1,0 +1,75 @@
+"""One run of one solver, and what a solver is to a bench."""
+
+import time as clock
+from dataclasses import dataclass
+from typing import Protocol
+
+from tissuec.core.errors import TissueError
+from tissuec.network import Floats
+
+
+class Failed(TissueError):
+    """A solver could not go on; the message says why."""
+
+
+class OutOfTime(TissueError):
+    """A solver took longer than its budget."""
+
+
+class Deadline:
+    """Until when a solver may go on.
+
+    Args:
+        budget: [s], from now.
+    """
+
+    def __init__(self, budget: float):
+        self._until = clock.perf_counter() + budget
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether the time is up."""
+        return clock.perf_counter() > self._until
+
+    def check(self) -> None:
+        """Raise OutOfTime if the time is up."""
+        if self.is_over:
+            raise OutOfTime("the budget of time was used up")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A finished run.
+
+    Attributes:
+        seconds: Wall time [s].
+        evaluations: Of the forces.
+        position: At the times of the problem [m], shape (row, node, 3).
+    """
+
+    seconds: float
+    evaluations: int
+    position: Floats
+
+
+class Solver(Protocol):
+    """Something that solves a problem to a tolerance.
+
+    Attributes:
+        name: As the tables show it.
+        ours: Whether it is a method of the engine.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def ours(self) -> bool: ...
+
+    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+        """Return a run at a tolerance.
+
+        Raises:
+            Failed: It could not go on.
+            OutOfTime: The deadline has passed.
+        """
+        ...

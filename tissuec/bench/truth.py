@@ -1,0 +1,91 @@
+"""The solution that errors are measured against, and how well it is known."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+from tissuec.bench.by_scipy import SciPySolver
+from tissuec.bench.ours import AUTOMATIC, EngineSolver
+from tissuec.bench.points import Point
+from tissuec.bench.problem import Problem
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
+from tissuec.core.errors import TissueError
+from tissuec.network import Floats
+
+METHODS = ("dop853", "esdirk43")
+OTHERS = ("DOP853", "Radau")  # of SciPy, for a second opinion
+FINER = 100.0  # times as fine as the finest tolerance that is asked for
+PATIENCE = 30.0  # budgets of a point that the reference may take
+FINEST = 1e-12
+
+
+class Unknown(TissueError):
+    """No solution came out that anything could be measured against."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """A solution.
+
+    Attributes:
+        method, tolerance: How it was found.
+        position: [m], shape (row, node, 3).
+        second: Name of another solver that came to the end as well; empty if none did.
+        apart: Largest difference between both, as a tolerance counts errors.
+    """
+
+    method: str
+    tolerance: float
+    position: Floats
+    second: str = ""
+    apart: float = inf
+
+    def uncertainty(self, points: Iterable[Point]) -> float:
+        """Return how far the nearest solution by any other solver is from this one."""
+        others = (p for p in points if p.name not in (self.method, AUTOMATIC))
+        return min([self.apart, *(point.error for point in others)])
+
+
+def find_truth(
+    problem: Problem, finest: float, budget: float, patience: float = PATIENCE
+) -> Truth:
+    """Return the solution of the first method that comes to the end, and a second opinion.
+
+    Args:
+        finest: Tolerance that is to be judged.
+        budget: Wall time of one point [s].
+        patience: How many of them a solution may take.
+
+    Raises:
+        Unknown: None did.
+    """
+    tolerance, budget = max(finest / FINER, FINEST), patience * budget
+    ours = [EngineSolver(problem, method) for method in METHODS]
+    solver, trial = _first(ours, tolerance, budget)
+    if solver is None or trial is None:
+        raise Unknown(f"no reference with a tolerance of {tolerance:g} came out in time")
+    truth = Truth(solver.name, tolerance, trial.position)
+    if problem.has_surprises:
+        others = [other for other in ours if other is not solver]
+        judge, second = _first(others, tolerance, budget)
+    else:
+        scales = Scales.of(problem, trial.position)
+        scipy = [SciPySolver(problem, method, scales) for method in OTHERS]
+        judge, second = _first(scipy, tolerance / FINER, budget)
+    if judge is None or second is None:
+        return truth
+    apart = problem.error(second.position, trial.position)
+    return replace(truth, second=judge.name, apart=apart)
+
+
+def _first(
+    solvers: Sequence[Solver], tolerance: float, budget: float
+) -> tuple[Solver | None, Trial | None]:
+    """Return the first solver that comes to the end, with its run."""
+    for solver in solvers:
+        try:
+            return solver, solver.solve(tolerance, Deadline(budget))
+        except (Failed, OutOfTime):
+            continue
+    return None, None

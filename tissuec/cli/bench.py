@@ -1,0 +1,192 @@
+"""``tissuec bench``"""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tissuec.cli.common import (
+    DONE,
+    FAILED,
+    WRONG_TEXT,
+    Command,
+    Settings,
+    as_json,
+    print_json,
+    report,
+    scene_options,
+    tell_mistakes,
+)
+from tissuec.core.errors import CompileError
+
+TOLERANCES = "1e-2,1e-3,1e-4,1e-5,1e-6,1e-8"
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Tolerances(click.ParamType):
+    """Numbers between commas."""
+
+    name = "X,X,…"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
+        if isinstance(value, tuple):
+            return value
+        try:
+            found = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            self.fail(f'"{value}" is not numbers between commas, such as 1e-2,1e-4')
+        if not all(1e-13 <= tolerance <= 0.1 for tolerance in found):
+            self.fail("a tolerance lies between 1e-13 and 0.1")
+        return found
+
+
+@click.command(cls=Command)
+@click.argument("scene", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="NAME",
+    help='Only this solver, such as automatic or "SciPy RK45"; may be repeated.',
+)
+@click.option(
+    "--tolerances",
+    type=Tolerances(),
+    default=TOLERANCES,
+    show_default=True,
+    help="Tolerances to run with.",
+)
+@click.option(
+    "--repeat",
+    type=click.IntRange(1),
+    default=3,
+    show_default=True,
+    help="Timed runs of each point, of which the median counts.",
+)
+@click.option(
+    "--budget",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=10.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Time that one run may take; what takes longer is left out.",
+)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw the result to this file; needs matplotlib (extra plot).",
+)
+@click.option(
+    "--stability",
+    is_flag=True,
+    help="Instead of measuring a scene, try all methods on scenes at the ends of what can be "
+    "written.",
+)
+@click.option("--small", is_flag=True, help="A few of the scenes of --stability only.")
+@scene_options
+def command(
+    settings: Settings,
+    scene: Path | None,
+    methods: tuple[str, ...],
+    tolerances: tuple[float, ...],
+    repeat: int,
+    budget: float,
+    plot: Path | None,
+    stability: bool,
+    small: bool,
+    overrides: tuple[str, ...],
+    libraries: tuple[Path, ...],
+    strict: bool,
+) -> int:
+    """Measure time against error of every method on SCENE, beside other solvers.
+
+    The others are SciPy's and, where they are installed (extra bench), CVODE and MuJoCo; those
+    of SciPy and CVODE are driven by the engine's own compiled forces. Nothing is written but
+    the plot. Exit code: 0 done, 1 no reference came out or a scene of --stability is silently
+    wrong, 2 the text or the command line is wrong.
+    """
+    _use_one_thread()
+    if plot is not None:
+        from tissuec.bench.plotting import new_figure
+
+        new_figure(1.0, 1.0)  # before all the work
+    if stability != (scene is None):
+        raise click.UsageError("name a scene, or ask for --stability, which brings its own")
+    if scene is None:
+        return _stress(settings, plot, methods, budget, small=small)
+    return _bench(
+        settings, scene, plot,
+        {"methods": methods, "tolerances": tolerances, "repeat": repeat, "budget": budget},
+        {"overrides": overrides, "libraries": libraries, "strict": strict},
+    )  # fmt: skip
+
+
+def _use_one_thread() -> None:
+    """Keep linear algebra to one thread, where it is not loaded yet."""
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
+
+
+def _bench(
+    settings: Settings,
+    scene: Path,
+    plot: Path | None,
+    asked: dict[str, Any],
+    options: dict[str, Any],
+) -> int:
+    from tissuec.pipeline import Request, compile_request
+
+    try:
+        compiled, warnings = compile_request(Request.file(scene, **options))
+    except CompileError as error:
+        tell_mistakes(error, settings, scene=str(scene))
+        return WRONG_TEXT
+    if not settings.json:
+        report(warnings, settings)
+    from tissuec.bench.bench import bench
+    from tissuec.bench.report import as_dict, as_text
+    from tissuec.bench.truth import Unknown
+
+    facts = {"scene": str(scene), "diagnostics": as_json(warnings)}
+    try:
+        found = bench(compiled, **asked, tell=settings.say)
+    except Unknown as failure:
+        if settings.json:
+            print_json(facts | {"ok": False, "error": str(failure)})
+        else:
+            click.echo(f"error: {failure}", err=True)
+        return FAILED
+    if settings.json:
+        print_json(facts | {"ok": True} | as_dict(found))
+    else:
+        click.echo("\n".join(as_text(found)))
+    if plot is not None:
+        from tissuec.bench.plot import draw
+
+        draw(found, plot, scene.name)
+    return DONE
+
+
+def _stress(
+    settings: Settings,
+    plot: Path | None,
+    methods: tuple[str, ...],
+    budget: float,
+    *,
+    small: bool,
+) -> int:
+    from tissuec.bench.stress.cells import all_cells
+    from tissuec.bench.stress.grid import as_dict, as_text, stress
+
+    cells = all_cells(small=small)
+    found = stress(cells, methods=methods, budget=budget, tell=settings.say)
+    if settings.json:
+        print_json({"ok": not found.bad} | as_dict(found))
+    else:
+        click.echo("\n".join(as_text(found)))
+    if plot is not None:
+        from tissuec.bench.stress.plot import draw
+
+        draw(found, plot)
+    return FAILED if found.bad else DONE
