@@ -10,7 +10,16 @@ from tissuec.courses import Course
 from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.integrators import INTEGRATORS
 
-ON_TIERS = [(name, tier) for name in MEMBERS for tier in TIERS]
+# Implicit steps of a tube take seconds interpreted.
+ON_TIERS = [
+    pytest.param(
+        name,
+        tier,
+        marks=[pytest.mark.slow] * (tier == "interpreted" and INTEGRATORS[name].implicit),
+    )
+    for name in MEMBERS
+    for tier in TIERS
+]
 
 
 def suited_tube(method, duration=0.2, **asked):
@@ -209,7 +218,7 @@ def test_same_run_gives_the_same_bytes(method, tier):
 @pytest.mark.parametrize("method", MEMBERS)
 def test_both_tiers_agree_to_rounding(method, ledger):
     # Equations of implicit steps so exactly that both tiers break off after the same round.
-    asked = {"step": 5e-4, "tolerance": 1e-12, "ledger": ledger}
+    asked = {"step": 2e-4, "tolerance": 1e-12, "duration": 0.05, "ledger": ledger}
     interpreted, compiled = (suited_tube(method, tier=tier, **asked).run() for tier in TIERS)
     assert interpreted.end.kind == compiled.end.kind == "reached"
     reach = interpreted.largest_displacement[-1]
