@@ -169,10 +169,10 @@ def tube(*, stiffness=200.0, mass=1e-4, damping=0.02, prestress=0.04, **more):
     )  # fmt: skip
 
 
-def lifted_tube(duration=1.0, lift=0.003, **more):
+def lifted_tube(duration=1.0, lift=0.003, damping=0.02, **more):
     """Return a bench with the tube: end rings fixed, gravity, waist lifted within 0.3 s."""
     bench = Bench(
-        tube(),
+        tube(damping=damping),
         duration,
         gravity=(0.0, 0.0, -9.81),
         fixed=[*range(10), *range(150, 160)],

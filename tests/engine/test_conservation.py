@@ -57,7 +57,7 @@ def long_energy(method, part, periods, tier):
 @pytest.mark.parametrize("method", those(symplectic=True))
 @pytest.mark.parametrize(
     ("periods", "tier"),
-    [(300, "interpreted"), pytest.param(10_000, "compiled", marks=pytest.mark.slow)],
+    [(100, "interpreted"), pytest.param(10_000, "compiled", marks=pytest.mark.slow)],
 )
 def test_energy_of_symplectic_members_oscillates_and_does_not_drift(method, periods, tier):
     order = INTEGRATORS[method].order
@@ -95,7 +95,7 @@ def pushed_block(**asked):
 
 # One member of each order on both tiers is enough: the ledger's code is the same.
 BOOKED = {"dop853": 1e-9, "velocity verlet": 1e-4} | {
-    name: {2: 1e-3, 4: 1e-5}.get(INTEGRATORS[name].order, 1e-8)
+    name: {2: 5e-3, 4: 1e-5}.get(INTEGRATORS[name].order, 1e-8)
     for name in those(conservative=False)
     if name not in ("dop853", "velocity verlet")
 }

@@ -3,16 +3,40 @@
 import numpy as np
 import pytest
 
+from tests.engine.members import MEMBERS, affordable, brakes, those
 from tests.engine.running import TIERS, Bench, block, chain, lifted_tube, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
 from tissuec.engine.engine import CALL_SPRINGS
+from tissuec.integrators import INTEGRATORS
 
-METHODS = ("dop853", "velocity verlet")
+# Implicit steps of a tube take seconds interpreted.
+ON_TIERS = [
+    pytest.param(
+        name,
+        tier,
+        marks=[pytest.mark.slow] * (tier == "interpreted" and INTEGRATORS[name].implicit),
+    )
+    for name in MEMBERS
+    for tier in TIERS
+]
+
+
+def suited_tube(method, duration=0.2, **asked):
+    """Return the lifted tube, without what a member is not for.
+
+    The ledger is kept on the interpreted tier only, for which nothing has to be compiled.
+    """
+    # Of implicit members the one of higher order is enough; work asks many steps of order 2.
+    member = INTEGRATORS[method]
+    cheap = member.order > 2 or not member.implicit
+    ledger = asked.setdefault("ledger", asked["tier"] == "interpreted" and cheap)
+    asked["ledger"] = ledger and brakes(method, 1.0) == 1.0
+    return lifted_tube(duration, damping=brakes(method, 0.02), method=method, **asked)
 
 
 @pytest.mark.parametrize("step", [None, 0.013])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", MEMBERS)
 def test_steps_land_exactly_on_every_time_asked_for(method, step):
     bench = Bench(pair(), 1.0, method=method, step=step, tolerance=1e-5)
     for until in (0.1, 0.1 + 1e-15, 1.0 / 3.0, np.nextafter(1.0 / 3.0, 1.0), 0.7, 1.0):
@@ -29,11 +53,13 @@ def test_uniform_steps_are_the_fewest_that_fit():
     assert bench.engine.statistics.largest == pytest.approx(0.03, rel=1e-12)
 
 
-@pytest.mark.parametrize("tier", TIERS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("method", "tier"), [*[(m, "interpreted") for m in MEMBERS], ("dop853", "compiled")]
+)
 def test_samples_come_once_each_in_order_whatever_the_stops(method, tier):
     times = np.sort(np.concatenate([np.linspace(0.0, 1.0, 7), [0.25, 0.31, 0.310001]]))
-    ran = Bench(pair(), 1.0, method=method, tolerance=1e-6, times=times, tier=tier).run(
+    tolerance = affordable(method)
+    ran = Bench(pair(), 1.0, method=method, tolerance=tolerance, times=times, tier=tier).run(
         0.25, 0.31
     )
     assert np.array_equal(ran.time, times)
@@ -109,13 +135,15 @@ def test_driven_nodes_are_where_their_motion_has_them(kind, tier):
         assert velocity[1] == pytest.approx(v[0], abs=5e-14)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", MEMBERS)
 def test_trigger_is_found_at_its_first_true_time(method):
-    bench = Bench(pair(), 1.0, method=method, tolerance=1e-8)
+    tolerance = affordable(method)
+    bench = Bench(pair(), 1.0, method=method, tolerance=tolerance)
     end = bench.advance(1.0, lambda time, x, v: x[0, 0] > 0.15)
     exact = np.arccos(1.0 - 0.15 / 0.1) / np.sqrt(200.0)
     assert end.kind == "triggered"
-    assert end.time == pytest.approx(exact, abs=1e-8)
+    # The error of the position, 0.2 m at most, over the speed there.
+    assert end.time == pytest.approx(exact, abs=tolerance * 0.2 / 1.2 + 1e-12)
     assert bench.situation.position[0, 0] == pytest.approx(0.15, abs=1e-12)
 
 
@@ -178,20 +206,21 @@ def test_infinite_force_is_reported_as_divergence_with_the_spring_named():
     assert (end.kind, end.spring) == ("diverged", 0)
 
 
-@pytest.mark.parametrize("tier", TIERS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_same_run_gives_the_same_bytes(method, tier):
-    runs = [lifted_tube(0.5, method=method, tolerance=1e-3, tier=tier).run() for _ in range(2)]
+    runs = [suited_tube(method, tolerance=1e-2, tier=tier).run() for _ in range(2)]
     assert runs[0].position.tobytes() == runs[1].position.tobytes()
     assert runs[0].velocity.tobytes() == runs[1].velocity.tobytes()
+    assert runs[0].engine.statistics == runs[1].engine.statistics
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_both_tiers_agree_to_rounding(method):
-    interpreted, compiled = (
-        lifted_tube(0.5, method=method, step=2e-4, tier=tier, ledger=True).run()
-        for tier in TIERS
-    )
+@pytest.mark.parametrize("ledger", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", MEMBERS)
+def test_both_tiers_agree_to_rounding(method, ledger):
+    # Equations of implicit steps so exactly that both tiers break off after the same round.
+    asked = {"step": 2e-4, "tolerance": 1e-12, "duration": 0.05, "ledger": ledger}
+    interpreted, compiled = (suited_tube(method, tier=tier, **asked).run() for tier in TIERS)
+    assert interpreted.end.kind == compiled.end.kind == "reached"
     reach = interpreted.largest_displacement[-1]
     assert np.abs(interpreted.position - compiled.position).max() < 1e-11 * reach
     assert compiled.work == pytest.approx(interpreted.work, rel=1e-9, abs=1e-15)
@@ -210,11 +239,10 @@ def test_tier_changes_in_mid_run_by_evaluations_and_the_motion_goes_on(monkeypat
     assert ran.position[:, 0, 0] == pytest.approx(expected, abs=2e-9)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, tier):
-    asked = {"method": method, "tolerance": 1e-3, "tier": tier, "ledger": True}
-    whole = lifted_tube(0.5, **asked)
+    asked = {"tolerance": 1e-2, "tier": tier}
+    whole = suited_tube(method, **asked)
     kept = []
 
     def keep(samples):
@@ -232,14 +260,14 @@ def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, tier):
     parts = ("time", "position", "velocity", "ledger")
     four = {name: getattr(outbox.buffer, name)[:4] for name in parts}
     outbox.buffer = outbox.buffer._replace(**four)
-    complete = whole.run(0.3)
+    complete = whole.run(0.17)
     assert len(kept) > 5
-    for count, time, position, velocity, state in kept[1:-1:3]:
-        later = lifted_tube(0.5, **asked)
+    for count, time, position, velocity, state in kept[1 : -1 : max(1, len(kept) // 4)]:
+        later = suited_tube(method, **asked)
         later.situation.time = time
         later.situation.position[:], later.situation.velocity[:] = position, velocity
         later.engine.restore(later.situation, state)
-        rest = later.run(*([0.3] if time < 0.3 else []))
+        rest = later.run(*([0.17] if time < 0.17 else []))
         before = sum(len(batch.time) for batch in whole.batches[:count])
         assert rest.position.tobytes() == complete.position[before:].tobytes()
         assert rest.work.tobytes() == complete.work[before:].tobytes()
@@ -278,3 +306,34 @@ def test_fixed_steps_that_lead_nowhere_are_told(tier):
     ran = Bench(net, 100.0, method="velocity verlet", step=1.0, tier=tier).run()
     assert ran.end.kind == "diverged"
     assert np.isfinite(ran.position).all()
+
+
+@pytest.mark.parametrize("method", those(implicit=True))
+@pytest.mark.parametrize("size", [0.3, 3.0, 1e3])
+def test_absurd_implicit_steps_are_told_and_nothing_undefined_is_recorded(method, size):
+    # A net that tumbles: far ahead, the equations of a step have many solutions, or none near.
+    net = block(stiffness=50.0, damping=1e-3, shrink=0.9, spin=(30.0, 70.0, 10.0))
+    bench = Bench(net, 20 * size, method=method, step=size, ruptures=True)
+    end = bench.advance(bench.duration)
+    assert end.kind in ("stuck", "reached")
+    if end.kind == "stuck":
+        assert "could not be solved" in end.message
+        assert end.spring is not None
+    for batch in bench.batches:
+        assert np.isfinite(batch.position).all()
+        assert np.isfinite(batch.velocity).all()
+    assert np.isfinite(bench.situation.position).all()
+    assert bench.situation.time == end.time
+
+
+@pytest.mark.parametrize("method", those(implicit=True))
+def test_fixed_implicit_steps_that_cannot_be_solved_are_stuck(method, monkeypatch):
+    # Newton's method must not begin: a round more than none is needed for what is not linear.
+    monkeypatch.setattr("tissuec.integrators.dirk.ITERATIONS", 1)
+    net = block(shrink=0.9, spin=(30.0, 70.0, 10.0))
+    bench = Bench(net, 1.0, method=method, step=0.01, tolerance=1e-9)
+    end = bench.advance(1.0)
+    assert (end.kind, end.time) == ("stuck", 0.0)
+    assert "take smaller steps" in end.message
+    adaptive = Bench(net, 1.0, method=method, tolerance=1e-4)
+    assert adaptive.advance(0.01).kind in ("reached", "stuck")

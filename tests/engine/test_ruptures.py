@@ -5,11 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.engine.members import MEMBERS, affordable, those
 from tests.engine.running import TIERS, Bench, block, chain, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
-
-METHODS = ("dop853", "velocity verlet")
 
 
 def break_and_go_on(bench, until):
@@ -25,51 +24,56 @@ def break_and_go_on(bench, until):
         bench.engine.restart(bench.situation)
 
 
-@pytest.mark.parametrize("tier", TIERS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("method", "tier"), [*[(m, "interpreted") for m in MEMBERS], ("dop853", "compiled")]
+)
 def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier):
     # Drawn 10 % pressed, T = -10 N cos(w t) reaches 6 N at a known time.
     omega = np.sqrt(200.0)
+    tolerance = affordable(method)
     bench = Bench(
         pair(stretch=-0.1, strength=6.0),
         1.0,
         method=method,
-        tolerance=1e-6,
+        tolerance=tolerance,
         ruptures=True,
         tier=tier,
     )
     end = bench.advance(1.0)
     exact = np.arccos(-0.6) / omega
     assert (end.kind, end.springs.tolist()) == ("ruptured", [0])
-    # Position error 1e-6 of 0.1 m over the speed of the elongation there.
-    assert end.time == pytest.approx(exact, abs=1e-6)
+    # Twice the position error of 0.1 m over the speed of the elongation there, 1.1 m/s.
+    assert end.time == pytest.approx(exact, abs=0.2 * tolerance + 1e-12)
     assert bench.situation.time == end.time
     length = np.diff(bench.situation.position[:, 0])[0]
     assert 100.0 * (length - 1.0) == pytest.approx(6.0, rel=1e-9)
 
 
-def test_dashpot_counts_towards_the_tension():
+@pytest.mark.parametrize("method", those(conservative=False))
+def test_dashpot_counts_towards_the_tension(method):
     # At constant speed the tension c v t + d v reaches the strength at (F - d v) / (c v).
     net = pair(stretch=0.0, damping=20.0, strength=6.0)
-    bench = Bench(net, 2.0, tolerance=1e-8, ruptures=True, fixed=[0])
+    tolerance = affordable(method)
+    bench = Bench(net, 2.0, method=method, tolerance=tolerance, ruptures=True, fixed=[0])
     bench.move([1], [0.2, 0.0, 0.0], Course("ramp", 0.0, 2.0))
     end = bench.advance(2.0)
     assert end.kind == "ruptured"
     assert end.time == pytest.approx((6.0 - 20.0 * 0.1) / (100.0 * 0.1), rel=1e-11)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", MEMBERS)
 def test_peak_between_two_ends_of_a_step_is_not_missed(method):
     # The largest tension is 10 N; strengths just below and just above it decide differently.
     for strength, expected in (
         (10.0 * (1.0 - 1e-4), "ruptured"),
         (10.0 * (1.0 + 1e-4), "reached"),
     ):
-        for shift in np.linspace(0.0, 0.4, 9):
+        for shift in (0.0, 0.17, 0.4):
             net = pair(stretch=-0.1, strength=strength)
-            bench = Bench(net, 1.0, method=method, tolerance=1e-6, ruptures=True)
+            tolerance = min(2e-5, affordable(method))
+            bench = Bench(net, 1.0, method=method, tolerance=tolerance, ruptures=True)
             bench.advance(0.001 + 0.2 * shift)
-            assert bench.advance(0.5).kind == expected
+            assert bench.advance(0.25).kind == expected
 
 
 def test_broken_pair_flies_apart_at_the_speed_it_had():

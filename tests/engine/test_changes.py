@@ -1,0 +1,121 @@
+"""A run goes over to another integrator where its own is not made for what is to come."""
+
+import numpy as np
+import pytest
+
+from tests.engine.members import those
+from tests.engine.running import Bench, chain, pair
+from tests.engine.test_closed_forms import relaxation
+from tissuec.courses import Course
+
+
+@pytest.mark.parametrize("method", those(conservative=True))
+@pytest.mark.parametrize("cause", ["viscosity", "drag", "work"])
+def test_conservative_member_gives_way_where_energy_is_lost_or_booked(method, cause):
+    bench = Bench(pair(), 1.0, method=method, tolerance=1e-9, ledger=cause == "work")
+    bench.advance(0.4)
+    assert bench.engine.statistics.method == method
+    assert bench.engine.statistics.changes == ()
+    if cause == "viscosity":
+        bench.situation.damping = np.array([2.0])
+    elif cause == "drag":
+        bench.situation.drag = 2.0
+    else:
+        bench.push([1], [1.0, 0.0, 0.0], Course("ramp", 0.4, 1.0))
+    bench.engine.restart(bench.situation)
+    ran = bench.run()
+    (change,) = ran.engine.statistics.changes
+    assert (change.time, change.method) == (0.4, "dop853")
+    assert method in change.reason
+    assert ran.engine.statistics.method == "dop853"
+    other = Bench(pair(), 1.0, tolerance=1e-9, ledger=cause == "work")
+    other.advance(0.4)
+    other.situation.damping = bench.situation.damping
+    other.situation.drag = bench.situation.drag
+    other.situation.loads.update(bench.situation.loads)
+    other.engine.restart(other.situation)
+    # Both keep 1e-9 of the motion.
+    expected = other.run()
+    assert np.abs(expected.position - ran.position).max() < 1e-9
+    assert ran.work == pytest.approx(expected.work, abs=1e-8)
+
+
+def stiff(**asked):
+    """Return a chain braked so strongly that stability limits explicit steps."""
+    bench = Bench(
+        chain(24, stiffness=100.0, mass=1e-3, damping=20.0),
+        20.0,
+        method="automatic",
+        tolerance=1e-4,
+        fixed=[0],
+        **asked,
+    )
+    bench.push([25], [0.2, 0.0, 0.0])
+    return bench
+
+
+def test_automatic_goes_over_to_implicit_steps_where_explicit_ones_are_at_their_limit():
+    ran = stiff().run()
+    statistics = ran.engine.statistics
+    assert statistics.changes[0].method in those(implicit=True)
+    assert "stability" in statistics.changes[0].reason
+    assert statistics.method in those(implicit=True)
+    far = np.abs(ran.position - stiff_reference()).max()
+    assert far < 1e-4 * ran.largest_displacement[-1]
+
+
+def stiff_reference():
+    bench = Bench(
+        chain(24, stiffness=100.0, mass=1e-3, damping=20.0),
+        20.0,
+        method="esdirk43",
+        tolerance=1e-8,
+        fixed=[0],
+    )
+    bench.push([25], [0.2, 0.0, 0.0])
+    return bench.run().position
+
+
+def test_contests_are_decided_by_counts_so_that_runs_repeat():
+    one, two = stiff().run(), stiff().run()
+    assert one.position.tobytes() == two.position.tobytes()
+    assert one.engine.statistics == two.engine.statistics
+
+
+def test_run_resumed_in_mid_contest_gives_the_same_bytes():
+    whole, kept = stiff(times=np.linspace(0.0, 20.0, 401)), []
+
+    def keep(samples):
+        whole.batches.append(samples)
+        state = whole.engine.checkpoint()
+        if state is not None:
+            now = whole.situation
+            kept.append(
+                (len(whole.batches), now.time, now.position.copy(), now.velocity.copy(), state)
+            )
+
+    outbox = whole.engine._outbox
+    outbox._record = keep
+    parts = ("time", "position", "velocity", "ledger")
+    few = {name: getattr(outbox.buffer, name)[:8] for name in parts}
+    outbox.buffer = outbox.buffer._replace(**few)
+    complete = whole.run()
+    before = [entry for entry in kept if not entry[-1]["changes"]][:1]
+    after = [entry for entry in kept if entry[-1]["changes"]][:2]
+    assert after
+    for count, time, position, velocity, state in [*before, *after]:
+        later = stiff(times=np.linspace(0.0, 20.0, 401))
+        later.situation.time = time
+        later.situation.position[:], later.situation.velocity[:] = position, velocity
+        later.engine.restore(later.situation, state)
+        rest = later.run()
+        recorded = sum(len(batch.time) for batch in whole.batches[:count])
+        assert rest.position.tobytes() == complete.position[recorded:].tobytes()
+        assert rest.engine.statistics == complete.engine.statistics
+
+
+def test_not_stiff_scenes_are_left_to_their_method():
+    ran = Bench(pair(), 3.0, method="automatic", tolerance=1e-6).run()
+    assert ran.engine.statistics.changes == ()
+    exact = 0.1 * (1.0 - relaxation(0.0, np.sqrt(200.0), ran.time))
+    assert ran.position[:, 0, 0] == pytest.approx(exact, abs=2e-7)
