@@ -15,7 +15,7 @@ def test_conservative_member_gives_way_where_energy_is_lost_or_booked(method, ca
     bench = Bench(pair(), 1.0, method=method, tolerance=1e-9, ledger=cause == "work")
     bench.advance(0.4)
     assert bench.engine.statistics.method == method
-    assert bench.engine.statistics.changes == ()
+    assert len(bench.engine.statistics.changes) == 1  # the first choice
     if cause == "viscosity":
         bench.situation.damping = np.array([2.0])
     elif cause == "drag":
@@ -24,7 +24,7 @@ def test_conservative_member_gives_way_where_energy_is_lost_or_booked(method, ca
         bench.push([1], [1.0, 0.0, 0.0], Course("ramp", 0.4, 1.0))
     bench.engine.restart(bench.situation)
     ran = bench.run()
-    (change,) = ran.engine.statistics.changes
+    _, change = ran.engine.statistics.changes
     assert (change.time, change.method) == (0.4, "dop853")
     assert method in change.reason
     assert ran.engine.statistics.method == "dop853"
@@ -57,8 +57,8 @@ def stiff(**asked):
 def test_automatic_goes_over_to_implicit_steps_where_explicit_ones_are_at_their_limit():
     ran = stiff().run()
     statistics = ran.engine.statistics
-    assert statistics.changes[0].method in those(implicit=True)
-    assert "stability" in statistics.changes[0].reason
+    assert statistics.changes[1].method in those(implicit=True)
+    assert "stability" in statistics.changes[1].reason
     assert statistics.method in those(implicit=True)
     far = np.abs(ran.position - stiff_reference()).max()
     assert far < 1e-4 * ran.largest_displacement[-1]
@@ -116,6 +116,6 @@ def test_run_resumed_in_mid_contest_gives_the_same_bytes():
 
 def test_not_stiff_scenes_are_left_to_their_method():
     ran = Bench(pair(), 3.0, method="automatic", tolerance=1e-6).run()
-    assert ran.engine.statistics.changes == ()
+    assert len(ran.engine.statistics.changes) == 1
     exact = 0.1 * (1.0 - relaxation(0.0, np.sqrt(200.0), ran.time))
     assert ran.position[:, 0, 0] == pytest.approx(exact, abs=2e-7)

@@ -53,6 +53,7 @@ SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
 # Part of what a step may be wrong by that is left to solving its equations.
 SOLVING = 0.02
+FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
 # Rupture is examined closely from this part of the strength on; covers the difference between
 # the parabola through three looks and the tension's true course.
 MARGIN = 0.999
@@ -215,10 +216,11 @@ def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
 
 def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> None:
     """Say how exactly the equations of a step are to be solved."""
-    allowed = min(task.budget * h, task.share)
-    fair = max(speed, max(displacement, task.floor) / h)
-    work.goal[0] = SOLVING * (allowed * max(displacement, task.floor) + task.noise)
-    work.goal[1] = SOLVING * (allowed * fair + task.noise / h)
+    allowed = FIXED if task.fixed == 1 else SOLVING * min(task.budget * h, task.share)
+    # Speeds by themselves: what is left in motions that nothing brakes would stay there.
+    pace = max(speed, task.floor / h)
+    work.goal[0] = allowed * max(displacement, task.floor) + SOLVING * task.noise
+    work.goal[1] = allowed * pace + SOLVING * task.noise / h
 
 
 def judge(

@@ -359,6 +359,8 @@ class Engine:
         """Return the fastest rate [1/s] of a state, and the longest step at it [s]."""
         facts = measured_facts(situation)
         omega, zeta = facts["omega"], facts["zeta"]
+        if not omega:
+            return facts["damping"], np.inf
         fastest = omega * (zeta + np.sqrt(zeta * zeta - 1.0)) if zeta > 1.0 else omega
         return float(fastest), self._integrator.stability_limit(omega, zeta)
 
