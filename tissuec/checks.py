@@ -17,6 +17,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.network import BodyPart, Floats, Network
+from tissuec.plan import RELAXATION
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
@@ -177,7 +178,7 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
 def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
     """W403: a fixed step above what the method can bear."""
     simulation = compiled.plan.simulation
-    if simulation.step is None:
+    if simulation.step is None or simulation.integrator == RELAXATION:
         return
     situation = situation_at_start(compiled)
     omega = spectral_radius(situation)

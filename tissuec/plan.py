@@ -12,6 +12,9 @@ from tissuec.measures.moment import Moment
 from tissuec.network import Floats, Indices
 from tissuec.verbs import Action
 
+RELAXATION = "relaxation"
+"""The integrator that is none: the net is in equilibrium all the time."""
+
 
 @dataclass(frozen=True, slots=True)
 class Simulation:

@@ -13,9 +13,11 @@ from tissuec.engine.choice import choose, measured_facts
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.network import Network
+from tissuec.plan import RELAXATION
 
 SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measured
 FRAME_VALUES = 9  # position, velocity and force of a node
+SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
 LOG_VALUES = 4  # the time, and at most a vector
 ENERGY_VALUES = 7  # the time, and six kinds of energy
 
@@ -58,17 +60,17 @@ def predict(compiled: Compiled) -> Prediction:
         ledger=plan.needs_ledger, watch_strength=plan.breakable,
     )  # fmt: skip
     choice = choose(situation, method)
-    integrator = INTEGRATORS[choice.name]
+    integrator = None if choice.name == RELAXATION else INTEGRATORS[choice.name]
     facts = measured_facts(situation)
-    limit = (
-        integrator.stability_limit(facts["omega"], facts["zeta"]) if facts["omega"] else np.inf
-    )
+    limit = np.inf
+    if facts["omega"] and integrator is not None:
+        limit = integrator.stability_limit(facts["omega"], facts["zeta"])
     facts["limit"] = float(limit)
     step = simulation.step or limit
     # Of an unlimited method only the tolerance decides; without motion one step does.
     unknown = np.nan if facts["omega"] else 1.0
     steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
-    evaluations = steps * integrator.evaluations
+    evaluations = steps * (SWEEPS if integrator is None else integrator.evaluations)
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,

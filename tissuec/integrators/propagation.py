@@ -155,7 +155,7 @@ class Propagation:
     conservative = False
     stabilised = False
     promises = False
-    evaluations = 1
+    evaluations = 55
     rows = ROWS
     end_row = END
     control_order = 1.0

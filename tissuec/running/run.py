@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from tissuec.measures.moment import Ledger
 from tissuec.network import Floats, Network
-from tissuec.plan import Plan
+from tissuec.plan import RELAXATION, Plan
 from tissuec.running.failing import explain
 from tissuec.running.interrupting import Interrupt, asked_to_stop
 from tissuec.running.notes import notes
@@ -27,6 +27,7 @@ from tissuec.verbs import Happening
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine
     from tissuec.engine.method import Statistics, Tier
+    from tissuec.engine.quasistatic import QuasiStatic
 
 CHECKPOINT_EVERY = 5.0
 """Least wall time between checkpoints [s]."""
@@ -172,7 +173,8 @@ class _Loop:
 
     def notes(self) -> tuple[str, ...]:
         """Return what a fixed step did to the energy, and how it was kept."""
-        if self.plan.simulation.step is None:
+        simulation = self.plan.simulation
+        if simulation.step is None or simulation.integrator == RELAXATION:
             return ()
         standing = self.standing
         ledger = Ledger(standing.initial, *self._sums(), standing.switched)
@@ -212,7 +214,7 @@ class _Loop:
 
 def _make_engine(
     network: Network, plan: Plan, recorder: Recorder, tier: "Tier | None"
-) -> "Engine":
+) -> "Engine | QuasiStatic":
     """Return a new engine; imported only here, because it brings much along."""
     from tissuec.engine.engine import Engine
     from tissuec.engine.method import Method
@@ -226,4 +228,8 @@ def _make_engine(
         ledger=plan.needs_ledger,
         watch_strength=plan.breakable,
     )
+    if method.name == RELAXATION:
+        from tissuec.engine.quasistatic import QuasiStatic
+
+        return QuasiStatic(network, method, recorder.times, recorder.record)
     return Engine(network, method, recorder.times, recorder.record, tier=tier)

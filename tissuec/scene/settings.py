@@ -11,7 +11,7 @@ from tissuec.core.source import Span
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
-from tissuec.plan import Simulation
+from tissuec.plan import RELAXATION, Simulation
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
@@ -126,12 +126,12 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
 
 def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
     """Reject a method that cannot keep a tolerance."""
-    if not INTEGRATORS[name].promises:
+    if name == RELAXATION or not INTEGRATORS[name].promises:
         scope.findings.reject(
             "TIS306",
             f"{name} estimates no error, so that it cannot keep a tolerance",
             place,
-            hint="write how long its frames are, such as step = 10 ms",
+            hint="write instead how far apart its states are, such as step = 10 ms",
         )
 
 
@@ -139,9 +139,8 @@ def simulate_schema() -> dict[str, schema.Entry]:
     """Return the entries of simulate with the integrators there are."""
     entries = schema.entries_of(SimulateEntries)
     old = entries["integrator"]
-    entries["integrator"] = schema.Entry(
-        old.name, old.field, OneOf((AUTOMATIC, *INTEGRATORS)), old.default, old.about
-    )
+    names = OneOf((AUTOMATIC, *INTEGRATORS, RELAXATION))
+    entries["integrator"] = schema.Entry(old.name, old.field, names, old.default, old.about)
     return entries
 
 

@@ -8,10 +8,15 @@ more than a threshold. (Nürnberger, Radetzky & Kruse 1998, section 3.1.4.)
 The paper does not say how a node gives way. Here it moves by F / Σ c, where springs to a node
 of the same layer count twice: the minimum of Σ ½ c |r' - L0 u|² with the present directions u.
 That function is nowhere below the energy and equals it here, so that the energy falls in every
-layer, however stiff the net. What it costs is that soft motions of large nets come slowly.
+layer, however stiff the net. But soft motions of large nets come slowly, so that a sweep begins
+ahead of where the last one ended, along what it has moved, unless that leads uphill. (Y.
+Nesterov, Soviet Math. Dokl. 27:372, 1983; B. O'Donoghue, E. Candès, Found. Comput. Math.
+15:715, 2015.)
 """
 
 from collections.abc import Iterator
+from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -21,8 +26,22 @@ from tissuec.network import Floats, Indices
 from tissuec.statics.balance import Balance
 
 
-def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> tuple[Floats, int]:
-    """Return where the free nodes come to [m], shape (free, 3), and the number of sweeps.
+class Relaxed(NamedTuple):
+    """Where relaxation came to.
+
+    Attributes:
+        x: Of the free nodes [m], shape (free, 3).
+        sweeps: How many it took.
+        change: The largest change of a force in the last one [N].
+    """
+
+    x: Floats
+    sweeps: int
+    change: float
+
+
+def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> Relaxed:
+    """Let the free nodes give way until forces hardly change.
 
     Args:
         x: Where they are [m], shape (free, 3).
@@ -30,19 +49,37 @@ def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> tuple[
         most: Sweeps after which it ends in any case.
     """
     if not len(x):
-        return x, 0
-    x, layers = x.copy(), Layers(balance)
-    force = balance.force(balance.bars(x))
+        return Relaxed(x, 0, 0.0)
+    layers, ahead, pace = Layers(balance), x, 1.0
+    bars = balance.bars(x)
+    force, (energy, _) = balance.force(bars), balance.energy(x, bars)
     urge = _sizes(force)
     for sweep in range(1, most + 1):
-        for layer in layers.beginning_with(urge):
-            bars = balance.bars(x)
-            x[layer.nodes] += balance.force(bars)[layer.nodes] / layer.weight[:, None]
-        before, force = force, balance.force(balance.bars(x))
+        there = _sweep(balance, layers, ahead, urge)
+        bars = balance.bars(there)
+        after, rounding = balance.energy(there, bars)
+        if after > energy + rounding and pace > 1.0:
+            ahead, pace = x, 1.0
+            continue
+        if np.vdot(ahead - there, there - x) > 0.0:
+            pace = 1.0  # the lead goes uphill
+        faster = 0.5 * (1.0 + sqrt(1.0 + 4.0 * pace * pace))
+        ahead = there + (pace - 1.0) / faster * (there - x)
+        x, energy, pace = there, after, faster
+        before, force = force, balance.force(bars)
         urge = _sizes(force - before)
         if urge.max() <= threshold:
-            return x, sweep
-    return x, most
+            return Relaxed(x, sweep, float(urge.max()))
+    return Relaxed(x, most, float(urge.max()))
+
+
+def _sweep(balance: Balance, layers: "Layers", x: Floats, urge: Floats) -> Floats:
+    """Return where the free nodes are after each layer gave way once [m], shape (free, 3)."""
+    x = x.copy()
+    for layer in layers.beginning_with(urge):
+        force = balance.force(balance.bars(x))[layer.nodes]
+        x[layer.nodes] += force / layer.weight[:, None]
+    return x
 
 
 class Layer:

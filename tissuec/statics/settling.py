@@ -92,7 +92,7 @@ def _equilibrium(balance: Balance, x: Floats) -> Floats:
         if found:
             return x
         threshold = 1e-3 * greatest(balance.force(balance.bars(x)))
-        x, _ = relax(balance, x, threshold=threshold, most=SWEEPS)
+        x = relax(balance, x, threshold=threshold, most=SWEEPS).x
     force = balance.force(balance.bars(x))
     worst = int(np.argmax((force**2).sum(axis=1)))
     left = show(float(np.linalg.norm(force[worst])), FORCE)

@@ -1,0 +1,185 @@
+"""Measure the published propagation on the published tube, for ``numerics.md``.
+
+    python docs/make_propagation.py
+
+takes some minutes and needs matplotlib. The scene is ``library/scenes/sterilisation.tis`` until
+before the cut, without ruptures: the tube hangs, is grasped and lifted. What it is measured by
+is the same scene to a tolerance of 1e-8.
+"""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from tissuec.core.resources import library
+from tissuec.core.source import Source
+from tissuec.core.units import TIME, show
+from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.propagation import FLOOR
+from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.reference.markdown import replace_places, table
+from tissuec.results.trajectory import Trajectory
+
+PAGE = Path(__file__).resolve().parent / "numerics.md"
+FIGURE = Path(__file__).resolve().parent / "figures" / "propagation.png"
+DURATION = 0.6
+FRAMES = (50e-3, 20e-3, 10e-3, 5e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
+READINGS = {"forces remembered": FLOOR, "forgotten at each frame": 1.0}
+METHOD = "integrator is automatic; tolerance = 1e-4"
+VERLET = "velocity verlet"
+COLOURS = {
+    "forces remembered": "#b2182b",
+    "forgotten at each frame": "#2166ac",
+    VERLET: "#777777",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A run by propagation.
+
+    Attributes:
+        frame: t_Δ [s].
+        evaluations, stalls: What it took.
+        error: Of positions, over the largest displacement; infinite if it diverged.
+        added: Energy from nowhere at the end, over the largest of the exact run.
+    """
+
+    frame: float
+    evaluations: int
+    stalls: int
+    error: float
+    added: float
+
+
+def main() -> None:
+    """Measure everything; rewrite the page and the figure."""
+    exact, _ = positions(scene("integrator is dop853; tolerance = 1e-8"))
+    found = {}
+    for name, floor in READINGS.items():
+        with floor_at(floor):
+            found[name] = [measured("propagation", frame, exact) for frame in FRAMES]
+    page = PAGE.read_text(encoding="utf-8")
+    contents = {"propagation": shown(found)}
+    PAGE.write_text(replace_places(page, contents, mark="tried"), encoding="utf-8")
+    found[VERLET] = [measured(VERLET, frame, exact) for frame in FRAMES]
+    draw(found).savefig(FIGURE, dpi=110)
+
+
+def scene(method: str) -> str:
+    """Return the text of the scene with another method."""
+    text = (library() / "scenes" / "sterilisation.tis").read_text(encoding="utf-8")
+    kept = [
+        line
+        for line in text.splitlines()
+        if not line.startswith("expect")
+        and not any(word in line for word in ("cut time", "facing", "release", "gap of"))
+    ]
+    changed = "\n".join(kept).replace("rupture is allowed", "rupture is not allowed")
+    changed = changed.replace("tool shears { kind is scissors }\n", "")
+    changed = changed.replace("duration = 2 s", f"duration = {DURATION} s")
+    changed = changed.replace("force of forceps A every 1 ms", "")
+    changed = changed.replace("every 40 ms", "every 50 ms").replace(
+        "every 10 ms", "every 50 ms"
+    )
+    return changed.replace(METHOD, method)
+
+
+@contextmanager
+def floor_at(floor: float) -> Iterator[None]:
+    """Let steps be halved down to another part of the frame."""
+    coefficients = INTEGRATORS["propagation"].tableau
+    before = coefficients[0, 0]
+    coefficients[0, 0] = floor
+    yield
+    coefficients[0, 0] = before
+
+
+def positions(text: str) -> tuple[tuple[np.ndarray, np.ndarray], dict]:
+    """Return positions [m] and energies [J] over time, and the manifest."""
+    request = Request(Source("propagation.tis", text))
+    compiled, _ = compile_request(request)
+    with tempfile.TemporaryDirectory() as folder:
+        path = simulate(compiled, Path(folder) / "run.vtkhdf", request=request).path
+        with Trajectory.open(path) as trajectory:
+            energies = trajectory.energies
+            assert energies is not None
+            state = np.asarray(trajectory.position), np.asarray(energies.value)
+            return state, trajectory.manifest
+
+
+def measured(method: str, frame: float, exact: tuple[np.ndarray, np.ndarray]) -> Measured:
+    """Return what a run with frames, or steps, of a size does."""
+    state, manifest = positions(scene(f"integrator is {method}; step = {frame!r} s"))
+    position, energy = state
+    done = bool(manifest["finished"])
+    reach = np.linalg.norm(exact[0] - exact[0][0], axis=2).max()
+    error = np.linalg.norm(position - exact[0], axis=2).max() / reach if done else np.inf
+    kinetic, elastic, weight, work, lost, switched = energy.T
+    balance = kinetic + elastic + weight - work + lost - switched
+    largest = (exact[1][:, 0] + exact[1][:, 1]).max()
+    added = (balance[-1] - balance[0]) / largest if done else np.inf
+    statistics = manifest["statistics"]
+    print(f"{frame:g} s: {manifest['outcome']}, error {error:.2g}, added {added:.2g}")
+    return Measured(
+        frame,
+        int(statistics["evaluations"]),
+        int(statistics["stalls"]),
+        float(error),
+        float(added),
+    )
+
+
+def shown(found: dict[str, list[Measured]]) -> str:
+    """Return the table of the page."""
+    first, second = READINGS
+    heads = (
+        "t_Δ", f"{first}: error", "energy added", "forces per frame", "stalls per frame",
+        f"{second}: error", "energy added",
+    )  # fmt: skip
+    rows = []
+    for one, other in zip(found[first], found[second], strict=True):
+        frames = DURATION / one.frame
+        work = (f"{one.evaluations / frames:.0f}", f"{one.stalls / frames:.0f}")
+        done = (*ended(one), *(work if np.isfinite(one.error) else ("", "")))
+        rows.append((show(one.frame, TIME), *done, *ended(other)))
+    return table(heads, rows)
+
+
+def ended(run: Measured) -> tuple[str, str]:
+    """Return the error and the energy of a run, in words."""
+    if not np.isfinite(run.error):
+        return "diverged", ""
+    return f"{run.error:.1e}", f"{100.0 * run.added:+.2g} %"
+
+
+def draw(found: dict[str, list[Measured]]) -> plt.Figure:
+    """Return errors against the frame and against the work."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.8, 3.6), layout="constrained")
+    for name, runs in found.items():
+        done = [run for run in runs if np.isfinite(run.error)]
+        errors = [run.error for run in done]
+        look = {"color": COLOURS[name], "marker": "o", "markersize": 4, "label": name}
+        left.loglog([1e3 * run.frame for run in done], errors, **look)
+        right.loglog([run.evaluations for run in done], errors, **look)
+    left.set(xlabel="frame t_Δ, or step [ms]", ylabel="error of positions (relative)")
+    right.set(xlabel="evaluations of the forces")
+    for axes in (left, right):
+        axes.grid(color="#dddddd", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.yaxis.set_minor_formatter("")
+    left.legend(frameon=False, fontsize=8)
+    return figure
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+"""Runs without inertia: the net is relaxed again and again while what holds it moves.
+
+The first of the two ways of propagation in the paper: at each time that counts, the net goes to
+the local minimum of its energy from where it is. Free nodes have no velocity. Times that count
+are those of outputs and of the script, and as many between them as the step asks for; nothing
+is known of what is between. What the energy loses on the way is booked as dissipated.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from tissuec import mechanics
+from tissuec.core.units import FORCE, show
+from tissuec.engine import failures
+from tissuec.engine.method import Interruption, Method, Samples, Statistics
+from tissuec.engine.within import Watch
+from tissuec.network import Floats, Network
+from tissuec.plan import RELAXATION
+from tissuec.situation import Situation
+from tissuec.statics.balance import Balance
+from tissuec.statics.relaxation import relax
+from tissuec.statics.settling import Unsettled, refuse_falling
+
+THRESHOLD = 1e-9  # of the largest force: the change of a force that counts
+SWEEPS = 20_000
+Pause = Callable[[float], bool]
+
+
+class QuasiStatic:
+    """Steps one run; used like ``Engine``, whose methods say what they do.
+
+    Args:
+        network: The network of the run.
+        method: With a step: the longest time between two relaxations.
+        sample_times: When to record [s], ascending without repetitions, shape (sample,).
+        record: Called with each sample.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        method: Method,
+        sample_times: Floats,
+        record: Callable[[Samples], None],
+    ):
+        assert method.step is not None, "the step says how often the net is relaxed"
+        self.network, self.method, self.step = network, method, method.step
+        self._times, self._record = sample_times, record
+        self._sample = self._relaxations = self._sweeps = 0
+        self._work = self._lost = self._begun = 0.0
+        self._stale = True
+        self._smallest, self._largest = np.inf, 0.0
+
+    @property
+    def statistics(self) -> Statistics:
+        return Statistics(
+            method=RELAXATION,
+            reason=f'"{RELAXATION}" was asked for',
+            tier="interpreted",
+            accepted=self._relaxations,
+            rejected=0,
+            evaluations=self._sweeps,
+            factorisations=0,
+            solutions=0,
+            stalls=0,
+            smallest=self._smallest if self._largest else 0.0,
+            largest=self._largest,
+        )
+
+    def restart(self, situation: Situation) -> None:
+        self._stale, self._begun = True, situation.time
+
+    def advance(
+        self,
+        situation: Situation,
+        until: float,
+        watch: Watch | None = None,
+        pause: Pause | None = None,
+    ) -> Interruption:
+        while True:
+            if self._stale and (found := self._relax(situation, situation.time, watch)):
+                return found
+            if situation.time >= until:
+                return Interruption("reached", situation.time)
+            self._take_samples(situation, np.nextafter(situation.time, np.inf))
+            if found := self._relax(situation, self._next(situation.time, until), watch):
+                return found
+            if pause is not None and pause(situation.time):
+                return Interruption("paused", situation.time)
+
+    def finish(self, situation: Situation) -> None:
+        self._take_samples(situation, np.inf)
+
+    def checkpoint(self) -> dict[str, Any]:
+        return {
+            "sample": self._sample,
+            "relaxations": self._relaxations,
+            "sweeps": self._sweeps,
+            "ledger": np.array([self._work, self._lost]),
+            "begun": self._begun,
+            "sizes": np.array([self._smallest, self._largest]),
+        }
+
+    def restore(self, situation: Situation, state: Mapping[str, Any]) -> None:
+        self._sample, self._begun = int(state["sample"]), float(state["begun"])
+        self._relaxations, self._sweeps = int(state["relaxations"]), int(state["sweeps"])
+        self._work, self._lost = map(float, state["ledger"])
+        self._smallest, self._largest = map(float, state["sizes"])
+        self._stale = False
+
+    def _next(self, time: float, until: float) -> float:
+        """Return the next time that counts [s], at most ``until``."""
+        count = np.ceil((until - self._begun) / self.step * (1.0 - 1e-12))
+        size = (until - self._begun) / max(count, 1.0)
+        frames = self._begun + size * (np.floor((time - self._begun) / size + 1e-9) + 1.0)
+        frame = until if frames > until - 1e-9 * size else frames
+        sample = self._times[self._sample] if self._sample < len(self._times) else np.inf
+        return float(min(frame, sample, until))
+
+    def _take_samples(self, situation: Situation, before: float) -> None:
+        """Record the state for the samples that are due before a time [s]."""
+        while self._sample < len(self._times) and self._times[self._sample] < before:
+            one = np.array([self._times[self._sample]])
+            state = situation.position[None].copy(), situation.velocity[None].copy()
+            sums = np.array([self._work]), np.array([self._lost])
+            self._sample += 1
+            self._record(Samples(one, *state, *sums, np.zeros(1)))
+
+    def _relax(
+        self, situation: Situation, time: float, watch: Watch | None
+    ) -> Interruption | None:
+        """Go to a time and relax there; return what happens then."""
+        before = self._look(situation)
+        if time > situation.time:
+            self._smallest = min(self._smallest, time - situation.time)
+            self._largest = max(self._largest, time - situation.time)
+        situation.time, self._stale = time, False
+        situation.place_held()
+        balance = Balance(situation, np.ones(self.network.node_count, dtype=bool))
+        try:
+            refuse_falling(balance)
+        except Unsettled as failure:
+            return Interruption("stuck", time, node=failure.node, message=failure.message)
+        bars = balance.bars(balance.start)
+        threshold = THRESHOLD * balance.largest(bars) + balance.noise(bars)
+        found = relax(balance, balance.start, threshold=threshold, most=SWEEPS)
+        self._relaxations += 1
+        self._sweeps += found.sweeps
+        situation.position[balance.free] = found.x
+        situation.velocity[balance.free] = 0.0
+        if found.change > threshold and found.sweeps == SWEEPS:
+            force = balance.force(balance.bars(found.x))
+            node = int(balance.free[np.argmax((force**2).sum(axis=1))])
+            left = show(found.change, FORCE)
+            message = f"forces still change by {left} after {SWEEPS} sweeps"
+            return Interruption("stuck", time, node=node, message=message)
+        self._book(before, self._look(situation))
+        broken = failures.overstretched(situation) if self.method.watch_strength else ()
+        if len(broken):
+            return Interruption("ruptured", time, springs=np.asarray(broken))
+        if watch is not None and watch(time, situation.position, situation.velocity):
+            return Interruption("triggered", time)
+        return None
+
+    def _look(self, situation: Situation) -> tuple[Floats, Floats, float]:
+        """Return positions, forces from outside that do work, and the energy; if it is kept."""
+        if not self.method.ledger:
+            return np.zeros((0, 3)), np.zeros((0, 3)), 0.0
+        position, still = situation.position, np.zeros_like(situation.velocity)
+        held = situation.held
+        force = np.zeros_like(position)
+        for load in situation.loads.values():
+            np.add.at(force, load.nodes, load.at(situation.time))
+        springs = mechanics.spring_forces(situation, position, still)
+        force[held] = -springs[held]
+        energy = float(mechanics.energies(situation, position, still).total)
+        return position.copy(), force, energy
+
+    def _book(
+        self, before: tuple[Floats, Floats, float], after: tuple[Floats, Floats, float]
+    ) -> None:
+        """Book the work of forces by the trapezoidal rule, and what is missing as lost."""
+        done = float(np.vdot(0.5 * (before[1] + after[1]), after[0] - before[0]))
+        self._work += done
+        self._lost += done - (after[2] - before[2])
