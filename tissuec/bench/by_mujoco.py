@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
+from tissuec.bench.starting import situation_at_start
 from tissuec.bench.trial import Deadline, Failed, Trial
-from tissuec.running.staging import Stage
-from tissuec.running.standing import Standing
 from tissuec.situation import Situation
 
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
@@ -38,14 +36,6 @@ def refusal(problem: Problem) -> str:
     if problem.network.node_count > LARGEST:
         return f"the net has more than {LARGEST} nodes"
     return ""
-
-
-def situation_at_start(problem: Problem) -> Situation:
-    """Return the situation after the events of 0 s."""
-    frames = Frames(problem)
-    standing = Standing.begin(problem.network, problem.plan, frames.memory)
-    Stage(problem.network, problem.plan, frames, standing).begin()
-    return standing.situation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -81,7 +81,7 @@ class Tolerances(click.ParamType):
     "--stability",
     is_flag=True,
     help="Instead of measuring a scene, try all methods on scenes at the ends of what can be "
-    "written.",
+    "written; heeds --method, --budget and --plot.",
 )
 @click.option("--small", is_flag=True, help="A few of the scenes of --stability only.")
 @scene_options
