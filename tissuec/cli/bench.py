@@ -70,7 +70,7 @@ class Tolerances(click.ParamType):
     default=10.0,
     show_default=True,
     metavar="SECONDS",
-    help="Time that one run may take; what takes longer is left out.",
+    help="Time of the processor that a run may take; what takes longer is left out.",
 )
 @click.option(
     "--plot",

@@ -68,7 +68,7 @@ def stress(
 
     Args:
         methods: Names; none means all.
-        budget: Wall time of a run [s].
+        budget: Time of the processor for a run [s].
         tell: Told which scene is tried.
     """
     names = tuple(methods) or (AUTOMATIC, *INTEGRATORS)
