@@ -18,7 +18,7 @@ class Point:
 
     Attributes:
         error: Largest error of a position, as a tolerance counts it.
-        seconds: Median wall time [s].
+        seconds: Median time of the processor [s].
         evaluations: Of the forces.
         position: [m], shape (row, node, 3).
     """

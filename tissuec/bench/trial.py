@@ -42,7 +42,7 @@ class Trial:
     """A finished run.
 
     Attributes:
-        seconds: Wall time [s].
+        seconds: Time of the processor [s]; wall time on one thread of an idle machine.
         evaluations: Of the forces.
         position: At the times of the problem [m], shape (row, node, 3).
     """
