@@ -103,8 +103,9 @@ def command(
 
     The others are SciPy's and, where they are installed (extra bench), CVODE and MuJoCo; those
     of SciPy and CVODE are driven by the engine's own compiled forces. Times are those of the
-    processor, on one thread. Nothing is written but the plot. Exit code: 0 done, 1 no reference came out or a scene of --stability is silently
-    wrong, 2 the text or the command line is wrong.
+    processor, on one thread. Nothing is written but the plot. Exit code: 0 done, 1 no reference
+    came out or a scene of --stability is silently wrong, 2 the text or the command line is
+    wrong.
     """
     _use_one_thread()
     if plot is not None:
