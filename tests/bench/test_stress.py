@@ -14,36 +14,41 @@ from tissuec.bench.stress.known import Known, find_known
 from tissuec.bench.stress.verdict import Court
 from tissuec.cli import group
 from tissuec.core.source import Source
+from tissuec.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
 
 BUDGET = 5.0
-METHODS = ("automatic", "dop853", "velocity verlet")
-# Two masses on a line that go right through each other: there the force of a spring jumps from
-# one side to the other, and no method is told. Known, and not yet refused.
-KNOWN = {"through each other"}
+QUICK = ("automatic", "dop853", "velocity verlet")
+# Two masses that go through each other, or almost: there the force of a spring jumps from one
+# side to the other, which no method finds out. Positions are kept, the energy balance is not.
+KNOWN = {"through each other", "past each other"}
 SMALL, FULL = list(all_cells(small=True)), list(all_cells(small=False))
 REST = Cell("rest", "1", tube(), 0.05)
 
 
+def bad_verdicts(cell, methods):
+    """Return what is silently wrong or crashed on a scene, one line each."""
+    court = Court(cell, BUDGET)
+    found = [court.judge(method) for method in methods]
+    return [f"{v.method}: {v.why}" for v in found if v.kind in grid.BAD and not excused(v)]
+
+
+def excused(found):
+    """Tell whether a verdict is a known weakness: implicit methods swallow energy."""
+    damps = found.method in INTEGRATORS and INTEGRATORS[found.method].implicit
+    energy = found.kind == "wrong" and found.why.startswith("energy")
+    return energy and (damps or found.value in KNOWN)
+
+
 @pytest.mark.parametrize("cell", SMALL, ids=lambda c: f"{c.axis} {c.value}")
 def test_nothing_is_silently_wrong(cell):
-    if cell.value in KNOWN:
-        pytest.xfail("springs through no length are not found out")
-    court = Court(cell, BUDGET)
-    for method in METHODS:
-        found = court.judge(method)
-        assert found.kind not in grid.BAD, f"{method}: {found.why}\n{found.scene}"
+    assert not bad_verdicts(cell, QUICK)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", FULL, ids=lambda c: f"{c.axis} {c.value}")
 def test_nothing_of_the_full_grid_is_silently_wrong(cell):
-    if cell.value in KNOWN:
-        pytest.xfail("springs through no length are not found out")
-    court = Court(cell, BUDGET)
-    for method in METHODS:
-        found = court.judge(method)
-        assert found.kind not in grid.BAD, f"{method}: {found.why}\n{found.scene}"
+    assert not bad_verdicts(cell, ("automatic", *INTEGRATORS))
 
 
 def compiled(text):

@@ -59,7 +59,7 @@ def bench(
         methods: Names of solvers; none means all.
         tolerances: Any order.
         repeat: Timed runs of each point.
-        budget: Wall time that a run may take [s].
+        budget: Time of the processor that a run may take [s].
         tell: Told what is being done.
 
     Raises:

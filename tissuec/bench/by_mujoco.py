@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
+from tissuec.bench.starting import situation_at_start
 from tissuec.bench.trial import Deadline, Failed, Trial
-from tissuec.running.staging import Stage
-from tissuec.running.standing import Standing
 from tissuec.situation import Situation
 
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
@@ -38,14 +36,6 @@ def refusal(problem: Problem) -> str:
     if problem.network.node_count > LARGEST:
         return f"the net has more than {LARGEST} nodes"
     return ""
-
-
-def situation_at_start(problem: Problem) -> Situation:
-    """Return the situation after the events of 0 s."""
-    frames = Frames(problem)
-    standing = Standing.begin(problem.network, problem.plan, frames.memory)
-    Stage(problem.network, problem.plan, frames, standing).begin()
-    return standing.situation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +62,7 @@ class MujocoSolver:
         data.qvel[:] = situation.velocity[free].ravel()
         for load in situation.loads.values():
             data.xfrc_applied[1 + load.nodes, :3] += load.at(0.0)
-        started = clock.perf_counter()
+        started = clock.process_time()
         step = self._step(tolerance)
         position, steps, time = [], 0, 0.0
         for when in self.problem.times:
@@ -83,7 +73,7 @@ class MujocoSolver:
                 mujoco.mj_step(model, data, nstep=min(1000, count - chunk))
             steps, time = steps + count, when
             position.append(self._position(situation, free, data))
-        seconds = clock.perf_counter() - started
+        seconds = clock.process_time() - started
         if not np.isfinite(position[-1]).all() or data.time < 0.99 * time:
             raise Failed("MuJoCo's motion grew without bounds")
         return Trial(seconds, STAGES[self.integrator] * steps, np.array(position))

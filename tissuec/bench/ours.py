@@ -33,7 +33,7 @@ class EngineSolver:
     def solve(self, tolerance: float, deadline: Deadline) -> Trial:
         """Return a run at a tolerance; see ``Solver``."""
         problem, frames = self.problem, Frames(self.problem)
-        started = clock.perf_counter()
+        started = clock.process_time()
         outcome = run(
             problem.network,
             problem.by(self.method, tolerance),
@@ -41,7 +41,7 @@ class EngineSolver:
             interrupt=lambda: deadline.is_over,
             tier=self.tier,
         )
-        seconds, statistics = clock.perf_counter() - started, outcome.statistics
+        seconds, statistics = clock.process_time() - started, outcome.statistics
         if outcome.kind == "interrupted":
             raise OutOfTime("the budget of time was used up")
         if outcome.kind != "done":

@@ -18,7 +18,7 @@ class Point:
 
     Attributes:
         error: Largest error of a position, as a tolerance counts it.
-        seconds: Median wall time [s].
+        seconds: Median time of the processor [s].
         evaluations: Of the forces.
         position: [m], shape (row, node, 3).
     """
@@ -60,7 +60,7 @@ def measure(
         tolerances: Coarse to fine.
         truth: Positions that errors are measured against [m], shape (row, node, 3).
         repeat: Timed runs of each point.
-        budget: Wall time that a run may take [s].
+        budget: Time of the processor that a run may take [s].
         tell: Told what is being done.
     """
     found: dict[tuple[int, float], Trial] = {}

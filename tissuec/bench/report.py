@@ -78,7 +78,7 @@ def columns(rows: list[tuple[str, ...]]) -> list[str]:
 
 
 def seconds(value: float) -> str:
-    """Return a wall time with three digits and a unit that suits it."""
+    """Return a time with three digits and a unit that suits it."""
     return f"{value:.3g} s" if value >= 1.0 else f"{1e3 * value:.3g} ms"
 
 

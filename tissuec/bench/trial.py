@@ -20,16 +20,16 @@ class Deadline:
     """Until when a solver may go on.
 
     Args:
-        budget: [s], from now.
+        budget: Time of the processor [s], from now, so that a busy machine changes nothing.
     """
 
     def __init__(self, budget: float):
-        self._until = clock.perf_counter() + budget
+        self._until = clock.process_time() + budget
 
     @property
     def is_over(self) -> bool:
         """Return whether the time is up."""
-        return clock.perf_counter() > self._until
+        return clock.process_time() > self._until
 
     def check(self) -> None:
         """Raise OutOfTime if the time is up."""
@@ -42,7 +42,7 @@ class Trial:
     """A finished run.
 
     Attributes:
-        seconds: Wall time [s].
+        seconds: Time of the processor [s]; wall time on one thread of an idle machine.
         evaluations: Of the forces.
         position: At the times of the problem [m], shape (row, node, 3).
     """

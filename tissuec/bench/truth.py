@@ -54,7 +54,7 @@ def find_truth(
 
     Args:
         finest: Tolerance that is to be judged.
-        budget: Wall time of one point [s].
+        budget: Time of the processor for one point [s].
         patience: How many of them a solution may take.
 
     Raises:

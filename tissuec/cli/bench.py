@@ -70,7 +70,7 @@ class Tolerances(click.ParamType):
     default=10.0,
     show_default=True,
     metavar="SECONDS",
-    help="Time that one run may take; what takes longer is left out.",
+    help="Time of the processor that a run may take; what takes longer is left out.",
 )
 @click.option(
     "--plot",
@@ -81,7 +81,7 @@ class Tolerances(click.ParamType):
     "--stability",
     is_flag=True,
     help="Instead of measuring a scene, try all methods on scenes at the ends of what can be "
-    "written.",
+    "written; heeds --method, --budget and --plot.",
 )
 @click.option("--small", is_flag=True, help="A few of the scenes of --stability only.")
 @scene_options
@@ -102,9 +102,10 @@ def command(
     """Measure time against error of every method on SCENE, beside other solvers.
 
     The others are SciPy's and, where they are installed (extra bench), CVODE and MuJoCo; those
-    of SciPy and CVODE are driven by the engine's own compiled forces. Nothing is written but
-    the plot. Exit code: 0 done, 1 no reference came out or a scene of --stability is silently
-    wrong, 2 the text or the command line is wrong.
+    of SciPy and CVODE are driven by the engine's own compiled forces. Times are those of the
+    processor, on one thread. Nothing is written but the plot. Exit code: 0 done, 1 no reference
+    came out or a scene of --stability is silently wrong, 2 the text or the command line is
+    wrong.
     """
     _use_one_thread()
     if plot is not None:

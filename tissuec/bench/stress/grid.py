@@ -13,7 +13,7 @@ from tissuec.integrators import INTEGRATORS
 
 SIGNS: dict[Kind, tuple[str, str]] = {
     "good": ("ok", "as promised"),
-    "energy": ("ok*", "chaotic, or no reference: energy and momentum are as promised"),
+    "energy": ("ok*", "chaotic, no reference, or a fixed step: energy and momentum hold"),
     "warned": ("warned", "a warning was given, and the result is off"),
     "refused": ("refused", "the text or the run was refused with a sentence"),
     "slow": ("slow", "longer than the budget"),
@@ -68,7 +68,7 @@ def stress(
 
     Args:
         methods: Names; none means all.
-        budget: Wall time of a run [s].
+        budget: Time of the processor for a run [s].
         tell: Told which scene is tried.
     """
     names = tuple(methods) or (AUTOMATIC, *INTEGRATORS)

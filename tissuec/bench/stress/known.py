@@ -40,7 +40,7 @@ def find_known(problem: Problem, budget: float) -> Known:
     """Return what two solvers and a twin tell of a scene.
 
     Args:
-        budget: Wall time of a run [s].
+        budget: Time of the processor for a run [s].
     """
     try:
         truth = find_truth(problem, FINEST, budget, patience=3.0)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tissuec.bench.by_mujoco import situation_at_start
 from tissuec.bench.problem import Problem
+from tissuec.bench.starting import situation_at_start
 from tissuec.bench.trial import Deadline
 from tissuec.network import Floats
 from tissuec.plan import Plan

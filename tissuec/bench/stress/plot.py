@@ -22,10 +22,10 @@ def draw(stress: Stress, path: Path) -> None:
     axes.set_yticks(range(len(rows)), [f"{axis} {value}" for axis, value, *_ in rows])
     axes.set_xticks([column + 0.5 for column in range(width)], stress.methods, rotation=30)
     axes.invert_yaxis()
-    axes.margins(0.0)
+    axes.set_xlim(0, width)
     shown = {verdict.kind for verdict in stress.verdicts}
     for kind, (sign, _) in SIGNS.items():
         if kind in shown:
-            axes.bar(0, 0, color=COLOURS[kind], label=sign)
+            axes.bar(0, 0, 0, color=COLOURS[kind], label=sign)
     figure.legend(loc="outside lower center", ncols=len(shown))
     save(figure, path)

@@ -46,7 +46,7 @@ class Court:
     """Judges all methods on one scene.
 
     Args:
-        budget: Wall time of a run [s].
+        budget: Time of the processor for a run [s].
     """
 
     def __init__(self, cell: Cell, budget: float):
