@@ -54,7 +54,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     h, table, made = end - time, work.tableau, work.solver.made
     stages = work.rows.shape[0] - 3
-    q = h * table[2 * stages - 1, stages]
+    q = h * float(table[2 * stages - 1, stages])
     scale(1.0 / h, work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
     if made[2] == 1.0 and made[0] == q:

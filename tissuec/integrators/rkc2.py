@@ -11,7 +11,7 @@ from math import cosh, log, sinh, sqrt
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS, hermite
-from tissuec.kernels.records import Work
+from tissuec.kernels.records import Floats, Work
 from tissuec.kernels.scalar import LEDGER
 from tissuec.kernels.vector import (
     VectorNet,
@@ -100,7 +100,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
 
 
 def blend(
-    mu: float, nu: float, less: float, start: object, slope: object, last: int, work: Work
+    mu: float, nu: float, less: float, start: Floats, slope: Floats, last: int, work: Work
 ) -> None:
     """Replace the last two stages of x or v by the next one and the last."""
     rows = work.rows

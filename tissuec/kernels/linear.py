@@ -15,7 +15,7 @@ from tissuec.kernels.vector import VectorNet
 
 def assemble(q: float, x: Floats, net: VectorNet, solver: Solver) -> bool:
     """Make S and its factor at a state; return False if S is not positive definite."""
-    from scipy.linalg.lapack import dpbtrf
+    from scipy.linalg.lapack import dpbtrf  # pyright: ignore[reportAttributeAccessIssue]
 
     if net.matrix is None:
         net.matrix = Matrix(net, solver)
@@ -34,7 +34,7 @@ def assemble(q: float, x: Floats, net: VectorNet, solver: Solver) -> bool:
 
 def solve(vector: Floats, net: VectorNet, solver: Solver) -> bool:
     """Replace residuals of accelerations r by S⁻¹ M r; held nodes get zero."""
-    from scipy.linalg.lapack import dpbtrs
+    from scipy.linalg.lapack import dpbtrs  # pyright: ignore[reportAttributeAccessIssue]
 
     matrix = net.matrix
     if not matrix.size:
@@ -116,7 +116,7 @@ class Matrix:
         parts = [block.ravel(), block.ravel(), -block.ravel(), -block.ravel(), mass]
         values = np.concatenate(parts)[self.kept]
         if self.banded:
-            return np.bincount(self.place, values, self.length)
+            return np.bincount(self.place, values, self.length).astype(float, copy=False)
         return values
 
     def factorise(self, values: Floats) -> bool:

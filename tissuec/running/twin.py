@@ -18,6 +18,7 @@ import numpy as np
 
 from tissuec.network import Floats, Network
 from tissuec.plan import Output, Plan
+from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder, Samples, sample_times
 
 FINER = 4.0  # times; the difference is then about the error itself, or a third more
@@ -173,19 +174,12 @@ class _Silent(Recorder):
     """A recorder that keeps positions in shared memory and writes nothing."""
 
     def __init__(self, network: Network, plan: Plan, times: Floats, rows: Floats):
-        super().__init__(network, plan, _Nobody())
+        super().__init__(network, plan, MemoryRecording())
         self._kept = rows
         self.times = times
 
     def record(self, samples: Samples) -> None:
         _keep(samples, self.times, self._kept)
-
-
-class _Nobody:
-    """A writer of nothing."""
-
-    def __getattr__(self, name: str):
-        return lambda *_: None
 
 
 def _keep(samples: Samples, times: Floats, rows: Floats) -> None:
