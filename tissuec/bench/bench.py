@@ -38,9 +38,7 @@ class Bench:
 
     def ratios(self, name: str = AUTOMATIC) -> list[Ratio]:
         """Return how a method of the engine compares with the best of the others."""
-        coarsest = max((p.error for p in self.points if p.ours), default=0.0)
-        levels = [level for level in LEVELS if level <= max(10.0 * coarsest, self.floor)]
-        known = ratios(self.points, name, levels, self.floor)
+        known = ratios(self.points, name, LEVELS, self.floor)
         return [ratio for ratio in known if ratio.best_ours or ratio.best_other]
 
 
