@@ -136,7 +136,7 @@ def test_error_estimates_of_srkn11_vanish_up_to_their_orders():
 @pytest.mark.parametrize(
     ("method", "order", "embedded"),
     [(trbdf2, 2, 3), (esdirk43, 4, 3)],
-    ids=["tr-bdf2", "esdirk43"],
+    ids=["trbdf2", "esdirk43"],
 )
 def test_implicit_methods_fulfil_all_conditions_up_to_their_orders(method, order, embedded):
     # Hosea & Shampine 1996, section 3; Kennedy & Carpenter 2003, appendix C.
@@ -147,7 +147,7 @@ def test_implicit_methods_fulfil_all_conditions_up_to_their_orders(method, order
         assert max(defects(weights, a, up_to + 1)) > 1e-4
 
 
-@pytest.mark.parametrize("method", [trbdf2, esdirk43], ids=["tr-bdf2", "esdirk43"])
+@pytest.mark.parametrize("method", [trbdf2, esdirk43], ids=["trbdf2", "esdirk43"])
 def test_implicit_methods_are_stable_in_the_whole_left_half_and_forget_the_fastest(method):
     a, one = method.WEIGHTS, np.ones(len(method.WEIGHTS))
 

@@ -14,7 +14,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.kernels import banded, iterative, linear
 from tissuec.situation import Situation
 
-MEMBER = INTEGRATORS["tr-bdf2"]  # nets ask for one to know what is near
+MEMBER = INTEGRATORS["trbdf2"]  # nets ask for one to know what is near
 
 
 def random_net(seed, nodes=14, springs=30):

@@ -30,7 +30,7 @@ def accompany(network, plan):
 
 @pytest.mark.parametrize(
     ("method", "tolerance", "step"),
-    [("velocity verlet", 1e-3, None), ("velocity verlet", None, 0.01), ("tr-bdf2", 1e-3, None)],
+    [("velocity verlet", 1e-3, None), ("velocity verlet", None, 0.01), ("trbdf2", 1e-3, None)],
 )
 def test_the_difference_is_about_the_error_against_the_closed_form(method, tolerance, step):
     network = oscillator()

@@ -23,7 +23,9 @@ from tissuec.network import Network
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
 BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
 WORTHWHILE = 0.3  # predicted time to come below which nothing is tried [s]
+TRIALS = 20.0  # times as much as a trial costs must be to come
 BETTER = 1.1  # times as far that the other method must come
+OVERDAMPED = 5.0  # damping ratio from which a stabilised method is worth a trial
 COARSE = 2e-3  # tolerance from which order 2 is enough for an implicit method
 # Time of a force evaluation per spring and per node with all that follows from it, of a factor
 # per multiplication, of a solution per number of the band, and of one by conjugate gradients.
@@ -65,7 +67,7 @@ class Contest:
         cost: float,
         name: str,
         duration: float,
-        candidate: Callable[[], str | None],
+        candidate: Callable[[], tuple[str, float] | None],
     ) -> Choice | None:
         """Return the method to change to, or None to go on.
 
@@ -75,7 +77,8 @@ class Contest:
             cost: Predicted so far [s].
             name: Of the present method.
             duration: Of the run [s].
-            candidate: The method to be tried instead, if stability limits the steps.
+            candidate: The method to be tried instead, if stability limits the steps, and what
+                a trial is predicted to cost [s].
         """
         if effort[0] < self.look:
             return None
@@ -90,7 +93,13 @@ class Contest:
             reason = f"it advances {gain:.2g} times as fast as {name}, by counts of operations"
             change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
             self.length *= 4
-        elif not self.rival and ahead > WORTHWHILE * pace and (other := candidate()):
+        elif (
+            not self.rival
+            and ahead > WORTHWHILE * pace
+            and (found := candidate()) is not None
+            and ahead > TRIALS * found[1] * pace
+        ):
+            other = found[0]
             reason = f"stability and not accuracy limits the steps of {name}: tried instead"
             change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
         else:
@@ -127,6 +136,9 @@ def candidate_for(
 ) -> str | None:
     """Return what may come further than an explicit method, if its steps are at their limit.
 
+    Solved by conjugate gradients, implicit steps of solid blocks cost more than explicit ones
+    even there; what dashpots brake is left to stabilised ones.
+
     Args:
         name: Of the present method.
         step: Its present step [s].
@@ -136,7 +148,15 @@ def candidate_for(
     limit = INTEGRATORS[name].stability_limit(facts["omega"], facts["zeta"])
     if INTEGRATORS[name].implicit or step < BOUND * limit:
         return None
-    if not banded and facts["zeta"] > 5.0:
-        return "rkc2"
+    if not banded:
+        return "rkc2" if facts["zeta"] > OVERDAMPED else None
     tolerance = method.tolerance
-    return "tr-bdf2" if tolerance is not None and tolerance >= COARSE else "esdirk43"
+    return "trbdf2" if tolerance is not None and tolerance >= COARSE else "esdirk43"
+
+
+def trial_cost(name: str, network: Network, springs: int, solver: Solver) -> float:
+    """Return the predicted time of both windows of a trial [s]."""
+    member = INTEGRATORS[name]
+    steps, solutions = 2 * STEPS, member.evaluations if member.implicit else 0
+    effort = np.array([member.evaluations, int(member.implicit), solutions]) * steps
+    return cost_of(effort, network, springs, solver)

@@ -22,7 +22,7 @@ def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, fl
     return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
 
 
-@INTEGRATORS.member("tr-bdf2")
+@INTEGRATORS.member("trbdf2")
 class TrBdf2:
     """TR-BDF2: implicit, L-stable, order 2, two solutions per step.
 
