@@ -103,7 +103,8 @@ class Contest:
             reason = f"stability and not accuracy limits the steps of {name}: tried instead"
             change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
         else:
-            self.length *= 2
+            # What the other method was worth then is forgotten, so that it is tried again.
+            self.length, self.rival = 2 * self.length, ""
         self._open(now, effort, cost, warming=change is not None)
         return change
 
