@@ -10,6 +10,7 @@ from math import inf
 
 import numpy as np
 
+from tissuec.integrators import hermite
 from tissuec.kernels.linear import assemble, solve
 from tissuec.kernels.records import Floats, Work
 from tissuec.kernels.vector import (
@@ -24,6 +25,7 @@ from tissuec.kernels.vector import (
     subtract,
 )
 
+CONTROL_ORDER = 3.0  # of a member; bound to its own
 ITERATIONS = 12
 RENEWALS = 2  # of S within a stage, where a part of the net turned too far since it was made
 SLOW = 0.5  # contraction from which S is made anew
@@ -163,3 +165,32 @@ def finish(time: float, end: float, current: int, work: Work, net: VectorNet) ->
     if work.solver.made[1] > SLOW:
         work.solver.made[0] = 0.0
     return False
+
+
+def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+    """Return the next step; kept where little is won, since S then is kept as well."""
+    factor = 0.9 * max(ratio, 1e-6) ** (-1.0 / CONTROL_ORDER)
+    return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
+
+
+class Dirk:
+    """What diagonally implicit members have in common."""
+
+    symplectic = False
+    implicit = True
+    conservative = False
+    stabilised = False
+    promises = True
+    nearness = 0.9
+
+    step = staticmethod(step)
+    estimate = staticmethod(estimate)
+    book = staticmethod(book)
+    finish = staticmethod(finish)
+    prepare = staticmethod(hermite.prepare)
+    propose = staticmethod(propose)
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return infinity: no step is too large."""
+        return inf

@@ -4,8 +4,6 @@ The implicit half of ARK4(3)6L[2]SA. (C. A. Kennedy, M. H. Carpenter, Appl. Nume
 2003, appendix C.)
 """
 
-from math import inf
-
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS, dirk, hermite
@@ -39,14 +37,8 @@ EMBEDDED = np.array(
 )
 
 
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step; kept where little is won, since S then is kept as well."""
-    factor = 0.9 * max(ratio, 1e-6) ** (-1.0 / 3.0)
-    return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
-
-
 @INTEGRATORS.member("esdirk43")
-class Esdirk43:
+class Esdirk43(dirk.Dirk):
     """ESDIRK4(3)6L[2]SA: implicit, L-stable, order 4, five solutions per step.
 
     The implicit half of ARK4(3)6L[2]SA by Kennedy & Carpenter (2003), with an error estimate of
@@ -54,11 +46,6 @@ class Esdirk43:
     """
 
     order = 4
-    symplectic = False
-    implicit = True
-    conservative = False
-    promises = True
-    stabilised = False
     evaluations = 15
     rows = 9
     end_row = 6
@@ -66,19 +53,6 @@ class Esdirk43:
     safety = 0.4
     share = 0.05
     looks = 8
-    nearness = 0.9
     tableau = dirk.tableau(WEIGHTS, EMBEDDED)
     dense_x = hermite.dense_x(9, 6)
     dense_v = hermite.dense_v(9, 6)
-
-    step = staticmethod(dirk.step)
-    estimate = staticmethod(dirk.estimate)
-    book = staticmethod(dirk.book)
-    finish = staticmethod(dirk.finish)
-    prepare = staticmethod(hermite.prepare)
-    propose = staticmethod(propose)
-
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
-        """Return infinity: no step is too large."""
-        return inf
