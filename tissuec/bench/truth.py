@@ -17,6 +17,7 @@ METHODS = ("dop853", "esdirk43")
 OTHERS = ("DOP853", "Radau")  # of SciPy, for a second opinion
 FINER = 100.0  # times as fine as the finest tolerance that is asked for
 PATIENCE = 30.0  # budgets of a point that the reference may take
+SECOND = 3.0  # the same for each solver that may give a second opinion
 FINEST = 1e-12
 
 
@@ -60,7 +61,8 @@ def find_truth(
     Raises:
         Unknown: None did.
     """
-    tolerance, budget = max(finest / FINER, FINEST), patience * budget
+    tolerance = max(finest / FINER, FINEST)
+    second_budget, budget = min(SECOND, patience) * budget, patience * budget
     ours = [EngineSolver(problem, method) for method in METHODS]
     solver, trial = _first(ours, tolerance, budget)
     if solver is None or trial is None:
@@ -68,11 +70,11 @@ def find_truth(
     truth = Truth(solver.name, tolerance, trial.position)
     if problem.has_surprises:
         others = [other for other in ours if other is not solver]
-        judge, second = _first(others, tolerance, budget)
+        judge, second = _first(others, tolerance, second_budget)
     else:
         scales = Scales.of(problem, trial.position)
         scipy = [SciPySolver(problem, method, scales) for method in OTHERS]
-        judge, second = _first(scipy, tolerance / FINER, budget)
+        judge, second = _first(scipy, tolerance / FINER, second_budget)
     if judge is None or second is None:
         return truth
     apart = problem.error(second.position, trial.position)

@@ -43,6 +43,7 @@ from tissuec.kernels.vector import (
     place,
     polynomials,
     quadrature,
+    slack,
     tension,
 )
 
@@ -66,6 +67,7 @@ def drive(
     time, size, end, memory, calm = progress[:5]
     displacement, speed, current, pending, prepared, fresh = progress[5:11]
     accepted, rejected, sample, filled, smallest, largest, energy, error = progress[11:19]
+    room, usual = progress[19:21]
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
@@ -107,7 +109,9 @@ def drive(
                 most = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
-                ratio = judge(h, off, off_speed, reach, pace, near, task)
+                # Implicit steps may brake what is too fast for them, and lose its energy.
+                strict = near or (LEDGER and IMPLICIT)
+                ratio = judge(h, off, off_speed, reach, pace, strict, task)
                 if LEDGER:
                     worse = judge_ledger(h, wrong, most, task)
                     ratio = greater(ratio, worse)
@@ -126,6 +130,17 @@ def drive(
                 reason = OUTSIZE
                 break
             near |= finish(time, end, current, work, net)
+            room -= pace * h
+            if room < 0.0:
+                room = slack(work.x[current], work.x[1 - current], net)
+                if room < 0.0 and task.fixed == 0:
+                    worse = jolt(h, pace, current, task, work)
+                    if worse > 1.0:
+                        usual = max(size, usual)
+                        size, room = h * max(0.1, 0.9 / worse), 0.0
+                        rejected += 1
+                        growing = False
+                        continue
             accepted += 1
             error += off / SAFETY
             displacement, speed, energy = reach, pace, most
@@ -136,6 +151,9 @@ def drive(
                     proposal = min(proposal, h)
                 # A step cut short to land says nothing against the size before it.
                 size = max(size, proposal) if h < 0.999999 * size else proposal
+                if room < 0.0:
+                    # Nor does one that was only so small because a spring turned over in it.
+                    size, usual = max(size, usual), 0.0
                 growing = True
             pending, prepared = 1, 0
             suspect = WATCHED and near
@@ -190,6 +208,8 @@ def drive(
         largest,
         energy,
         error,
+        room,
+        usual,
     )
 
 
@@ -224,7 +244,7 @@ def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> 
 
 
 def judge(
-    h: float, off: float, off_speed: float, reach: float, pace: float, near: bool, task: Task
+    h: float, off: float, off_speed: float, reach: float, pace: float, strict: bool, task: Task
 ) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
@@ -232,20 +252,29 @@ def judge(
     displacement and speed so far. The share of a single step is bounded as well: where
     stability limits the steps, an error lives on for longer than the step that made it.
     Errors of velocities are mostly those of fast motions, whose positions they move by no more
-    than they would within the step; but where a spring is near its strength, dashpots feel
+    than they would within the step. Where a spring is near its strength, though, dashpots feel
     them, and when it ruptures depends on them.
 
     Args:
         h: Size of the step [s].
         off, off_speed: Estimated errors of positions [m] and velocities [m/s].
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
-        near: Whether a spring is near its strength.
+        strict: Whether errors of velocities count by themselves.
     """
     allowed = min(task.budget * h, task.share)
-    fair = pace if near else max(pace, reach / h)
+    fair = pace if strict else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)
     return greater(position, velocity)
+
+
+def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:
+    """Return what a spring that turns over may do to velocities, over what it may.
+
+    Its force jumps where its length vanishes, which estimates of errors may miss.
+    """
+    jump = h * distance(work.a[1 - current], work.a[current])
+    return jump / (task.jolt * max(pace, task.floor / h) + task.noise / h)
 
 
 def greater(one: float, two: float) -> float:

@@ -281,7 +281,9 @@ class Engine:
         self._work = new_work(self._integrator, self.network.node_count)
         method = self.method
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-        task = new_task(self.network, self._integrator, tolerance, method.duration)
+        task = new_task(
+            self.network, self._integrator, tolerance, method.duration, ledger=method.ledger
+        )
         self._task = task._replace(fixed=0 if method.step is None else 1)
         self._cap = np.inf  # of the step, by stability [s]
         if before is not None:

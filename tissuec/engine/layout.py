@@ -99,13 +99,15 @@ class Layout:
             self._dead = 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
+        stiffness = np.where(alive, situation.stiffness[ids], 0.0)
         self.springs = Springs(
             ids=ids,
             low=self._low[ids],
             high=self._high[ids],
-            stiffness=np.where(alive, situation.stiffness[ids], 0.0),
+            stiffness=stiffness,
             damping=np.where(alive, situation.damping[ids], 0.0),
-            rest=situation.rest[ids],
+            # Without a force that could jump, it does not matter when one turns over.
+            rest=np.where(stiffness > 0.0, situation.rest[ids], 0.0),
             strength=np.where(alive, situation.strength[ids], np.inf),
         )
 

@@ -12,6 +12,13 @@ from tissuec.network import Floats, Network
 
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
+# Where energies are kept, they are to be true of the smallest motions as well.
+LEDGER_FLOOR = 1e-8
+# Errors of energies are those of positions and velocities twice, and more between steps. The
+# estimates of higher orders are careful enough for that.
+BALANCE = 0.15  # of the tolerance, where energies are kept
+LOW_ORDER = 4
+JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero
 ROUNDING = 8 * float(np.finfo(float).eps)
 
@@ -67,6 +74,8 @@ def new_progress(time: float) -> Progress:
         largest=0.0,
         energy=0.0,
         error=0.0,
+        room=0.0,
+        usual=0.0,
     )
 
 
@@ -86,14 +95,21 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
 
 
 def new_task(
-    network: Network, integrator: type[Integrator], tolerance: float, duration: float
+    network: Network,
+    integrator: type[Integrator],
+    tolerance: float,
+    duration: float,
+    *,
+    ledger: bool,
 ) -> Task:
     """Return what stays the same in all calls of a run; the rest is filled in per call."""
+    if ledger and integrator.order <= LOW_ORDER:
+        tolerance *= BALANCE
     extent = network.extent
     # Nodes that all coincide in the drawing have no size; the springs may tell one.
     size = extent or float(network.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
-    floor = max(FLOOR * size, TINIEST)
+    floor = max((LEDGER_FLOOR if ledger else FLOOR) * size, TINIEST)
     return Task(
         until=0.0,
         evaluations=0,
@@ -102,6 +118,7 @@ def new_task(
         longest=inf,
         budget=integrator.safety * tolerance / duration if duration else inf,
         share=integrator.share * tolerance,
+        jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,
         noise=max(ROUNDING * max(coordinates, size), TINIEST),
         least=max(_least_energy(network, floor, duration), TINIEST),

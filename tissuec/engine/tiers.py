@@ -41,6 +41,7 @@ OPERATIONS = (
     "polynomials",
     "quadrature",
     "scale",
+    "slack",
     "subtract",
     "tension",
 )

@@ -111,6 +111,7 @@ class Task(NamedTuple):
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
     share: float  # local error allowed in one step, relative to the motion
+    jolt: float  # change of speeds allowed where a spring turns over, relative to the motion
     floor: float  # smallest displacement that errors are measured by [m]
     noise: float  # error that is put down to rounding [m]
     least: float  # smallest energy that errors of the ledger are measured by [J]
@@ -139,6 +140,8 @@ class Progress(NamedTuple):
     largest: float  # step so far [s]
     energy: float  # largest so far, where the ledger is kept [J]
     error: float  # of positions, local estimates summed up [m]
+    room: float  # that nodes may move before any spring can have turned over [m]
+    usual: float  # step before it was made smaller because a spring turns over, or 0 [s]
 
 
 class Buffer(NamedTuple):

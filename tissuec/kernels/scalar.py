@@ -5,7 +5,7 @@ T = c (L - L0) + d w with w = r·(v_j - v_i) / L, force T r / L. Flags in capita
 of a variant: what is switched off is never compiled.
 """
 
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
@@ -21,6 +21,9 @@ LOADED = True  # there are loads that change in time
 # Added to a length before dividing: a spring of no length then has no direction and no force,
 # while any length that is not squared to zero stays what it is.
 TINY = 1e-200
+# Part of a spring's length, along where it pointed, that a step must leave of it (and have
+# begun with) for stages on the way not to see it turned over.
+LEFT = 0.1
 # Unsigned, so that no index has to be tested for being negative.
 ONE, TWO = np.uint64(1), np.uint64(2)
 
@@ -111,6 +114,30 @@ def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) 
         if top > margin * net.strength[s]:
             return True
     return False
+
+
+def slack(x: Floats, x_end: Floats, net: Net) -> float:
+    """Return how far nodes may move before a spring can turn over; -1 if one has already [m].
+
+    To turn over is to turn by more than a right angle; springs without length at rest, whose
+    forces do not jump then, do not count.
+    """
+    first, other = net.first, net.other
+    shortest = inf
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
+        y0, y1, y2 = x_end[i], x_end[i + ONE], x_end[i + TWO]
+        for s in range(first[node], first[node + 1]):
+            j = np.uint64(other[s])
+            r0, r1, r2 = x_end[j] - y0, x_end[j + ONE] - y1, x_end[j + TWO] - y2
+            d0, d1, d2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
+            if net.rest[s] > 0.0:
+                before, after = d0 * d0 + d1 * d1 + d2 * d2, r0 * r0 + r1 * r1 + r2 * r2
+                if r0 * d0 + r1 * d1 + r2 * d2 < LEFT * max(before, after):
+                    return -1.0
+                shortest = min(shortest, after)
+    return 0.5 * (1.0 - LEFT) * sqrt(shortest)
 
 
 def place(time: float, x: Floats, v: Floats, net: Net) -> None:

@@ -5,14 +5,14 @@ Springs work on component-major scratch, shape (3, spring), which NumPy reduces 
 are reproducible.
 """
 
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
 
 from tissuec.kernels.acts import total, turning
 from tissuec.kernels.records import Acts, Buffer, Floats, Integers
-from tissuec.kernels.scalar import TINY
+from tissuec.kernels.scalar import LEFT, TINY
 
 
 class VectorNet:
@@ -143,6 +143,16 @@ def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
     inside_it = (here >= before) & (here >= after) & (bend > 0.0)
     rise = (after - before) ** 2 / (8.0 * np.where(inside_it, bend, 1.0))
     return np.maximum(np.maximum(before, after), here) + np.where(inside_it, rise, 0.0)
+
+
+def slack(x: Floats, x_end: Floats, net: VectorNet) -> float:
+    """Return how far nodes may move before a spring can turn over; -1 if one has [m]."""
+    bent = net.rest > 0.0
+    r, r_end = (y[net.high[:, bent]] - y[net.low[:, bent]] for y in (x, x_end))
+    after = (r_end * r_end).sum(axis=0)
+    if bool(((r * r_end).sum(axis=0) < LEFT * np.maximum((r * r).sum(axis=0), after)).any()):
+        return -1.0
+    return 0.5 * (1.0 - LEFT) * sqrt(float(after.min(initial=inf)))
 
 
 def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:

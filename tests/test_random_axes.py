@@ -1,0 +1,97 @@
+"""Scenes at random places of all axes of the stress test at once: right, or said not to be."""
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from tissuec.bench.problem import Problem
+from tissuec.bench.stress.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
+from tissuec.bench.stress.known import find_known
+from tissuec.bench.trial import Deadline, OutOfTime
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, compile_request
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
+from tissuec.running.twin import Twin, accompanied
+
+TOLERANCE = 1e-4
+BUDGET = 4.0  # of the processor for a run [s]
+
+pytestmark = pytest.mark.skipif(not Twin.is_possible(), reason="a twin needs a second core")
+
+
+def scene(seed):
+    """Return a cell whose tube has something of every axis."""
+    rng = np.random.default_rng(seed)
+
+    def often(chance, value, otherwise):
+        return value if rng.random() < chance else otherwise
+
+    stiffer, lighter = 10.0 ** rng.uniform(0.0, 8.0), 10.0 ** rng.uniform(0.0, 6.0)
+    ring = often(0.4, f"spring constant = {STIFFNESS * stiffer!r} N/m", "")
+    ring = often(0.3, f"mass = {MASS / lighter!r} kg", ring)
+    ratio = often(0.8, 10.0 ** rng.uniform(-3.0, 3.0), 0.0)
+    squeeze = float(rng.integers(0, 91))
+    held = bool(rng.random() < 0.6)
+    force = 10.0 ** rng.uniform(-6.0, 6.0)
+    hertz = SWING / (2.0 * np.pi) * 10.0 ** rng.uniform(-1.0, 1.0)
+    push = f"push far with (0, {force!r}, 0) N"
+    text = tube(
+        viscosity=2.0 * ratio * sqrt(STIFFNESS * MASS),
+        ring=ring,
+        wall=often(0.3, f"prestress = {-squeeze!r} %", ""),
+        extra=often(0.3, "spin = (30, 20, 10) rad/s", ""),
+        fixed=held,
+        gravity=often(0.7, 9.81, 0.0),
+        orders=often(0.5, push, ""),
+    )
+    if rng.random() < 0.2 and held:
+        text = text.replace(
+            "fix near", f"move near by (0, 0, 0.1) mm using sine of {hertz!r} Hz"
+        )
+    duration = FRAMES * 10.0 ** rng.uniform(-3.0, 2.0) / SWING
+    return Cell("all", str(seed), text, duration)
+
+
+def verdict_of(seed):
+    """Return what came of a scene that is run as ``tissuec run`` would."""
+    cell = scene(seed)
+    compiled, _ = compile_request(Request(Source("scene.tis", cell.text("automatic"))))
+    problem = Problem.of(compiled)
+    deadline = Deadline(BUDGET)
+    with accompanied(problem.network, problem.plan, wanted=True) as twin:
+        recorder = Recorder(problem.network, problem.plan, MemoryRecording(), tap=twin.take)
+        outcome = run(
+            problem.network, problem.plan, recorder, interrupt=lambda: deadline.is_over
+        )
+        if outcome.kind != "done":
+            return "slow" if outcome.kind == "interrupted" else "refused"
+        likeness = twin.compare()
+        if likeness.verdict == "apart":
+            return "warned"
+    known = find_known(problem, BUDGET)
+    if not known.judges:
+        return "unknown"
+    whole = np.searchsorted(problem.times, twin.times)
+    error = problem_at(problem, whole).error(twin._own, known.truth.position[whole])
+    return "kept" if error <= 10.0 * TOLERANCE else f"silently off by {error:.1e}"
+
+
+def problem_at(problem, rows):
+    return replace(problem, times=problem.times[rows])
+
+
+@pytest.mark.parametrize(
+    "first", [0, *(pytest.param(first, marks=pytest.mark.slow) for first in range(10, 200, 10))]
+)
+def test_no_scene_is_silently_wrong(first):
+    try:
+        verdicts = {seed: verdict_of(seed) for seed in range(first, first + 10)}
+    except OutOfTime:
+        verdicts = {}
+    wrong = {seed: found for seed, found in verdicts.items() if found.startswith("silently")}
+    assert not wrong
+    assert list(verdicts.values()).count("kept") >= 3, verdicts
