@@ -7,6 +7,7 @@ steps with a fixed step, so that a tolerance here only orders the steps that are
 
 import time as clock
 from dataclasses import dataclass
+from importlib import import_module
 from math import ceil
 from typing import Any
 
@@ -52,7 +53,7 @@ class MujocoSolver:
 
     def solve(self, tolerance: float, deadline: Deadline) -> Trial:
         """Return a run at a tolerance; see ``Solver``."""
-        import mujoco  # pyright: ignore[reportMissingImports]
+        mujoco: Any = import_module("mujoco")
 
         situation = situation_at_start(self.problem)
         model = mujoco.MjModel.from_xml_string(self._text(situation))
