@@ -85,7 +85,14 @@ def problem_at(problem, rows):
 
 
 @pytest.mark.parametrize(
-    "first", [0, *(pytest.param(first, marks=pytest.mark.slow) for first in range(10, 200, 10))]
+    "first",
+    [
+        22,
+        *(
+            pytest.param(first, marks=pytest.mark.slow)
+            for first in (*range(2, 22, 10), *range(32, 202, 10))
+        ),
+    ],
 )
 def test_no_scene_is_silently_wrong(first):
     try:
