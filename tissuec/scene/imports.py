@@ -71,6 +71,8 @@ class _Loader:
         self.findings = findings
         self.modules: list[s.Module] = []
         self.seen: set[Path] = set()
+        #: Names and texts: a library may stand in two folders, and each finds its own copy.
+        self.texts: set[tuple[str, str]] = set()
 
     def visit(self, source: Source, chain: tuple[Path, ...]) -> None:
         if source.path is not None:
@@ -85,7 +87,9 @@ class _Loader:
             if isinstance(item, s.Sentence) and item.name.words.lower() == "use":
                 with self.findings.item():
                     self._follow(item, source, chain)
-        self.modules.append(module)
+        if (source.name, source.text) not in self.texts:
+            self.texts.add((source.name, source.text))
+            self.modules.append(module)
 
     def _follow(self, item: s.Sentence, source: Source, chain: tuple[Path, ...]) -> None:
         wanted = item.name.quoted
@@ -134,7 +138,7 @@ class _Loader:
                 hint=library.near(wanted),
                 notes=searched,
             )
-        others = {hit.resolve() for hit in hits[1:]} - {hits[0].resolve()}
+        others = {hit.resolve() for hit in hits[1:] if _differ(hit, hits[0])}
         if others:
             names = ", ".join(str(other) for other in sorted(others))
             self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
@@ -147,6 +151,14 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):
         return False
+
+
+def _differ(path: Path, other: Path) -> bool:
+    """Return whether two files hold different bytes; one that cannot be read may."""
+    try:
+        return path.read_bytes() != other.read_bytes()
+    except OSError:
+        return True
 
 
 def whole(module: s.Module) -> Span:
