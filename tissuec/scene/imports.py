@@ -1,10 +1,12 @@
 """Files and their imports: a scene's modules in an order where what is used comes first."""
 
+import os.path
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.nearby import nearby
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
@@ -42,7 +44,8 @@ def read_source(path: Path, name: str | None = None) -> Source:
     """Return the text of a file, normalised.
 
     Raises:
-        CompileError: The file cannot be read, is far too large or is not text.
+        CompileError: The file cannot be read, is far too large or is not text. Where there is
+            none, the error names one like it.
     """
     name = name or str(path)
     try:
@@ -51,9 +54,9 @@ def read_source(path: Path, name: str | None = None) -> Source:
         return normalise(path.read_bytes(), name, path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise CompileError(
-            [Diagnostic("TIS604", f'cannot read "{name}": {reason.lower()}', None)]
-        ) from error
+        message = f'cannot read "{name}": {reason.lower()}'
+        hint = "" if os.path.exists(path) else nearby(path, SUFFIX)
+        raise CompileError([Diagnostic("TIS604", message, None, hint)]) from error
 
 
 def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Program:
