@@ -59,7 +59,8 @@ class Request:
 def read_words(request: Request) -> tuple[Words, tuple[Diagnostic, ...]]:
     """Return vocabulary and tissues of a file that need not be a scene, and its warnings."""
     findings = Findings()
-    words = resolve_words(_load(request, findings), findings, request.overrides)
+    program = load(request.source, request.libraries, findings)
+    words = resolve_words(program, findings, request.overrides)
     words.constants.evaluate_all()
     findings.raise_errors()
     return words, tuple(findings.warnings)
@@ -72,22 +73,17 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
         CompileError: The text is wrong, or ``strict`` and there is a warning.
     """
     findings = Findings()
-    return _compile(_load(request, findings), request, findings, thorough=False)
+    program = load(request.source, request.libraries, findings)
+    return _compile(program, request, findings, thorough=False)
 
 
 def check_request(request: Request) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
     """Return like ``compile_request``, looking closer; a file without bodies is no scene."""
     findings = Findings()
-    program = _load(request, findings)
+    program = load(request.source, request.libraries, findings)
     if program.is_scene:
         return _compile(program, request, findings, thorough=True)
     return None, read_words(request)[1]
-
-
-def _load(request: Request, findings: Findings) -> Program:
-    program = load(request.source, request.libraries, findings)
-    findings.raise_errors()
-    return program
 
 
 def _compile(

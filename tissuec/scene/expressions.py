@@ -55,6 +55,7 @@ class Scope:
 
     def unknown(self, name: s.Name) -> NoReturn:
         """Reject a name that stands for no value here."""
+        self.findings.pass_over_doubtful(name.key)
         self.findings.reject(
             "TIS301",
             f'there is no number called "{name.text}"',

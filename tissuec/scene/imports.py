@@ -60,9 +60,17 @@ def read_source(path: Path, name: str | None = None) -> Source:
 
 
 def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Program:
-    """Return the module of a source with all its imports; findings go to ``findings``."""
+    """Return the module of a source with all its imports; findings go to ``findings``.
+
+    Raises:
+        CompileError: The source itself cannot be parsed.
+    """
     loader = _Loader(libraries, findings)
     loader.visit(source, chain=())
+    if not loader.modules:
+        findings.raise_errors()
+    if findings.errors:
+        findings.doubt_all()  # whatever the imports that are wrong would have declared
     return Program(tuple(loader.modules), Library.of(source, libraries))
 
 
@@ -125,7 +133,14 @@ class _Loader:
                     f"more than {MOST_IN_A_ROW} files use one another in a row",
                     item.span,
                 )
-            self.visit(read_source(path, name), chain)
+            self.visit(self._read(path, name), chain)
+
+    def _read(self, path: Path, name: str) -> Source:
+        try:
+            return read_source(path, name)
+        except CompileError as error:
+            self.findings.extend(error.diagnostics)
+            self.findings.stop()
 
     def _find(self, wanted: str, item: s.Sentence, source: Source) -> tuple[Path, str]:
         library = Library.of(source, self.libraries)
