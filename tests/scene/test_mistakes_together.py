@@ -4,6 +4,7 @@ A scene is made wrong in two places at a time. Each mistake alone is told by one
 told by the same two.
 """
 
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -94,6 +95,11 @@ MISTAKES = {
     "tolerance too large": Mistake("tolerance = 1e-3", "tolerance = 1", "TIS308"),
     "output misspelt": Mistake("trajectory every", "trajectry every", "TIS701"),
     "measure misspelt": Mistake("expect gap", "expect gapp", "TIS701"),
+    "unit that there is not": Mistake("mass = 10 mg", "mass = 10 mgg", "TIS104"),
+    "unit behind a vector": Mistake("0, 10) mm", "0, 10) mmm", "TIS104"),
+    "units side by side": Mistake("viscosity = 0.01 N*s/m", "viscosity = 0.01 N s/m", "TIS104"),
+    "unit of no size": Mistake("facing (1, 0, 0)", "facing (1, 0, 0) m^999", "TIS104"),
+    "number too large": Mistake("every 1 ms", "every 1e999 ms", "TIS119"),
     "unit of an expectation": Mistake("< 1 m/s over", "< 1 m over", "TIS502"),
 }
 
@@ -122,10 +128,12 @@ HIDDEN = {
     "mesh that cannot be": ("empty set", "unit of an expectation"),
     "empty region": ("region misspelt", "tool of an order misspelt"),
     "empty set": ("unit of an expectation",),
+    "unit behind a vector": ("mesh that cannot be", "empty set", "unit of an expectation"),
 }
 
 
-def said(*mistakes: str) -> set[str]:
+@cache
+def said(*mistakes: str) -> frozenset[str]:
     """Return what is said about the scene with some mistakes."""
     text = SCENE
     for name in mistakes:
@@ -135,13 +143,13 @@ def said(*mistakes: str) -> set[str]:
     return said_of(text)
 
 
-def said_of(text: str) -> set[str]:
+def said_of(text: str) -> frozenset[str]:
     """Return the code and the place of all that is said about a text."""
     try:
         _, found = check_request(Request(Source("scene.tis", text)))
     except CompileError as error:
         found = error.diagnostics
-    return {f"{d.code} {d.span.place if d.span else '?'} {d.message}" for d in found}
+    return frozenset(f"{d.code} {d.span.place if d.span else '?'} {d.message}" for d in found)
 
 
 def test_the_scene_itself_is_right() -> None:

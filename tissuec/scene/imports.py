@@ -10,7 +10,7 @@ from tissuec.core.nearby import nearby
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
-from tissuec.lang.parser import parse
+from tissuec.lang.parser import WrongNumbers, parse
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import SUFFIX, Library, belongs_to_scenes
 
@@ -69,8 +69,6 @@ def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Progr
     loader.visit(source, chain=())
     if not loader.modules:
         findings.raise_errors()
-    if findings.errors:
-        findings.doubt_all()  # whatever the imports that are wrong would have declared
     return Program(tuple(loader.modules), Library.of(source, libraries))
 
 
@@ -89,18 +87,30 @@ class _Loader:
         if source.path is not None:
             chain = (*chain, source.path.resolve())
             self.seen.add(chain[-1])
-        try:
-            module = parse(source)
-        except CompileError as error:
-            self.findings.extend(error.diagnostics)
+        module = self._parse(source)
+        if module is None:
+            self.findings.doubt_all()  # any name may be one that it declares
             return
         for item in module.items:
             if isinstance(item, s.Sentence) and item.name.words.lower() == "use":
                 with self.findings.item():
                     self._follow(item, source, chain)
+                    continue
+                self.findings.doubt_all()  # likewise
         if (source.name, source.text) not in self.texts:
             self.texts.add((source.name, source.text))
             self.modules.append(module)
+
+    def _parse(self, source: Source) -> s.Module | None:
+        """Return the module of a source; None if more is wrong with it than numbers."""
+        try:
+            return parse(source)
+        except WrongNumbers as error:
+            self.findings.extend(error.diagnostics)
+            return error.module
+        except CompileError as error:
+            self.findings.extend(error.diagnostics)
+            return None
 
     def _follow(self, item: s.Sentence, source: Source, chain: tuple[Path, ...]) -> None:
         wanted = item.name.quoted
