@@ -63,6 +63,15 @@ def test_quiet_says_nothing_and_json_is_one_document(scene):
     assert run.stderr == ""
 
 
+@pytest.mark.parametrize("command", ["run", "check", "validate", "bench", "explain --plan"])
+def test_warnings_are_shown_quietly_where_they_are_errors(scene, command):
+    scene.write_text(OSCILLATOR.replace("set left", "param idle = 1 mm\nset left"))
+    strictly = tissuec(*command.split(), scene, "-q", "--strict", cwd=scene.parent)
+    assert strictly.returncode == 2
+    assert "W501" in strictly.stderr and "error" not in strictly.stderr
+    assert tissuec("check", scene, "-q", cwd=scene.parent).stderr == ""
+
+
 def test_a_failed_expectation_exits_with_1_and_says_what_was_measured(scene):
     run = tissuec("run", scene, "--set", "pull=2 mm", cwd=scene.parent)
     assert run.returncode == 1

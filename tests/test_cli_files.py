@@ -117,8 +117,16 @@ def test_fmt_where_nothing_can_be_written_is_an_ordinary_error(scene):
 # --- names ---
 
 
-def test_a_scene_without_its_suffix_is_suggested(scene):
-    assert 'did you mean "pair.tis"?' in refused("run", "pair", cwd=scene.parent)
+@pytest.mark.parametrize("command", ["run", "check", "fmt", "explain", "validate", "bench"])
+@pytest.mark.parametrize("name", ["pair", "piar.tis"])
+def test_every_command_suggests_the_scene_that_was_meant(scene, command, name):
+    said = refused(command, name, cwd=scene.parent)
+    assert f'cannot read "{name}"' in said and 'did you mean "pair.tis"?' in said
+
+
+def test_a_scene_in_another_folder_is_suggested_with_its_folder(scene):
+    said = refused("fmt", f"{scene.parent.name}/pari.tis", cwd=scene.parent.parent)
+    assert f'did you mean "{scene.parent.name}/pair.tis"?' in said
 
 
 @pytest.mark.parametrize("name", ["./mywords", "mywords", "mywords.tis"])

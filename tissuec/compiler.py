@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiling.bodies import BodyArrays, build_body
 from tissuec.compiling.conditions import Conditions
+from tissuec.compiling.drawing import Drawing, draw
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
@@ -45,20 +46,38 @@ class Compiled:
 def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     """Return the network and the plan of a scene.
 
+    A scene that was found wrong is compiled as far as it is right, so that its other mistakes
+    are found too.
+
     Raises:
-        CompileError: Meshes, sets, the script or the outputs are wrong; holds every finding.
+        CompileError: The scene, its meshes, sets, the script or the outputs are wrong; holds
+            every finding.
     """
-    built: list[BodyArrays] = []
-    for body in scene.bodies.values():
-        with findings.item():
-            built.append(build_body(body, scene.constants))
-    findings.raise_errors()
+    drawings, built = _bodies(scene, findings)
     network = join(built)
-    groups = Groups(scene.declarations, _place(built), scene.constants)
+    groups = Groups(scene.declarations, _place(drawings), scene.constants)
     groups.choose_all()
     plan = _plan(scene, network, groups, findings)
     findings.raise_errors()
+    assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
     return Compiled(scene, network, plan, groups)
+
+
+def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyArrays]]:
+    """Return the bodies that can be drawn, and those of them that are right altogether."""
+    drawings: list[Drawing] = []
+    built: list[BodyArrays] = []
+    for key, declared in scene.declarations.of("body").items():
+        drawing: Drawing | None = None
+        with findings.item():
+            if key in scene.bodies:
+                drawing = draw(scene.bodies[key], scene.constants)
+                drawings.append(drawing)
+                if drawing.body.is_whole:
+                    built.append(build_body(drawing, findings))
+        if drawing is None:
+            findings.doubt(declared.name)
+    return drawings, built
 
 
 def join(bodies: Sequence[BodyArrays]) -> Network:
@@ -107,13 +126,13 @@ def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
     return Provenance(np.concatenate([np.zeros(0, np.int32), *index]), origins)
 
 
-def _place(bodies: Sequence[BodyArrays]) -> Mapping[str, Placed]:
+def _place(drawings: Sequence[Drawing]) -> Mapping[str, Placed]:
     placed: dict[str, Placed] = {}
     node = spring = 0
-    for body in bodies:
-        placed[key_of(body.body.name)] = Placed(body, node, spring)
-        node += len(body.mesh.position)
-        spring += len(body.mesh.ends)
+    for drawing in drawings:
+        placed[key_of(drawing.body.name)] = Placed(drawing, node, spring)
+        node += len(drawing.mesh.position)
+        spring += len(drawing.mesh.ends)
     return placed
 
 
@@ -145,14 +164,16 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
             groups, scene.tools, conditions, scene.constants, duration=duration
         )
         script = reader.read(single["script"].items)
-        findings.extend(check_holds(script.events, certain=not script.triggers))
+        if script.is_whole:  # else what was left out may hold what is moved or released
+            findings.extend(check_holds(script.events, certain=not script.triggers))
     outputs = OutputReader(
         groups, conditions, scene.constants, nodes=network.node_count, duration=duration
     )
     output = outputs.read(single["output"].items if "output" in single else ())
     expectations: list[Expectation] = []
+    learns = scene.declarations.of("learn") or findings.is_doubtful("learn")
     for item in scene.declarations.expects:
-        if scene.declarations.of("learn") and asks_for_learning(item.condition):
+        if learns and asks_for_learning(item.condition):
             text = "this expectation is about learning and is not judged by this version"
             findings.add("W701", text, item.span)
             continue

@@ -9,19 +9,17 @@ Each stage is one function of immutable values, so that any of them can be shown
     outcome = simulate(compiled, path, …)      motion, in one HDF5 file
 """
 
-import os.path
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissuec.checks import check_all
 from tissuec.compiler import Compiled, compile_scene
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.core.nearby import nearby
 from tissuec.core.source import Source
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import SUFFIX, Program, load, read_source
+from tissuec.scene.imports import Program, load, read_source
 from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
@@ -55,24 +53,14 @@ class Request:
         strict: bool = False,
     ) -> "Request":
         """Return a request for a file; raises CompileError if it cannot be read."""
-        return cls(_read(path), tuple(overrides), tuple(libraries), strict)
-
-
-def _read(path: Path) -> Source:
-    """Return the text of a file; where there is none, an error that names one like it."""
-    try:
-        return read_source(path)
-    except CompileError as error:
-        hint = "" if os.path.exists(path) else nearby(path, SUFFIX)
-        if not hint:
-            raise
-        raise CompileError(replace(found, hint=hint) for found in error.diagnostics) from error
+        return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
 
 
 def read_words(request: Request) -> tuple[Words, tuple[Diagnostic, ...]]:
     """Return vocabulary and tissues of a file that need not be a scene, and its warnings."""
     findings = Findings()
-    words = resolve_words(_load(request, findings), findings, request.overrides)
+    program = load(request.source, request.libraries, findings)
+    words = resolve_words(program, findings, request.overrides)
     words.constants.evaluate_all()
     findings.raise_errors()
     return words, tuple(findings.warnings)
@@ -85,22 +73,17 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
         CompileError: The text is wrong, or ``strict`` and there is a warning.
     """
     findings = Findings()
-    return _compile(_load(request, findings), request, findings, thorough=False)
+    program = load(request.source, request.libraries, findings)
+    return _compile(program, request, findings, thorough=False)
 
 
 def check_request(request: Request) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
     """Return like ``compile_request``, looking closer; a file without bodies is no scene."""
     findings = Findings()
-    program = _load(request, findings)
+    program = load(request.source, request.libraries, findings)
     if program.is_scene:
         return _compile(program, request, findings, thorough=True)
     return None, read_words(request)[1]
-
-
-def _load(request: Request, findings: Findings) -> Program:
-    program = load(request.source, request.libraries, findings)
-    findings.raise_errors()
-    return program
 
 
 def _compile(

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from tissuec.core.errors import CompileError
+from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
-from tissuec.lang.parser import parse
+from tissuec.lang.parser import WrongNumbers, parse
 
 EXAMPLES = Path(__file__).parent / "examples"
 
@@ -223,6 +224,46 @@ def test_reporting_mistakes_in_a_long_text_does_not_parse_it_ten_times(monkeypat
     findings("language 1\n" + ("a = 1 mm\n" * 50 + "b = 3,5\n") * 5)
     assert starts == sorted(starts)
     assert len(set(starts)) == len(starts) == 5
+
+
+# --- what is read in spite of mistakes --------------------------------------------------------
+
+
+def read_in_spite(text: str) -> s.Module:
+    with pytest.raises(WrongNumbers) as caught:
+        parse(normalise(f"language 1\n{text}", "bad.tis"))
+    return caught.value.module
+
+
+@pytest.mark.parametrize(
+    "number",
+    ["3 mmm", "3 parsec/s^2", "3 kg m", "3 N*m s", "1 km^999", "1e999", "1e999 mm",
+     "(1, 2, 3) mmm", "(1, 2, 3) mm^999"],
+)  # fmt: skip
+def test_a_text_with_a_wrong_number_is_read_but_for_that(number):
+    items = read_in_spite(f"a = 1 mm\nat 2 s: {{ b = {number}; fix c }}\nd = 4").items
+    first, timed, last = items
+    wrong, order = timed.body
+    assert wrong.value.unit == ""
+    assert (first.value.unit, order.name.text, last.value.value) == ("mm", "fix c", 4.0)
+
+
+def test_every_wrong_number_is_told_and_left_out():
+    text = "a = 1 mmm; b = 2 mm\nc from 3 ss to 4 s\nd = (1 mm, 2 mn, 3 mm)"
+    assert [d.code for d in findings(f"language 1\n{text}")] == ["TIS104"] * 3
+    first, _, third, fourth = read_in_spite(text).items
+    assert first.value.unit == third.clauses[0].value.unit == fourth.value.items[1].unit == ""
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a = 3 mmm; b = 3,5 mm", "a = 3 mmm; b =", "a = 3 mmm; Let b = 3", "a = [1, 2] mmm",
+     "a from 3 mmm to 4 nnn"],
+)  # fmt: skip
+def test_beside_other_mistakes_of_syntax_nothing_is_read(text):
+    with pytest.raises(CompileError) as caught:
+        parse(normalise(f"language 1\n{text}", "bad.tis"))
+    assert not isinstance(caught.value, WrongNumbers)
 
 
 # --- words of messages ------------------------------------------------------------------------

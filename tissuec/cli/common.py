@@ -26,16 +26,22 @@ FLAGS: dict[str, tuple[tuple[str, ...], str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """The global flags, before or behind the name of a command."""
+    """The global flags, before or behind the name of a command, and what they depend on.
+
+    Attributes:
+        strict: Whether warnings are errors, for commands that compile a scene.
+    """
 
     json: bool = False
     quiet: bool = False
     verbose: bool = False
     no_color: bool = False
+    strict: bool = False
 
-    def merged(self, flags: dict[str, bool]) -> "Settings":
+    def merged(self, flags: dict[str, bool], *, strict: bool) -> "Settings":
         """Return these settings with the flags that are set in addition."""
-        return Settings(**{name: getattr(self, name) or flags[name] for name in FLAGS})
+        both = {name: getattr(self, name) or flags[name] for name in FLAGS}
+        return Settings(**both, strict=strict)
 
     @property
     def color(self) -> bool:
@@ -68,7 +74,8 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         flags = {name: ctx.params.pop(name) for name in FLAGS}
-        settings = (ctx.find_object(Settings) or Settings()).merged(flags)
+        strict = ctx.params.get("strict", False)
+        settings = (ctx.find_object(Settings) or Settings()).merged(flags, strict=strict)
         ctx.obj = ctx.params["settings"] = settings
         try:
             return super().invoke(ctx)
@@ -126,11 +133,12 @@ def _plain(value: Any) -> Any:
 
 
 def report(diagnostics: Sequence[Diagnostic], settings: Settings) -> None:
-    """Show diagnostics on stderr, as text."""
+    """Show diagnostics on stderr, as text; quietly, those that are errors."""
     from tissuec.lang.render import render
 
+    shows_warnings = settings.strict or not settings.quiet
     for diagnostic in diagnostics:
-        if diagnostic.severity == "error" or not settings.quiet:
+        if diagnostic.severity == "error" or shows_warnings:
             click.echo(render(diagnostic, color=settings.color), err=True)
 
 

@@ -1,15 +1,13 @@
-"""One body to arrays: drawn, made of its tissues, and set in motion."""
+"""A drawn body to arrays: made of its tissues, and set in motion."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from tissuec.compiling.drawing import Drawing, draw
+from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiling.materials import MaterialReader
-from tissuec.compiling.points import Mask
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Indices, Provenance
-from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
 from tissuec.scene.values import LARGEST_NUMBER
@@ -26,17 +24,16 @@ class BodyArrays:
     velocity: Floats
     node_ids: Indices
     spring_ids: Indices
-    regions: dict[str, Mask]  # membership of nodes, by key of the name
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
-def build_body(body: Body, scope: Scope) -> BodyArrays:
+def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     """Return the arrays of one body; what is wrong is rejected with its place."""
-    drawing = draw(body, scope)
-    quantities = MaterialReader(body, drawing, scope.findings).read()
+    body = drawing.body
+    quantities = MaterialReader(drawing, findings).read()
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = _velocity(body, drawing, arrays["mass"])
-    _check_sizes(body, drawing, arrays, velocity, scope.findings)
+    _check_sizes(body, arrays, velocity, findings)
     return BodyArrays(
         body,
         drawing.mesh,
@@ -45,7 +42,6 @@ def build_body(body: Body, scope: Scope) -> BodyArrays:
         velocity,
         drawing.columns.node_ids,
         drawing.columns.spring_ids,
-        drawing.regions,
     )
 
 
@@ -63,25 +59,17 @@ def _velocity(body: Body, drawing: Drawing, mass: Floats) -> Floats:
 
 
 def _check_sizes(
-    body: Body, drawing: Drawing, arrays: dict[str, Floats], velocity: Floats, to: Findings
+    body: Body, arrays: dict[str, Floats], velocity: Floats, findings: Findings
 ) -> None:
     """Reject a body whose numbers are too large or too small to be reckoned with."""
     named = {
-        "place": drawing.mesh.position,
-        "length": drawing.length,
         "velocity": velocity,
         "mass": arrays["mass"],
         "spring constant": arrays["stiffness"],
         "viscosity": arrays["damping"],
         "rest length": arrays["rest"],
     }
-    problems = [
-        f"a {name} that is too large"
-        for name, values in named.items()
-        if not np.all(np.abs(values) < LARGEST_NUMBER)
-    ]
+    refuse_sizes(body, named, findings)
     if np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
-        problems.append("a mass that is too small")
-    for problem in problems:
-        message = f"body {body.name} has {problem} to reckon with"
-        to.reject("TIS504", message, body.span, hint="check the units")
+        message = f"body {body.name} has a mass that is too small to reckon with"
+        findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)

@@ -155,11 +155,12 @@ class Conditions:
         return name.key in self.tools or self.groups.is_known(name)
 
     def _no_subject(self, text: str, span: Span) -> NoReturn:
+        self.findings.pass_over_doubtful(s.key_of(text))
         if text in KINDS:
             unnamed(text, span, self.findings)
         known = [tool.name for tool in self.tools.values()]
         known += [d.name.text for d in self.groups.declared.values()]
-        known += [placed.built.body.name for placed in self.groups.bodies.values()]
+        known += [placed.drawing.body.name for placed in self.groups.bodies.values()]
         self.findings.reject(
             "TIS301",
             f'there is no set, body or tool called "{text}"',
@@ -175,7 +176,7 @@ class Conditions:
                 self.findings.reject(
                     "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
                 )
-            if tool.kind != HOLDING:
+            if not tool.may_be(HOLDING):
                 self.findings.reject(
                     "TIS405",
                     f"{tool.name} is {tool.kind} and holds no nodes that could be measured",

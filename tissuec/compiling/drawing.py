@@ -1,5 +1,6 @@
 """A body as it is drawn, before it is made of anything: its mesh, tables and regions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,13 @@ from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
+from tissuec.scene.values import LARGEST_NUMBER
 
 LARGEST = 50_000_000  # nodes or springs of one body; more does not fit into memory
+LARGEST_IN_VAIN = (
+    500_000  # of a scene that is wrong; drawing more would keep its author waiting
+)
+CHECK_UNITS = "check the units"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,12 +29,14 @@ class Drawing:
     """A mesh, what tables say about it, and which part of the body each node belongs to.
 
     Attributes:
+        body: What is drawn.
         columns: Ids, and what tables give for nodes and springs.
         regions: Membership of each node in each region, by key of its name.
         part: Number of each node's region from 1, 0 without one, shape (node,).
         length: Drawn length of each spring [m], shape (spring,).
     """
 
+    body: Body
     mesh: Mesh
     columns: ExplicitBody
     regions: dict[str, Mask]
@@ -36,6 +44,7 @@ class Drawing:
     length: Floats
 
 
+@np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def draw(body: Body, scope: Scope) -> Drawing:
     """Return the drawing of a body; what is wrong is rejected with its place."""
     if body.tables is not None:
@@ -48,7 +57,17 @@ def draw(body: Body, scope: Scope) -> Drawing:
     for number, inside in enumerate(regions.values(), start=1):
         part[inside] = number
     first, second = mesh.position[mesh.ends].swapaxes(0, 1)
-    return Drawing(mesh, columns, regions, part, np.linalg.norm(second - first, axis=1))
+    length = np.linalg.norm(second - first, axis=1)
+    refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
+    return Drawing(body, mesh, columns, regions, part, length)
+
+
+def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:
+    """Reject a body with numbers, by the name of what they are, too large to reckon with."""
+    for name, values in named.items():
+        if not np.all(np.abs(values) < LARGEST_NUMBER):
+            message = f"body {body.name} has a {name} that is too large to reckon with"
+            findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
 
 
 def _generate(body: Body, findings: Findings) -> Mesh:
@@ -63,6 +82,8 @@ def _generate(body: Body, findings: Findings) -> Mesh:
                 body.span,
                 hint=f"at most {LARGEST:,} of each can be held".replace(",", " "),
             )
+        if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
+            findings.stop()
         return body.mesh.build()
     except (ValueError, ArithmeticError) as error:
         findings.reject("TIS309", f"body {body.name}: {error}", body.span)

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiling.bodies import BodyArrays
+from tissuec.compiling.drawing import Drawing
 from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
@@ -27,17 +27,17 @@ KINDS = ("nodes", "springs")
 class Placed:
     """A body with the numbers of its first node and spring in the network."""
 
-    built: BodyArrays
+    drawing: Drawing
     first_node: int
     first_spring: int
 
     @property
     def nodes(self) -> Indices:
-        return np.arange(len(self.built.mesh.position)) + self.first_node
+        return np.arange(len(self.drawing.mesh.position)) + self.first_node
 
     @property
     def springs(self) -> Indices:
-        return np.arange(len(self.built.mesh.ends)) + self.first_spring
+        return np.arange(len(self.drawing.mesh.ends)) + self.first_spring
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,7 @@ class Groups:
 
     def _body(self, name: s.Name) -> str:
         """Return the name of a body as it was declared, however it is spelt here."""
-        return self.bodies[name.key].built.body.name
+        return self.bodies[name.key].drawing.body.name
 
     def is_springs(self, name: s.Name) -> bool:
         """Tell whether a name is a set of springs."""
@@ -109,7 +109,7 @@ class Groups:
         """Return the springs with both ends among the nodes."""
         found = [
             placed.springs[
-                np.isin(placed.built.mesh.ends + placed.first_node, nodes).all(axis=1)
+                np.isin(placed.drawing.mesh.ends + placed.first_node, nodes).all(axis=1)
             ]
             for placed in self.bodies.values()
         ]
@@ -117,10 +117,11 @@ class Groups:
 
     def _find(self, name: s.Name) -> NamedSet:
         if name.key not in self.declared:
+            self.findings.pass_over_doubtful(name.key)
             if name.key in KINDS:
                 unnamed(name.key, name.span, self.findings)
             lines = {d.name.text: d.name.span.line for d in self.declared.values()}
-            known = [*lines, *(placed.built.body.name for placed in self.bodies.values())]
+            known = [*lines, *(placed.drawing.body.name for placed in self.bodies.values())]
             hint = alternatives(name.text, known, what="sets and bodies")
             for text, line in lines.items():
                 near = f'did you mean "{text}"'
@@ -159,12 +160,12 @@ class Groups:
             )
         placed = self._named_body(clauses["of"].value)
         part = placed.springs if kind == "springs" else placed.nodes
-        points = points_of(placed.built, self.scope, of_springs=kind == "springs")
+        points = points_of(placed.drawing, self.scope, of_springs=kind == "springs")
         chosen = np.ones(len(part), dtype=bool)
         if "where" in clauses:
             chosen &= points.select(clauses["where"].value)
         if "in" in clauses:
-            chosen &= points.with_ids(clauses["in"].value, placed.built.body.name, kind[:-1])
+            chosen &= points.with_ids(clauses["in"].value, placed.drawing.body.name, kind[:-1])
         if not chosen.any():
             wanted = (
                 clauses["where"].value.span.one_line if "where" in clauses else "such an id"
@@ -172,16 +173,17 @@ class Groups:
             self.findings.reject(
                 "TIS302",
                 f'the set "{item.name.text}" is empty: '
-                f"no {kind[:-1]} of {placed.built.body.name} has {wanted}",
+                f"no {kind[:-1]} of {placed.drawing.body.name} has {wanted}",
                 item.name.span,
-                hint=extents(placed.built.mesh.position),
+                hint=extents(placed.drawing.mesh.position),
             )
         return NamedSet(Group(item.name.text, part[chosen]), kind == "springs")
 
     def _named_body(self, node: s.Expression) -> Placed:
         if isinstance(node, s.Name) and node.key in self.bodies:
             return self.bodies[node.key]
-        names = [placed.built.body.name for placed in self.bodies.values()]
+        self.findings.pass_over_doubtful(s.key_of(node.span.text))
+        names = [placed.drawing.body.name for placed in self.bodies.values()]
         self.findings.reject(
             "TIS301",
             f'there is no body called "{node.span.text}"',
@@ -223,7 +225,7 @@ def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
     )
 
 
-def points_of(body: BodyArrays, scope: Scope, *, of_springs: bool) -> PointScope:
+def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
     """Return the nodes of a body as points, or the middles of its springs."""
     mesh = body.mesh
     on_surface = np.zeros(len(mesh.position), dtype=bool)
@@ -233,7 +235,7 @@ def points_of(body: BodyArrays, scope: Scope, *, of_springs: bool) -> PointScope
         return PointScope(
             scope,
             mesh.position,
-            ids=body.node_ids,
+            ids=body.columns.node_ids,
             regions=body.regions,
             surface=surface,
         )
@@ -245,7 +247,7 @@ def points_of(body: BodyArrays, scope: Scope, *, of_springs: bool) -> PointScope
     return PointScope(
         scope,
         ends.mean(axis=1),
-        ids=body.spring_ids,
+        ids=body.columns.spring_ids,
         length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
         regions={name: inside(nodes) for name, nodes in body.regions.items()},
         surface=None if surface is None else inside(surface),

@@ -19,7 +19,7 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Body, Given, Tissue
+from tissuec.scene.model import Given, Tissue
 from tissuec.scene.quantities import QUANTITIES
 
 #: An array of the network and where its numbers are from.
@@ -42,8 +42,8 @@ class MaterialReader:
     Parts of the body are numbered: 0 is the body itself, the rest are its regions.
     """
 
-    def __init__(self, body: Body, drawing: Drawing, findings: Findings):
-        self.body = body
+    def __init__(self, drawing: Drawing, findings: Findings):
+        self.body = body = drawing.body
         self.findings = findings
         self.columns = drawing.columns
         self.node_part = drawing.part
@@ -188,6 +188,7 @@ class MaterialReader:
                 material.span,
                 hint="write tissue is …",
             )
+        self.findings.pass_over_doubtful(name)
         reason = material.tissue.missing.get(name, "no rule and no number gives it")
         self.findings.reject(
             "TIS206",

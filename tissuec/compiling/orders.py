@@ -97,6 +97,7 @@ class SentenceOrder:
             return Mover(tool.name, None)
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):
+            self.scope.findings.pass_over_doubtful(name.key)
             self.scope.findings.reject(
                 "TIS301",
                 f'there is no set or tool called "{name.text}"',
@@ -114,6 +115,7 @@ class SentenceOrder:
             return None
         name = self._name(word)
         if name.key not in self.tools:
+            self.scope.findings.pass_over_doubtful(name.key)
             names = [tool.name for tool in self.tools.values()]
             self.scope.findings.reject(
                 "TIS301",
@@ -128,7 +130,7 @@ class SentenceOrder:
 
     def _check_kind(self, tool: Tool, kind: str, before: str, span: Span) -> None:
         """Reject a tool of another kind; the hint names those that fit, behind ``before``."""
-        if tool.kind == kind:
+        if tool.may_be(kind):
             return
         fitting = [f'"{before} {t.name}"' for t in self.tools.values() if t.kind == kind]
         self.scope.findings.reject(

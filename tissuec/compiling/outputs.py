@@ -162,7 +162,7 @@ class OutputReader:
         if every <= 0.0:
             message = f"the time between outputs must be above 0 s, not {value}"
             self.findings.reject("TIS308", message, node.span)
-        if self.duration / every > MOST_SAMPLES:
+        if math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES:
             self.findings.reject(
                 "TIS308",
                 f"a sample every {node.span.text} for {show(self.duration, TIME)} is too much",

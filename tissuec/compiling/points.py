@@ -134,6 +134,7 @@ class PointScope(Scope):
             self.findings.reject("TIS312", "a region has one name", node.phrase.span)
         for name in node.phrase.words:
             if name.key not in self.regions:
+                self.findings.pass_over_doubtful(name.key)
                 self.findings.reject(
                     "TIS301",
                     f'there is no region called "{name.text}"',

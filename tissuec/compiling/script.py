@@ -22,10 +22,15 @@ MOST_REPETITIONS = 100_000
 
 @dataclass(slots=True)
 class Script:
-    """The events in order of time (at one time: as written) and the triggers."""
+    """The events in order of time (at one time: as written) and the triggers.
+
+    Attributes:
+        is_whole: Whether nothing was left out because it is wrong.
+    """
 
     events: list[Event] = field(default_factory=list)
     triggers: list[Trigger] = field(default_factory=list)
+    is_whole: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +67,7 @@ class ScriptReader:
 
     def read(self, items: Sequence[s.Item]) -> Script:
         """Return what the items order; each mistake rejects one sentence only."""
-        script = Script()
+        script, failures = Script(), self.findings.failures
         outermost = _Slot(0.0, None, is_outermost=True)
         for item in items:
             with self.findings.item():
@@ -71,6 +76,7 @@ class ScriptReader:
                 else:
                     self._item(item, outermost, script.events)
         script.events.sort(key=lambda event: event.time)
+        script.is_whole = self.findings.failures == failures
         return script
 
     def _trigger(self, item: s.Timed, condition: s.Expression) -> Trigger:
@@ -82,10 +88,10 @@ class ScriptReader:
     def _item(self, item: s.Item, slot: _Slot, events: list[Event]) -> None:
         match item:
             case s.Timed(trigger=None):
-                errors = len(self.findings.errors)
+                failures = self.findings.failures
                 for inner in self._slots(item, slot):
                     self._body(item.body, inner, events)
-                    if len(self.findings.errors) > errors:
+                    if self.findings.failures > failures:
                         break  # what is wrong once is wrong in each repetition
             case s.Timed():
                 self.findings.reject(

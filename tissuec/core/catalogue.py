@@ -105,7 +105,8 @@ errors: the text does not describe a scene. Codes that begin with W are warnings
 run, but may not mean what its author thinks; `--strict` makes errors of them. `tissuec explain
 TIS104` prints the same as below.
 
-A file is read to its end before anything is reported: one run shows up to ten mistakes."""
+One run shows up to ten mistakes from all over a scene, and none that only follows from another.
+Only where a text cannot be read as sentences, nothing else is looked at."""
 
 
 def _wrapped(text: str) -> str:

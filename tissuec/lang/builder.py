@@ -6,6 +6,7 @@ grammar refers to by name. No tree stands in between.
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -46,12 +47,18 @@ class Builder:
     source: Source
     layout: Layout
     problems: list[Diagnostic]
+    unknown: set[int]
 
-    def begin(self, layout: Layout) -> None:
-        """Make ready for a text, and forget the last one."""
+    def begin(self, layout: Layout, *, unknown: Iterable[int] = ()) -> None:
+        """Make ready for a text, and forget the last one.
+
+        Args:
+            unknown: Where numbers and vectors end whose units were taken out of the text.
+        """
         self.source = layout.source
         self.layout = layout
         self.problems = []
+        self.unknown = set(unknown)
 
     # --- places and problems ------------------------------------------------------------------
 
@@ -65,10 +72,16 @@ class Builder:
         span = Span(self.source, token.start_pos or 0, token.end_pos or 0)
         self.problems.append(Diagnostic(code, message, span, hint))
 
-    def _check_unit(self, unit: str, token: Token) -> None:
-        if not _is_reckonable(unit):
-            message = f"{shown(unit)} is not a unit: its size is out of all bounds"
-            self._report("TIS104", message, token, "exponents of units are small whole numbers")
+    def _unit(self, unit: str, token: Token) -> str:
+        """Return the unit that ends with a token; an empty text if it is wrong."""
+        if token.end_pos in self.unknown:
+            self.unknown.discard(token.end_pos)
+            return ""
+        if _is_reckonable(unit):
+            return unit
+        message = f"{shown(unit)} is not a unit: its size is out of all bounds"
+        self._report("TIS104", message, token, "exponents of units are small whole numbers")
+        return ""
 
     # --- tokens -------------------------------------------------------------------------------
 
@@ -80,13 +93,19 @@ class Builder:
             self._report("TIS119", f'"{shown}" is too large a number', token, hint)
         return value
 
-    def NUMBER(self, token: Token) -> s.Number:
-        return s.Number(self._value(token.value, token), self._span(token, token))
+    def NUMBER(self, token: Token) -> s.Number | s.Quantity:
+        value, span = self._value(token.value, token), self._span(token, token)
+        if token.end_pos in self.unknown or math.isinf(value):
+            self.unknown.discard(token.end_pos or 0)
+            return s.Quantity(value, "", span)
+        return s.Number(value, span)
 
     def QUANTITY(self, token: Token) -> s.Quantity:
         number, unit = split_quantity(token.value)
-        self._check_unit(unit, token)
-        return s.Quantity(self._value(number, token), unit, self._span(token, token))
+        unit = self._unit(unit, token)
+        value = self._value(number, token)
+        unit = "" if math.isinf(value) else unit
+        return s.Quantity(value, unit, self._span(token, token))
 
     # --- expressions --------------------------------------------------------------------------
 
@@ -109,9 +128,8 @@ class Builder:
     def vector(self, children: list[Any]) -> s.Vector:
         first, *items, last = children
         unit = None
-        if last.type == "RPAR_UNIT":
-            unit = canonical_unit(last.value[1:].strip())
-            self._check_unit(unit, last)
+        if last.type == "RPAR_UNIT" or last.end_pos in self.unknown:
+            unit = self._unit(canonical_unit(last.value[1:].strip()), last)
         return s.Vector(tuple(items), unit, self._span(first, last))
 
     def call(self, children: list[Any]) -> s.Call:

@@ -1,5 +1,6 @@
 """A syntax error as facts: the statement, its tokens, which one is wrong, what could stand."""
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import islice
@@ -13,6 +14,9 @@ from tissuec.lang.recovery import Statement, statement_at
 
 #: The type of a stand-in token for a character that begins no token.
 CHARACTER = "CHARACTER"
+
+#: What may be written as a unit, whether there are such units or not.
+_UNIT = re.compile(r"\w+(\^-?[0-9]+)?([*/·]\w+(\^-?[0-9]+)?)*")
 
 #: As many tokens behind the wrong one are looked at.
 _ENOUGH = 100
@@ -54,6 +58,15 @@ class Mistake(NamedTuple):
     def first(self) -> str:
         """Return the type of the first token of the statement."""
         return self.before[0].type if self.before else self.found.type
+
+    @property
+    def unit(self) -> Span | None:
+        """Return the words behind a number or vector that were to be its unit, if any."""
+        if self.found.type != "WORD" or self.previous not in ("NUMBER", "QUANTITY", "RPAR"):
+            return None
+        start = self.found.start_pos or 0
+        unit = _UNIT.match(self.source.text, start)
+        return Span(self.source, start, unit.end()) if unit else None
 
     @property
     def can_end(self) -> bool:

@@ -52,14 +52,14 @@ class Number:
 @dataclass(frozen=True, slots=True)
 class Quantity:
     value: float  # in the written unit
-    unit: str  # canonical spelling, such as "N*s/m"
+    unit: str  # canonical spelling, such as "N*s/m"; "" if it, or the value, is wrong
     span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
 class Vector:
     items: "tuple[Expression, ...]"
-    unit: str | None  # applies to every item that has none
+    unit: str | None  # applies to every item that has none; "" if it is wrong
     span: Span = _span()
 
 

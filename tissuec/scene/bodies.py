@@ -49,6 +49,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
         ),
     )
 }
+ENTRIES = ("mesh", "tissue", "region", "rupture", *BODY_ENTRIES)
 
 
 def read_body(
@@ -58,7 +59,7 @@ def read_body(
     declarations: Declarations,
     scope: Scope,
 ) -> Body:
-    """Return a body from its block, or reject it."""
+    """Return a body from its block, or reject it if it cannot be drawn."""
     assert isinstance(item, s.Block)
     return _BodyReader(name, item, tissues, declarations, scope).read()
 
@@ -89,10 +90,15 @@ class _BodyReader:
         self.rest: dict[str, Any] = {}
 
     def read(self) -> Body:
-        with self.findings.together():
-            for item in self.block.items:
-                with self.findings.item():
-                    self._item(item)
+        failures = self.findings.failures
+        for item in self.block.items:
+            with self.findings.item():
+                self._item(item)
+                continue
+            self._doubt(item)
+        is_whole = self.findings.failures == failures
+        if self.mesh is None and not self.is_explicit and not is_whole:
+            self.findings.stop()  # the mesh may be what is wrong
         tables = self._tables()
         if self.mesh is None and not self.is_explicit:
             self.findings.reject(
@@ -101,8 +107,9 @@ class _BodyReader:
                 self.block.head,
                 hint="for example: mesh is tube { … }",
             )
-        if self.regions and "interface" not in self.rest:
-            self.findings.reject(
+        if self.regions and "interface" not in self.rest and is_whole:
+            is_whole = False
+            self.findings.add(
                 "TIS304",
                 f'body {self.name.text} has regions and needs "interface"',
                 self.block.head,
@@ -122,8 +129,14 @@ class _BodyReader:
             mass_span=self.once.get("mass"),
             velocity=self.rest.get("velocity", zero),
             spin=self.rest.get("spin", zero),
+            is_whole=is_whole,
             span=self.block.head,
         )
+
+    def _doubt(self, item: s.Item) -> None:
+        """Make doubtful the region that a rejected item may have been."""
+        if isinstance(item, s.Block) and item.name.key not in ENTRIES:
+            self.findings.doubt(item.name)
 
     def _item(self, item: s.Item) -> None:
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
@@ -145,12 +158,11 @@ class _BodyReader:
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
-            known = ("mesh", "tissue", "region", "rupture", *BODY_ENTRIES)
             self.findings.reject(
                 "TIS303",
                 f'"{item.name.text}" is not an entry of a body',
                 item.name.span,
-                hint=alternatives(key, known, what="entries"),
+                hint=alternatives(key, ENTRIES, what="entries"),
             )
 
     def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:
@@ -216,18 +228,21 @@ class _BodyReader:
         tissue: Tissue | None = None
         prestress: Given | None = None
         for item in block.items:
-            key = item.name.key if isinstance(item, s.Assign | s.Sentence | s.Block) else ""
-            if key == "tissue" and not isinstance(item, s.Table | s.Rule | s.Timed | s.Expect):
-                tissue = self._tissue(item)
-            elif key == "prestress" and isinstance(item, s.Assign):
-                prestress = read_given("prestress", item, self.scope)
-            else:
-                self.findings.reject(
-                    "TIS303",
-                    "this is not an entry of a region",
-                    item.span,
-                    hint="entries: tissue, prestress",
-                )
+            with self.findings.item():  # nodes lie in a region whatever it is made of
+                if (
+                    isinstance(item, s.Assign | s.Sentence | s.Block)
+                    and item.name.key == "tissue"
+                ):
+                    tissue = self._tissue(item)
+                elif isinstance(item, s.Assign) and item.name.key == "prestress":
+                    prestress = read_given("prestress", item, self.scope)
+                else:
+                    self.findings.reject(
+                        "TIS303",
+                        "this is not an entry of a region",
+                        item.span,
+                        hint="entries: tissue, prestress",
+                    )
         return Region(name.text, block.clauses[0].value, tissue, prestress, block.head)
 
     def _tables(self) -> Tables | None:

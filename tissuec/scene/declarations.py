@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Note, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
@@ -75,6 +75,7 @@ class Declarations:
         """Return what a name of that kind stands for, or reject the name."""
         known = self.of(kind)
         if name.key not in known:
+            findings.pass_over_doubtful(name.key)
             names = [declared.name.text for declared in known.values()]
             plural = {"rules": "rules", "body": "bodies"}.get(kind, f"{kind}s")
             article = "are no" if kind == "rules" else "is no"
@@ -105,9 +106,19 @@ def collect(program: Program, findings: Findings) -> Declarations:
         for item in module.items:
             with findings.item():
                 _enter(item, declarations, findings, is_main=module is program.main)
+                continue
+            _doubt(item, findings)
     if declarations.again:
         _reject_vocabulary(declarations, findings)
     return declarations
+
+
+def _doubt(item: s.Item, findings: Findings) -> None:
+    """Make doubtful what an item that was rejected declares."""
+    if isinstance(item, s.Assign | s.Sentence | s.Block):
+        findings.doubt(item.name)
+        if did_you_mean(item.name.key.split(" ")[0], ["use"]):
+            findings.doubt_all()
 
 
 def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import alternatives, did_you_mean
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension, describe, parse_unit, suggested_unit
+from tissuec.core.units import NUMBER, Dimension, Unit, describe, parse_unit, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.values import LARGEST_NUMBER, Value
@@ -55,6 +55,7 @@ class Scope:
 
     def unknown(self, name: s.Name) -> NoReturn:
         """Reject a name that stands for no value here."""
+        self.findings.pass_over_doubtful(name.key)
         self.findings.reject(
             "TIS301",
             f'there is no number called "{name.text}"',
@@ -93,7 +94,7 @@ class Scope:
                 value = Value(np.asarray(node.value), NUMBER, is_literal=True)
                 return self._finite(value, node.span)
             case s.Quantity():
-                unit = parse_unit(node.unit)
+                unit = self._unit(node.unit)
                 return self._finite(
                     Value(np.asarray(node.value * unit.factor), unit.dimension), node.span
                 )
@@ -117,6 +118,10 @@ class Scope:
                     "TIS312", "a number is needed here, not a test or a list", node.span
                 )
 
+    def _unit(self, text: str) -> Unit:
+        """Return a unit; rejects in silence what was found wrong as it was parsed."""
+        return parse_unit(text) if text else self.findings.stop()
+
     def number(self, node: s.Expression) -> Value:
         """Return the value of an expression that must not be a vector."""
         value = self.evaluate(node)
@@ -138,7 +143,7 @@ class Scope:
                 else "write 0 for a component that is not needed",
             )
         if node.unit is not None:
-            unit = parse_unit(node.unit)
+            unit = self._unit(node.unit)
             items = [
                 Value(item.amount * unit.factor, unit.dimension) if item.is_literal else item
                 for item in items

@@ -1,13 +1,18 @@
-"""Collects diagnostics, so that one run reports many mistakes instead of the first."""
+"""Collects diagnostics, so that one run reports many mistakes instead of the first.
+
+What only follows from a mistake is not told: a name whose declaration is wrong is doubtful, and
+what asks for it is left aside in silence.
+"""
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import NoReturn
 
-from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.errors import CompileError, Diagnostic, Note, did_you_mean
 from tissuec.core.source import Span
+from tissuec.lang import syntax as s
 
-LIMIT = 10  # further errors of one run are usually echoes of the first
+LIMIT = 10  # errors of one run; nobody mends more of them at a time
 
 
 class Rejected(Exception):
@@ -15,10 +20,18 @@ class Rejected(Exception):
 
 
 class Findings:
-    """Errors and warnings found so far; the same finding is kept once."""
+    """Errors and warnings found so far; the same finding is kept once.
+
+    Attributes:
+        failures: Grows with every error and every item that is left out. Where it does not, all
+            that was read in between is there.
+    """
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
+        self.failures = 0
+        self._doubtful: set[str] = set()
+        self._all_are_doubtful = False
 
     def add(
         self,
@@ -35,6 +48,7 @@ class Findings:
     def extend(self, findings: Iterable[Diagnostic]) -> None:
         """Record findings that were made elsewhere, each once."""
         for finding in findings:
+            self.failures += finding.severity == "error"
             if finding not in self.diagnostics:
                 self.diagnostics.append(finding)
 
@@ -58,16 +72,49 @@ class Findings:
     @contextmanager
     def item(self) -> Iterator[None]:
         """Confine a rejection to one item, so that its neighbours are still looked at."""
-        with suppress(Rejected):
+        try:
             yield
+        except Rejected:
+            self.failures += 1
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Leave the present item in the end if anything was found wrong in between."""
-        before = len(self.errors)
+        """Leave the present item in the end if anything was wrong or left out in between."""
+        before = self.failures
         yield
-        if len(self.errors) > before:
+        if self.failures > before:
             raise Rejected
+
+    # --- doubtful names -----------------------------------------------------------------------
+
+    def doubt(self, name: s.Name) -> None:
+        """Make a name doubtful, because what declares it was found wrong.
+
+        The mistake may stand in front of it: of ``bdy vessel { … }`` both "vessel" and the part
+        that "bdy" was meant to be are doubtful.
+        """
+        words = name.key.split(" ")
+        self._doubtful.add(words[0])
+        self._doubtful.update(" ".join(words[start:]) for start in range(len(words)))
+
+    def doubt_all(self) -> None:
+        """Make every name doubtful, because what may declare it could not be read."""
+        self._all_are_doubtful = True
+
+    def is_doubtful(self, key: str) -> bool:
+        """Return whether a name may stand for something that was found wrong."""
+        return self._all_are_doubtful or key in self._doubtful
+
+    def pass_over_doubtful(self, key: str) -> None:
+        """Leave the present item in silence if the name that it asks for is doubtful."""
+        if self.is_doubtful(key):
+            raise Rejected
+
+    def may_be_misspelt(self, part: str) -> bool:
+        """Return whether a part of a scene may be there under a name that was found wrong."""
+        return self._all_are_doubtful or bool(did_you_mean(part, self._doubtful))
+
+    # --- all of them --------------------------------------------------------------------------
 
     @property
     def errors(self) -> list[Diagnostic]:

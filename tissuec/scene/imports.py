@@ -1,14 +1,16 @@
 """Files and their imports: a scene's modules in an order where what is used comes first."""
 
+import os.path
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.nearby import nearby
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
-from tissuec.lang.parser import parse
+from tissuec.lang.parser import WrongNumbers, parse
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import SUFFIX, Library, belongs_to_scenes
 
@@ -42,7 +44,8 @@ def read_source(path: Path, name: str | None = None) -> Source:
     """Return the text of a file, normalised.
 
     Raises:
-        CompileError: The file cannot be read, is far too large or is not text.
+        CompileError: The file cannot be read, is far too large or is not text. Where there is
+            none, the error names one like it.
     """
     name = name or str(path)
     try:
@@ -51,15 +54,21 @@ def read_source(path: Path, name: str | None = None) -> Source:
         return normalise(path.read_bytes(), name, path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise CompileError(
-            [Diagnostic("TIS604", f'cannot read "{name}": {reason.lower()}', None)]
-        ) from error
+        message = f'cannot read "{name}": {reason.lower()}'
+        hint = "" if os.path.exists(path) else nearby(path, SUFFIX)
+        raise CompileError([Diagnostic("TIS604", message, None, hint)]) from error
 
 
 def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Program:
-    """Return the module of a source with all its imports; findings go to ``findings``."""
+    """Return the module of a source with all its imports; findings go to ``findings``.
+
+    Raises:
+        CompileError: The source itself cannot be parsed.
+    """
     loader = _Loader(libraries, findings)
     loader.visit(source, chain=())
+    if not loader.modules:
+        findings.raise_errors()
     return Program(tuple(loader.modules), Library.of(source, libraries))
 
 
@@ -71,21 +80,37 @@ class _Loader:
         self.findings = findings
         self.modules: list[s.Module] = []
         self.seen: set[Path] = set()
+        #: Names and texts: a library may stand in two folders, and each finds its own copy.
+        self.texts: set[tuple[str, str]] = set()
 
     def visit(self, source: Source, chain: tuple[Path, ...]) -> None:
         if source.path is not None:
             chain = (*chain, source.path.resolve())
             self.seen.add(chain[-1])
-        try:
-            module = parse(source)
-        except CompileError as error:
-            self.findings.extend(error.diagnostics)
+        module = self._parse(source)
+        if module is None:
+            self.findings.doubt_all()  # any name may be one that it declares
             return
         for item in module.items:
             if isinstance(item, s.Sentence) and item.name.words.lower() == "use":
                 with self.findings.item():
                     self._follow(item, source, chain)
-        self.modules.append(module)
+                    continue
+                self.findings.doubt_all()  # likewise
+        if (source.name, source.text) not in self.texts:
+            self.texts.add((source.name, source.text))
+            self.modules.append(module)
+
+    def _parse(self, source: Source) -> s.Module | None:
+        """Return the module of a source; None if more is wrong with it than numbers."""
+        try:
+            return parse(source)
+        except WrongNumbers as error:
+            self.findings.extend(error.diagnostics)
+            return error.module
+        except CompileError as error:
+            self.findings.extend(error.diagnostics)
+            return None
 
     def _follow(self, item: s.Sentence, source: Source, chain: tuple[Path, ...]) -> None:
         wanted = item.name.quoted
@@ -118,7 +143,14 @@ class _Loader:
                     f"more than {MOST_IN_A_ROW} files use one another in a row",
                     item.span,
                 )
-            self.visit(read_source(path, name), chain)
+            self.visit(self._read(path, name), chain)
+
+    def _read(self, path: Path, name: str) -> Source:
+        try:
+            return read_source(path, name)
+        except CompileError as error:
+            self.findings.extend(error.diagnostics)
+            self.findings.stop()
 
     def _find(self, wanted: str, item: s.Sentence, source: Source) -> tuple[Path, str]:
         library = Library.of(source, self.libraries)
@@ -134,7 +166,7 @@ class _Loader:
                 hint=library.near(wanted),
                 notes=searched,
             )
-        others = {hit.resolve() for hit in hits[1:]} - {hits[0].resolve()}
+        others = {hit.resolve() for hit in hits[1:] if _differ(hit, hits[0])}
         if others:
             names = ", ".join(str(other) for other in sorted(others))
             self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
@@ -147,6 +179,14 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):
         return False
+
+
+def _differ(path: Path, other: Path) -> bool:
+    """Return whether two files hold different bytes; one that cannot be read may."""
+    try:
+        return path.read_bytes() != other.read_bytes()
+    except OSError:
+        return True
 
 
 def whole(module: s.Module) -> Span:

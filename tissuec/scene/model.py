@@ -102,6 +102,8 @@ class Body:
         mass: Of the whole body [kg], overriding the tissue's; None if not written.
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
+        is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
+            more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
         spin: Initial angular velocity about the centre of mass [rad/s], shape (3,).
     """
@@ -117,14 +119,19 @@ class Body:
     mass_span: Span | None
     velocity: Floats
     spin: Floats
+    is_whole: bool
     span: Span
 
 
 @dataclass(frozen=True, slots=True)
 class Tool:
     name: str
-    kind: str  # "forceps" or "scissors"
+    kind: str  # "forceps" or "scissors"; "" where what was written is wrong
     span: Span
+
+    def may_be(self, kind: str) -> bool:
+        """Return whether this tool is of a kind, as far as its kind is known."""
+        return self.kind in (kind, "")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +142,10 @@ class Environment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A whole text, resolved; ``declarations`` still holds what needs meshes, such as sets."""
+    """A whole text, resolved; ``declarations`` still holds what needs meshes, such as sets.
+
+    What was found wrong is left out or, in environment and simulation, stood in for.
+    """
 
     source: Source
     imports: tuple[Source, ...]  # files that it uses, in the order of reading

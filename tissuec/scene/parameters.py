@@ -136,6 +136,7 @@ def read_overrides(
             item = _read_override(text, findings)
             known = [declared.name.text for declared in declarations.of("param").values()]
             if item.name.key not in declarations.of("param"):
+                findings.pass_over_doubtful(item.name.key)
                 is_let = item.name.key in declarations.of("let")
                 what = "it is a let, which is computed" if is_let else "there is no such param"
                 findings.reject(

@@ -1,15 +1,19 @@
 """Module to Scene: the order in which names are bound; each step is a file of its own."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from tissuec.plan import Simulation
 from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
-from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.model import Environment, Scene, Tissue
 from tissuec.scene.parameters import Constants, read_overrides
-from tissuec.scene.settings import read_environment, read_simulation, read_tool
+from tissuec.scene.settings import AUTOMATIC, read_environment, read_simulation, read_tool
 from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
@@ -37,10 +41,9 @@ def resolve_words(program: Program, findings: Findings, overrides: Sequence[str]
 
 
 def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Scene:
-    """Return the scene that a program describes.
+    """Return the scene that a program describes, as far as ``findings`` hold no error.
 
-    Raises:
-        CompileError: The text is wrong; holds every finding so far.
+    What is wrong is left out or stood in for, so that mistakes of the script are told too.
     """
     words = resolve_words(program, findings, overrides)
     declarations, scope = words.declarations, words.constants
@@ -51,14 +54,16 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     )
     tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
     _check_parts(program, declarations, findings)
-    environment = simulation = None
+    # Both stand in for what may be wrong; in a run without end, nothing comes too late.
+    environment = Environment(np.zeros(3), 0.0)
+    simulation = Simulation(math.inf, AUTOMATIC, None, None, whole(program.main))
     with findings.item():
         environment = read_environment(declarations, program.main, scope)
     with findings.item():
         simulation = read_simulation(declarations, program.main, scope)
     scope.evaluate_all()
-    findings.raise_errors()
-    assert environment is not None and simulation is not None
+    if not declarations.of("body"):
+        findings.doubt_all()  # sets and the script name what no body is there for
     return Scene(
         source=program.main.source,
         imports=tuple(module.source for module in program.modules[:-1]),
@@ -76,7 +81,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
 
 def _check_parts(program: Program, declarations: Declarations, findings: Findings) -> None:
     """Report a scene without a body, tables without one, and what is not carried out."""
-    if not declarations.of("body"):
+    if not declarations.of("body") and not findings.may_be_misspelt("body"):
         hint = "for example: body vessel { mesh is tube { … }; tissue is … }"
         findings.add("TIS304", "the scene has no body", whole(program.main), hint=hint)
     for table in declarations.tables:

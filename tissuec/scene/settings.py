@@ -1,5 +1,7 @@
 """The blocks that stand once: environment and simulate; and the tools."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -88,22 +90,36 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
 
 
 def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) -> Simulation:
-    """Return the simulate block; rejects contradictions between step and tolerance."""
+    """Return the simulate block, as far as it is right; rejects a scene without one.
+
+    A duration that is wrong is taken to be endless, so that nothing seems to come after it.
+    """
     block = _single(
         "simulate", "simulate { duration = 1 s }", declarations, main, scope.findings
     )
     entries = dict(schema.entries_of(SimulateEntries))
+    failures = scope.findings.failures
     values, places = schema.read(simulate_schema(), block.items, scope, what="simulate")
-    if "duration" not in values:
-        if "duration" not in places:
-            scope.findings.add(
-                "TIS304",
-                'simulate needs "duration"',
-                block.head,
-                hint=f"for example: {entries['duration'].example}",
-            )
-        scope.findings.stop()
+    is_whole = scope.findings.failures == failures  # else what is missing may be what is wrong
+    if is_whole and "duration" not in places:
+        scope.findings.add(
+            "TIS304",
+            'simulate needs "duration"',
+            block.head,
+            hint=f"for example: {entries['duration'].example}",
+        )
+    values.setdefault("duration", math.inf)
     read = SimulateEntries(**values)
+    with scope.findings.item():
+        _refuse_contradictions(read, places, scope, is_whole=is_whole)
+    tolerance = read.tolerance if read.step is None else None
+    return Simulation(read.duration, read.integrator, tolerance, read.step, block.head)
+
+
+def _refuse_contradictions(
+    read: SimulateEntries, places: Mapping[str, Span], scope: Scope, *, is_whole: bool
+) -> None:
+    """Reject entries that do not go together; of those that are missing, if none is wrong."""
     if read.step is not None and "tolerance" in places:
         scope.findings.reject(
             "TIS306",
@@ -111,6 +127,8 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
             places["tolerance"],
             hint="write step or tolerance, not both",
         )
+    if not is_whole:
+        return
     if read.step is not None and read.integrator == AUTOMATIC:
         scope.findings.reject(
             "TIS306",
@@ -120,8 +138,6 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
         )
     if read.step is None and read.integrator != AUTOMATIC:
         _refuse_tolerance(read.integrator, places["integrator"], scope)
-    tolerance = read.tolerance if read.step is None else None
-    return Simulation(read.duration, read.integrator, tolerance, read.step, block.head)
 
 
 def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
@@ -145,18 +161,23 @@ def simulate_schema() -> dict[str, schema.Entry]:
 
 
 def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
-    """Return a tool from its block."""
+    """Return a tool from its block; one that is wrong is still known by its name."""
     assert isinstance(item, s.Block)
-    entries, _ = schema.build(
-        ToolEntries, item.items, scope, what=f"tool {name.text}", where=item.head
-    )
-    return Tool(name.text, entries.kind, item.head)
+    kind = ""
+    with scope.findings.item():
+        entries, _ = schema.build(
+            ToolEntries, item.items, scope, what=f"tool {name.text}", where=item.head
+        )
+        kind = entries.kind
+    return Tool(name.text, kind, item.head)
 
 
 def _single(
     kind: str, example: str, declarations: Declarations, main: s.Module, findings: Findings
 ) -> s.Block:
     if kind not in declarations.single:
+        if findings.may_be_misspelt(kind):
+            findings.stop()
         findings.reject(
             "TIS304",
             f"the scene has no {kind} block",

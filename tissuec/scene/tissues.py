@@ -151,6 +151,7 @@ class TissueReader:
 
     def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
+        self.findings.pass_over_doubtful(name.key)
         known = (*self.vocabulary.properties, *QUANTITIES, "described", "about")
         hint = alternatives(name.key, known, what="entries")
         if rules is not None:

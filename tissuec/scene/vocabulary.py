@@ -49,7 +49,7 @@ class Vocabulary:
 def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
     """Return the vocabulary of a program; each mistake rejects one entry only."""
     findings = scope.findings
-    errors = len(findings.errors)
+    failures = findings.failures
 
     def scale(declared: Declared) -> ScaleReader:
         return ScaleReader(declared.name, declared.item, scope)
@@ -63,7 +63,7 @@ def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
         declarations.read_each("quantity", lambda d: scale(d).quantity(), findings),
         {},
     )
-    if len(findings.errors) > errors:
+    if findings.failures > failures:
         return words  # rules would only repeat what is wrong with the scales
     return replace(words, rules=declarations.read_each("rules", rules, findings))
 
@@ -222,6 +222,7 @@ class RulesReader:
                 hint=f"quantities are: {known}",
             )
         if key not in self.vocabulary.quantities:
+            self.findings.pass_over_doubtful(key)
             names = [scale.named.name for scale in self.vocabulary.quantities.values()]
             self.findings.reject(
                 "TIS202",
@@ -241,6 +242,7 @@ class RulesReader:
 def find_property(name: s.Name, vocabulary: Vocabulary, rules: str, scope: Scope) -> NamedScale:
     """Return the scale of a property, or reject the name."""
     if name.key not in vocabulary.properties:
+        scope.findings.pass_over_doubtful(name.key)
         names = [scale.name for scale in vocabulary.properties.values()]
         scope.findings.reject(
             "TIS202",

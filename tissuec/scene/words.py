@@ -105,6 +105,8 @@ def read_word(
 def _unknown(
     name: s.Name, scale: NamedScale, hedges: Mapping[str, Hedge], scope: Scope
 ) -> NoReturn:
+    for part in name.key.split(" "):  # one of which may be a hedge
+        scope.findings.pass_over_doubtful(part)
     words = scale.scale.words
     near = did_you_mean(
         name.key, [*words, *(f"{hedge} {word}" for hedge in hedges for word in words)]
