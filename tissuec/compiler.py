@@ -19,6 +19,7 @@ from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.script import Script, ScriptReader
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
+from tissuec.laws import LINEAR
 from tissuec.network import BodyPart, Network, Provenance
 from tissuec.plan import Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
@@ -73,10 +74,13 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
         return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts])
 
     shifted = list(zip(bodies, nodes, strict=False))
+    laws = tuple(dict.fromkeys([LINEAR, *(law for body in bodies for law in body.laws)]))
     return Network(
         position=every(lambda b: b.mesh.position, (3,), np.float64),
         velocity=every(lambda b: b.velocity, (3,), np.float64),
         **{name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS},
+        law=every(lambda b: np.array([laws.index(law) for law in b.laws])[b.law], (), np.int32),
+        laws=laws,
         ends=np.concatenate(
             [np.zeros((0, 2), np.int32), *(b.mesh.ends + np.int32(n) for b, n in shifted)]
         ),

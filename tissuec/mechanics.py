@@ -1,7 +1,7 @@
 """Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
 
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
-closing speed w = u · (v_b - v_a) has the tension T = c e + d w; it pulls a with T u and b with
+closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(w) of its law; it pulls a with T u and b with
 -T u. A dead spring has no tension, and one of zero length no direction and thus none either.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
@@ -70,11 +70,11 @@ def pull(
     length = np.linalg.norm(reach, axis=-1)
     has_direction = length > 0.0
     direction = reach / np.where(has_direction, length, 1.0)[..., None]
-    tension = situation.stiffness[chosen] * (length - situation.rest[chosen])
-    damping = situation.damping[chosen]
-    if damping.any():
+    behaviour = situation.behaviour(springs)
+    tension = behaviour.pull(length - behaviour.rest)
+    if behaviour.is_viscous:
         closing = np.einsum("...sk,...sk->...s", direction, _reach(ends, velocity))
-        tension = tension + damping * closing
+        tension = tension + behaviour.brake(closing)
     works = situation.alive[chosen] & has_direction
     return Pull(length, direction, np.where(works, tension, 0.0))
 
@@ -82,7 +82,7 @@ def pull(
 def tension(
     situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return T = c e + d w of some springs, all of them by default [N], shape (…, spring)."""
+    """Return T = f(e) + g(w) of some springs, all of them by default [N], shape (…, spring)."""
     return pull(situation, position, velocity, springs).tension
 
 
@@ -143,12 +143,12 @@ def kinetic_energy(
 def elastic_energy(
     situation: Situation, position: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return Σ ½ c e² over the alive springs (among ``springs``) [J], shape (…)."""
+    """Return Σ ∫ f de over the alive springs (among ``springs``) [J], shape (…)."""
     chosen = np.flatnonzero(situation.alive) if springs is None else springs
     chosen = chosen[situation.alive[chosen]]
     network = situation.network
     stretched = elongation(network.ends[chosen], position, situation.rest[chosen])
-    return 0.5 * _sum_each(situation.stiffness[chosen] * stretched * stretched)
+    return _sum_each(situation.behaviour(chosen).energy(stretched))
 
 
 def gravity_energy(situation: Situation, position: Floats) -> Floats:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 
 
@@ -159,6 +160,18 @@ class Situation:
         for nodes in self.holders.values():
             held[nodes] = True
         return held
+
+    def behaviour(self, springs: Indices | None = None) -> Behaviour:
+        """Return what some springs do, all of them by default, by their present numbers."""
+        chosen = slice(None) if springs is None else springs
+        network = self.network
+        return Behaviour(
+            network.laws,
+            network.law[chosen],
+            self.stiffness[chosen],
+            self.damping[chosen],
+            self.rest[chosen],
+        )
 
     def place_held(self) -> None:
         """Put driven nodes on their paths and every other held node at rest, at ``time``."""

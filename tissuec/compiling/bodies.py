@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing, draw
 from tissuec.compiling.materials import MaterialReader
 from tissuec.compiling.points import Mask
+from tissuec.laws import Law
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Indices, Provenance
 from tissuec.scene.expressions import Scope
@@ -23,6 +25,8 @@ class BodyArrays:
     mesh: Mesh
     arrays: dict[str, Floats]  # "mass", "stiffness", "damping", "rest", "strength"
     provenance: dict[str, Provenance]
+    law: NDArray[np.int32]  # of each spring, as a number among ``laws``
+    laws: tuple[Law, ...]
     velocity: Floats
     node_ids: Indices
     spring_ids: Indices
@@ -33,7 +37,8 @@ class BodyArrays:
 def build_body(body: Body, scope: Scope) -> BodyArrays:
     """Return the arrays of one body; what is wrong is rejected with its place."""
     drawing = draw(body, scope)
-    quantities = MaterialReader(body, drawing, scope.findings).read()
+    reader = MaterialReader(body, drawing, scope.findings)
+    quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = _velocity(body, drawing, arrays["mass"])
     _check_sizes(body, drawing, arrays, velocity, scope.findings)
@@ -42,6 +47,8 @@ def build_body(body: Body, scope: Scope) -> BodyArrays:
         drawing.mesh,
         arrays,
         {name: provenance for name, (_, provenance) in quantities.items()},
+        law,
+        laws,
         velocity,
         drawing.columns.node_ids,
         drawing.columns.spring_ids,

@@ -55,7 +55,7 @@ def choose(situation: Situation, method: Method) -> Choice:
     if method.step is not None:
         return _by_step(situation, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-    if tolerance < CROSSING and not situation.drag and not np.any(situation.damping):
+    if tolerance < CROSSING and not situation.drag and not situation.behaviour().is_viscous:
         facts = measured_facts(situation)
         swept = facts["omega"] * method.duration
         if swept > LONG and not method.ledger:

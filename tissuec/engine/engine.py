@@ -206,6 +206,7 @@ class Engine:
             "cap": self._cap,
             "made": work.solver.made[0],
             "made_at": work.solver.at.copy(),
+            "made_speed": work.solver.speed.copy(),
             "bound": self._task.bound,
             "tier": self._tier,
             "review": self._review,
@@ -231,6 +232,7 @@ class Engine:
         self._work.effort[:] = state["effort"]
         if self._integrator.implicit:
             self._work.solver.at[:] = state["made_at"]
+            self._work.solver.speed[:] = state["made_speed"]
             self._work.solver.made[:] = state["made"], 0.0, 1.0
         self._asked = self._evaluations
         self._tier = self.tier or cast(Tier, str(state["tier"]))

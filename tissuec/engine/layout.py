@@ -16,10 +16,13 @@ from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Acts, Net, Solver
 from tissuec.kernels.vector import VectorNet
+from tissuec.laws import Law
+from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Load, Situation
 
 Bools = NDArray[np.bool_]
+Laws = NDArray[np.int32]
 
 
 @dataclass(slots=True)
@@ -30,6 +33,8 @@ class Springs:
         ids: Their numbers in the network, shape (spring,).
         low, high: Their ends as places of nodes, shape (spring,).
         stiffness, damping, rest, strength: Present values; zero and infinite for dead ones.
+        law: Numbers among ``laws``, shape (spring,).
+        laws: All of the net; the first is linear.
     """
 
     ids: Indices
@@ -39,6 +44,15 @@ class Springs:
     damping: Floats
     rest: Floats
     strength: Floats
+    law: Laws
+    laws: tuple[Law, ...]
+
+    def behaviour(self, chosen: Indices | None = None) -> Behaviour:
+        """Return what some of them do, all by default."""
+        some = slice(None) if chosen is None else chosen
+        return Behaviour(
+            self.laws, self.law[some], self.stiffness[some], self.damping[some], self.rest[some]
+        )
 
 
 class Layout:
@@ -100,6 +114,7 @@ class Layout:
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
         stiffness = np.where(alive, situation.stiffness[ids], 0.0)
+        law = np.where(alive, situation.network.law[ids], 0).astype(np.int32)
         self.springs = Springs(
             ids=ids,
             low=self._low[ids],
@@ -107,8 +122,10 @@ class Layout:
             stiffness=stiffness,
             damping=np.where(alive, situation.damping[ids], 0.0),
             # Without a force that could jump, it does not matter when one turns over.
-            rest=np.where(stiffness > 0.0, situation.rest[ids], 0.0),
+            rest=np.where((stiffness > 0.0) | (law > 0), situation.rest[ids], 0.0),
             strength=np.where(alive, situation.strength[ids], np.inf),
+            law=law,
+            laws=situation.network.laws,
         )
 
     def _select(self, situation: Situation) -> Bools:
@@ -123,17 +140,18 @@ class Layout:
     def features(self) -> Features:
         """Return what the stepping code must be able to do."""
         return Features(
-            viscous=bool(np.any(self.springs.damping)),
+            viscous=self.springs.behaviour().is_viscous,
             watched=self.watched,
             ledger=self.ledger,
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
+            laws=self.springs.laws if self.springs.law.any() else (),
         )
 
     def loss(self) -> str:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
-        if np.any(self.springs.damping) or self.situation.drag:
+        if self.springs.behaviour().is_viscous or self.situation.drag:
             return "there is viscosity"
         if self.ledger and (self.moved.any() or self.timed or self.push.any()):
             return "work is done that is to be booked"
@@ -172,6 +190,7 @@ class Layout:
             damping=springs.damping,
             rest=springs.rest,
             strength=springs.strength,
+            law=springs.law,
             near=self.near(integrator),
             inverse_mass=self.inverse_mass,
             steady=self.steady,
@@ -187,9 +206,7 @@ class Layout:
         return VectorNet(
             low=springs.low,
             high=springs.high,
-            stiffness=springs.stiffness,
-            damping=springs.damping,
-            rest=springs.rest,
+            behaviour=springs.behaviour(),
             strength=springs.strength,
             near=self.near(integrator),
             inverse_mass=self.inverse_mass,

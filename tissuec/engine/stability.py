@@ -48,8 +48,9 @@ def spectral_radius(situation: Situation) -> float:
     Springs under tension also resist sideways (T / L); what pressed springs lose is ignored.
     """
     low, high, direction, length, alive = _geometry(situation)
-    stiffness = situation.stiffness[alive]
-    tension = stiffness * (length - situation.rest[alive])
+    behaviour = situation.behaviour(alive)
+    elongation = length - behaviour.rest
+    stiffness, tension = behaviour.steepness(elongation), behaviour.pull(elongation)
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
@@ -59,7 +60,9 @@ def spectral_radius(situation: Situation) -> float:
 def damping_radius(situation: Situation) -> float:
     """Return λ̂ [1/s], a bound of the rates at which dashpots and drag brake."""
     low, high, direction, _, alive = _geometry(situation)
-    damping, root = situation.damping[alive], _root(situation)
+    relative = situation.velocity[high] - situation.velocity[low]
+    closing = np.einsum("sk,sk->s", direction, relative)
+    damping, root = situation.behaviour(alive).sluggishness(closing), _root(situation)
     if not damping.any() and not situation.drag:
         return 0.0
     uniform = situation.drag * root * root

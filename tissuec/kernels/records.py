@@ -46,6 +46,7 @@ class Net(NamedTuple):
     damping: Floats  # d [N s/m], shape (spring,)
     rest: Floats  # L0 [m], shape (spring,)
     strength: Floats  # [N], shape (spring,)
+    law: NDArray[np.int32]  # of each spring, 0 if linear, shape (spring,)
     near: Floats  # tension from which a closer look is needed [N], shape (spring,)
     inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
@@ -70,6 +71,7 @@ class Solver(NamedTuple):
     unknown: Floats  # right-hand side and solution, shape (3 free,)
     scratch: Floats  # shape (4, 3 node) or (0, 0)
     at: Floats  # positions that S was made at [m], shape (3 node,)
+    speed: Floats  # velocities that S was made at [m/s], shape (3 node,)
     # q of S [s], 0 without one; worst contraction of the step; 1 if S is to be made again
     made: Floats  # shape (3,)
 

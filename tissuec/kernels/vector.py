@@ -13,6 +13,7 @@ import numpy as np
 from tissuec.kernels.acts import total, turning
 from tissuec.kernels.records import Acts, Buffer, Floats, Integers
 from tissuec.kernels.scalar import LEFT, TINY
+from tissuec.laws.evaluation import Behaviour
 
 
 class VectorNet:
@@ -20,7 +21,8 @@ class VectorNet:
 
     Args:
         low, high: Lower and upper node of each spring, shape (spring,).
-        stiffness, damping, rest, strength: Per spring, shape (spring,).
+        behaviour: What each spring does at an elongation and a speed.
+        strength: Per spring [N], shape (spring,).
         near: Tension from which a closer look is needed [N], shape (spring,).
         inverse_mass: Zero for held nodes [1/kg], shape (node,).
         steady: Gravity and constant loads by mass [m/s²], shape (3 node,).
@@ -37,9 +39,7 @@ class VectorNet:
         *,
         low: Integers,
         high: Integers,
-        stiffness: Floats,
-        damping: Floats,
-        rest: Floats,
+        behaviour: Behaviour,
         strength: Floats,
         near: Floats,
         inverse_mass: Floats,
@@ -55,7 +55,9 @@ class VectorNet:
         springs, nodes = len(low), len(inverse_mass)
         self.low, self.high = 3 * low + component, 3 * high + component
         self.both = np.concatenate([self.low.ravel(), self.high.ravel()])
-        self.stiffness, self.damping, self.rest = stiffness, damping, rest
+        self.behaviour = behaviour
+        self.stiffness, self.damping = behaviour.stiffness, behaviour.damping
+        self.rest = behaviour.rest
         self.strength, self.near = strength, near
         self.inverse_mass = np.repeat(inverse_mass, 3)
         is_free = self.inverse_mass > 0.0
@@ -63,7 +65,7 @@ class VectorNet:
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts = acts
         self.watched, self.ledger = watched, ledger
-        self.viscous = bool(np.any(damping))
+        self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
         self.end = np.empty((3, springs))
         self.length, self.inverse = np.empty(springs), np.empty(springs)
@@ -80,13 +82,21 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
     np.subtract(r, x.take(net.low, out=net.end, mode="clip"), out=r)
     np.sqrt(np.einsum("ij,ij->j", r, r, out=length), out=length)
     np.divide(1.0, np.add(length, TINY, out=inverse), out=inverse)
-    np.multiply(np.subtract(length, net.rest, out=tension), net.stiffness, out=tension)
+    np.subtract(length, net.rest, out=tension)
+    if net.linear:
+        np.multiply(tension, net.stiffness, out=tension)
+    else:
+        tension[:] = net.behaviour.pull(tension)
     if net.viscous:
         v.take(net.high, out=net.w, mode="clip")
         np.subtract(net.w, v.take(net.low, out=net.end, mode="clip"), out=net.w)
         np.einsum("ij,ij->j", r, net.w, out=net.closing)
         np.multiply(net.closing, inverse, out=net.closing)
-        np.add(tension, np.multiply(net.closing, net.damping, out=length), out=tension)
+        if net.linear:
+            np.multiply(net.closing, net.damping, out=length)
+        else:
+            length[:] = net.behaviour.brake(net.closing)
+        np.add(tension, length, out=tension)
     return tension
 
 

@@ -1,13 +1,13 @@
 """Forces, energy and stiffness of a net at rest, as functions of where some nodes are.
 
-    E(x) = Σ ½ c (L - L0)² - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
+    E(x) = Σ ∫ f(e) de - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
 with p the weight and the external forces of this moment. Dashpots and drag do not act, because
-nothing moves. K has, for each spring of direction u and tension T = c (L - L0),
+nothing moves. K has, for each spring of direction u and tension T = f(L - L0),
 
-    c u uᵀ + T/L (1 - u uᵀ),
+    f' u uᵀ + T/L (1 - u uᵀ),
 
-whose second part is clamped at zero where the exact one would not be positive.
+both of whose parts are clamped at zero where the exact one would not be positive.
 """
 
 from typing import NamedTuple
@@ -47,7 +47,8 @@ class Balance:
         free: The nodes that may move, ascending, shape (free,).
         ends: Free node at either end of each spring that acts, -1 for one that stays, shape
             (spring, 2).
-        stiffness, rest: Of these springs [N/m], [m], shape (spring,).
+        behaviour: Of these springs.
+        rest: Their rest lengths [m], shape (spring,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
 
@@ -55,11 +56,13 @@ class Balance:
         is_free = chosen & ~situation.held
         self.free: Indices = np.flatnonzero(is_free)
         ends = situation.network.ends
-        acts = situation.alive & (situation.stiffness > 0.0) & is_free[ends].any(axis=1)
+        resists = (situation.stiffness > 0.0) | (situation.network.law > 0)
+        acts = situation.alive & resists & is_free[ends].any(axis=1)
         self._all = ends[acts]
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self.ends = number[self._all]
-        self.stiffness, self.rest = situation.stiffness[acts], situation.rest[acts]
+        self.behaviour = situation.behaviour(np.flatnonzero(acts))
+        self.rest = self.behaviour.rest
         self.load = self._loads(situation)[self.free]
         self._position = situation.position.copy()
         self._start = self._position[self.free]
@@ -85,7 +88,7 @@ class Balance:
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         has_direction = length > 0.0
         direction = reach / np.where(has_direction, length, 1.0)[:, None]
-        tension = np.where(has_direction, self.stiffness * (length - self.rest), 0.0)
+        tension = np.where(has_direction, self.behaviour.pull(length - self.rest), 0.0)
         return Bars(direction, length, tension)
 
     def force(self, bars: Bars) -> Floats:
@@ -102,7 +105,7 @@ class Balance:
 
         The loads count from where the free nodes are in the situation.
         """
-        elastic = 0.5 * self.stiffness * (bars.length - self.rest) ** 2
+        elastic = self.behaviour.energy(bars.length - self.rest)
         done = self.load * (x - self._start)
         total = float(elastic.sum() - done.sum())
         spoilt = bars.length * np.abs(bars.tension)
@@ -111,9 +114,9 @@ class Balance:
     def noise(self, bars: Bars) -> float:
         """Return what rounding may leave of a force that balances [N]."""
         place = float(np.abs(self._position).max(initial=0.0))
-        return ROUNDING * float(
-            (self.stiffness * (bars.length + self.rest)).max(initial=0.0)
-        ) + (ROUNDING * float(self.stiffness.max(initial=0.0)) * place)
+        steep = np.abs(self.behaviour.slope(bars.length - self.rest))
+        reach = bars.length + self.rest + place
+        return ROUNDING * float((steep * reach).max(initial=0.0))
 
     def largest(self, bars: Bars) -> float:
         """Return the largest force of a spring or load [N], by which residuals are judged."""
@@ -145,12 +148,15 @@ class Balance:
         """
         size = 3 * len(self.free)
         has_direction = bars.length > 0.0
+        steep = self.behaviour.slope(bars.length - self.rest)
+        if not exact:
+            steep = np.maximum(steep, 0.0)
         across = bars.tension / np.where(has_direction, bars.length, 1.0)
         if not exact:
             across = np.maximum(across, 0.0)
         # What has no direction resists in all of them.
-        across = np.where(has_direction, across, self.stiffness)
-        along = np.where(has_direction, self.stiffness - across, 0.0)
+        across = np.where(has_direction, across, steep)
+        along = np.where(has_direction, steep - across, 0.0)
         block = along[:, None, None] * np.einsum("si,sj->sij", bars.direction, bars.direction)
         block += across[:, None, None] * np.eye(3)
         rows, columns, values = [np.arange(size)], [np.arange(size)], [np.full(size, shift)]

@@ -164,7 +164,8 @@ class Field:
     def energy(self, moved: Floats) -> float:
         """Return the elastic energy less the work of loads since the drawing [J]."""
         stretch = self._springs(moved).length - self._equations.rest
-        return float(0.5 * self._equations.stiffness @ stretch**2 - self._load @ moved)
+        elastic = self._equations.behaviour.energy(stretch).sum()
+        return float(elastic - self._load @ moved)
 
     def largest(self, moved: Floats) -> float:
         """Return the largest force of a spring or component of a load [N]."""
@@ -177,6 +178,6 @@ class Field:
         along = springs.direction[:, :, None] * springs.direction[:, None, :]
         safe = np.where(springs.length > 0.0, springs.length, 1.0)
         across = (springs.tension / safe)[:, None, None] * (np.eye(3) - along)
-        return self._equations.between(
-            self._equations.stiffness[:, None, None] * along + across
-        )
+        behaviour = self._equations.behaviour
+        steep = behaviour.slope(springs.length - self._equations.rest)
+        return self._equations.between(steep[:, None, None] * along + across)
