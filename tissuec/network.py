@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.laws import Law
+from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -98,6 +99,10 @@ class Network:
     @property
     def spring_count(self) -> int:
         return len(self.ends)
+
+    def behaviour(self) -> Behaviour:
+        """Return what the springs do at the start of a run."""
+        return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
 
     @property
     def extent(self) -> float:

@@ -9,6 +9,7 @@ from tissuec.compiling.drawing import Drawing, draw
 from tissuec.compiling.materials import MaterialReader
 from tissuec.compiling.points import Mask
 from tissuec.laws import Law
+from tissuec.laws.formula import variables
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Indices, Provenance
 from tissuec.scene.expressions import Scope
@@ -42,6 +43,7 @@ def build_body(body: Body, scope: Scope) -> BodyArrays:
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = _velocity(body, drawing, arrays["mass"])
     _check_sizes(body, drawing, arrays, velocity, scope.findings)
+    _check_laws(body, arrays["rest"], law, laws, scope.findings)
     return BodyArrays(
         body,
         drawing.mesh,
@@ -92,3 +94,19 @@ def _check_sizes(
     for problem in problems:
         message = f"body {body.name} has {problem} to reckon with"
         to.reject("TIS504", message, body.span, hint="check the units")
+
+
+def _check_laws(
+    body: Body, rest: Floats, law: NDArray[np.int32], laws: tuple[Law, ...], to: Findings
+) -> None:
+    """Reject a spring without a rest length whose law divides by it."""
+    for number in np.unique(law[rest <= 0.0]):
+        used = variables(laws[number].elastic) | variables(laws[number].viscous)
+        if "rest" in used:
+            to.reject(
+                "TIS309",
+                f"a spring of {body.name} has no rest length, which its law "
+                f"({laws[number].name}) is about",
+                body.span,
+                hint="draw it longer, or choose a law of the elongation alone",
+            )

@@ -71,7 +71,7 @@ class MaterialReader:
         }
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
-        """Return the law of each spring as a number, shape (spring,), and the laws by number."""
+        """Return the law of each spring by number, shape (spring,), and all laws."""
         laws = [LINEAR]
         numbers = []
         for material in self.materials:
@@ -208,7 +208,9 @@ class MaterialReader:
         law = material.tissue and material.tissue.laws.get(word)
         if law is None or variable in variables(law.force):
             self._missing(name, material)
-        return Given(QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span)
+        return Given(
+            QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
+        )
 
     def _found(self, name: str) -> list[Given | None]:
         if name == "prestress":

@@ -8,8 +8,6 @@ lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS

@@ -131,7 +131,7 @@ def solve_stage(
             if renewals == RENEWALS:
                 break
             renewals += 1
-            renew(q, x, work, net)
+            renew(q, x, v, work, net)
             if made[0] == 0.0:
                 break
             rate, size = 0.0, 0.0

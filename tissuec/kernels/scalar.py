@@ -1,8 +1,8 @@
 """The operations as scalar loops for Numba; they also run, slowly, as plain Python.
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
-T = c (L - L0) + d w with w = r·(v_j - v_i) / L, force T r / L, or what laws say instead. Flags in capitals are constants
-of a variant: what is switched off is never compiled.
+T = c (L - L0) + d w with w = r·(v_j - v_i) / L, or what laws say instead; force T r / L. Flags
+in capitals are constants of a variant: what is switched off is never compiled.
 """
 
 from math import inf, sqrt

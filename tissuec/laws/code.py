@@ -51,15 +51,13 @@ def _function(name: str, at: str, factor: str, formulas: list[Formula]) -> Calla
 
 
 def spline(x: float, places: tuple[float, ...], pieces: tuple[tuple[float, ...], ...]) -> float:
-    """Return the value of a ``Spline``; the first piece stands for what is before all places."""
+    """Return the value of a ``Spline``; the first piece is what is before all places."""
     piece = 0
     while piece < len(places) and x >= places[piece]:
         piece += 1
     value, slope, bend, twist = pieces[piece]
     z = x - places[max(piece - 1, 0)]
     return value + z * (slope + z * (bend + z * twist))
-
-
 
 
 _OPERATORS = {

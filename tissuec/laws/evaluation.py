@@ -1,5 +1,6 @@
 """What springs with laws do: force, stiffness and energy, spring by spring."""
 
+import itertools
 from collections.abc import Sequence
 from functools import cache
 
@@ -132,7 +133,7 @@ def _integral(force: Formula, upper: Floats, values: Values) -> Floats:
     ends = np.array([np.zeros_like(upper), *found, upper])
     ends = np.take_along_axis(ends, np.argsort(np.abs(ends), axis=0), axis=0)
     total = np.zeros_like(upper)
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    for low, high in itertools.pairwise(ends):
         for point, weight in zip(*_gauss(), strict=True):
             e = low + point**3 * (high - low)
             total += 3.0 * weight * point**2 * (high - low) * force.at({**values, "e": e})

@@ -298,7 +298,7 @@ def as_formula(value: "Formula | float") -> Formula:
 
 
 def apply(function: str, arguments: "tuple[Formula, ...]") -> Formula:
-    """Return a function of ``FUNCTIONS`` of its arguments: one, or for extremes at least one."""
+    """Return a function of ``FUNCTIONS`` of its argument, or for extremes of several."""
     first, *others = arguments
     match function:
         case "abs":
@@ -375,4 +375,3 @@ def _raise(base: Formula, exponent: float) -> Formula:
     if exponent == 0.0:
         return ONE
     return base if exponent == 1.0 else Power(base, exponent)
-

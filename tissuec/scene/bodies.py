@@ -217,7 +217,7 @@ class _BodyReader:
         prestress: Given | None = None
         for item in block.items:
             key = item.name.key if isinstance(item, s.Assign | s.Sentence | s.Block) else ""
-            if key == "tissue" and not isinstance(item, s.Table | s.Rule | s.Timed | s.Expect):
+            if key == "tissue" and isinstance(item, s.Assign | s.Sentence | s.Block):
                 tissue = self._tissue(item)
             elif key == "prestress" and isinstance(item, s.Assign):
                 prestress = read_given("prestress", item, self.scope)

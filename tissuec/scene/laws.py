@@ -44,8 +44,8 @@ class LawKind:
 
 
 _REST = {"rest length": ("rest", units.LENGTH)}
-_STIFF = {name: ("c", units.STIFFNESS) for name in ("c", "spring constant")}
-_VISCOUS = {name: ("d", units.VISCOSITY) for name in ("d", "viscosity")}
+_STIFF = dict.fromkeys(("c", "spring constant"), ("c", units.STIFFNESS))
+_VISCOUS = dict.fromkeys(("d", "viscosity"), ("d", units.VISCOSITY))
 LAW_KINDS = (
     LawKind(SPRING_LAWS, "spring law", "spring force", "e", units.LENGTH, _STIFF | _REST),
     LawKind(
@@ -124,12 +124,12 @@ def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
         found = formula.at(SAMPLE | {kind.argument: places})
     bad = np.flatnonzero(np.isnan(np.broadcast_to(found, places.shape)))
     if len(bad):
-        shown = f"{places[bad[0]]:g} {units.suggested_unit(kind.dimension)}"
+        shown = units.show(float(places[bad[0]]), kind.dimension)
         scope.findings.reject(
             "TIS504",
             f'"{span.one_line}" has no value at {shown}',
             span,
-            hint="springs are pressed as well as drawn: with max(…, 0) or abs(…) it can have one",
+            hint="springs are pressed as well as drawn: use max(…, 0) or abs(…)",
         )
 
 

@@ -139,7 +139,10 @@ class TissueReader:
     ) -> None:
         law = BY_ENTRY.get(item.name.key) if isinstance(item, _NAMED) else None
         if not isinstance(item, s.Sentence | s.Assign) and law is None:
-            self.findings.reject("TIS303", "this cannot stand in a tissue", item.span)
+            hint = f"write {item.name.text} = …" if isinstance(item, s.Function) else ""
+            self.findings.reject(
+                "TIS303", "this cannot stand in a tissue", item.span, hint=hint
+            )
         assert isinstance(item, _NAMED)
         key = "about" if item.name.words.lower() == "about" else item.name.key
         key = key if law is None else law.word

@@ -11,9 +11,9 @@ from tissuec.laws import SPRING_LAWS, E
 from tissuec.laws.formula import Formula, Spline
 
 
-@SPRING_LAWS.member("table")
+@SPRING_LAWS.member("curve")
 @dataclass(frozen=True, slots=True)
-class Table:
+class Curve:
     """A curve through points: cubic pieces that rise and fall only where the points do.
 
     F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5:300 (1984). Beyond the points it
@@ -46,7 +46,7 @@ class Table:
         twist = (slope[:-1] + slope[1:] - 2.0 * secant) / width**2
         pieces = np.column_stack([values[:-1], slope[:-1], bend, twist])
         last = (values[-1], slope[-1], 0.0, 0.0)
-        rows = tuple(tuple(map(float, row)) for row in (*pieces, last))
+        rows = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in (*pieces, last))
         return Spline(E, tuple(map(float, places)), rows, float(slope[0]))
 
     @staticmethod
