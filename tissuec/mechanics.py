@@ -2,7 +2,8 @@
 
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
 closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(w) of its law; it pulls a with
-T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus none either.
+T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus
+none either.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
 that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
