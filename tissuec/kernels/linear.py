@@ -115,6 +115,7 @@ class Matrix:
             along = q * viscous + q * q * steep
             pull = net.behaviour.pull(length - net.rest)
             across = q * q * np.maximum(pull * inverse, 0.0)
+            across = np.where(length + net.rest == 0.0, q * q * steep, across)
         block = (along - across) * n[:, None] * n[None, :] + across * np.eye(3)[..., None]
         mass = 1.0 / net.inverse_mass[self.free] + q * net.drag
         if self.banded:

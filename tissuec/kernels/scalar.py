@@ -135,6 +135,8 @@ def resistance(
         closing += (x[j + k] - x[i + k]) * (v[j + k] - v[i + k]) * inverse
     steep = max(slope(law, length - rest, net.stiffness[s], rest), 0.0)
     across = max(pull(law, length - rest, net.stiffness[s], rest) * inverse, 0.0)
+    if length == 0.0 and rest == 0.0:
+        across = steep  # in all directions alike
     # At rest, a dashpot may be infinitely stiff.
     viscous = min(max(brake_slope(law, closing, net.damping[s], rest), 0.0), STIFFEST)
     return q * viscous + q * q * steep, q * q * across
