@@ -106,6 +106,37 @@ def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> F
     return total.reshape(*samples, count, 3)
 
 
+def inner_forces(
+    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+) -> Floats:
+    """Return what springs and enclosed volumes do to every node [N], shape (…, node, 3).
+
+    Args:
+        time: [s], shape (…).
+        position, velocity: [m], [m/s], shape (…, node, 3).
+    """
+    total = spring_forces(situation, position, velocity)
+    for enclosure in situation.enclosures.values():
+        enclosure.add_forces(time, position, total)
+    return total
+
+
+def force_on(
+    situation: Situation,
+    time: Floats | float,
+    position: Floats,
+    velocity: Floats,
+    nodes: Indices,
+) -> Floats:
+    """Return the sum of the inner forces on some nodes together [N], shape (…, 3)."""
+    total = pull_on(situation, position, velocity, nodes)
+    for enclosure in situation.enclosures.values():
+        pressed = np.zeros(position.shape)
+        enclosure.add_forces(time, position, pressed)
+        total += pressed[..., nodes, :].sum(axis=-2)
+    return total
+
+
 def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
     """Return the sum of the spring forces on some nodes together [N], shape (…, 3).
 
@@ -166,7 +197,7 @@ def _sum_each(values: Floats) -> Floats:
 
 
 class Energies(NamedTuple):
-    """Energies at a moment [J], each of shape (…)."""
+    """Energies at a moment [J], each of shape (…); elastic is that of pressure as well."""
 
     kinetic: Floats
     elastic: Floats
@@ -177,11 +208,16 @@ class Energies(NamedTuple):
         return self.kinetic + self.elastic + self.gravity
 
 
-def energies(situation: Situation, position: Floats, velocity: Floats) -> Energies:
-    """Return the energies of the free nodes and of all alive springs."""
+def energies(
+    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+) -> Energies:
+    """Return the energies of the free nodes, of all alive springs and of enclosed volumes."""
+    elastic = elastic_energy(situation, position)
+    for enclosure in situation.enclosures.values():
+        elastic = elastic + enclosure.energy(time, position)
     return Energies(
         kinetic_energy(situation, velocity),
-        elastic_energy(situation, position),
+        elastic,
         gravity_energy(situation, position),
     )
 

@@ -126,7 +126,9 @@ class Engine:
             )
         self._load(situation)
         if self.method.ledger:
-            present = mechanics.energies(situation, situation.position, situation.velocity)
+            present = mechanics.energies(
+                situation, situation.time, situation.position, situation.velocity
+            )
             energy = float(present.kinetic + present.elastic)
             self._update(energy=max(self._progress.energy, energy))
         springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
@@ -320,6 +322,8 @@ class Engine:
             return
 
         def candidate() -> tuple[str, float] | None:
+            if situation.enclosures:
+                return None  # their pressure is not in the matrix of implicit steps
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
             solver = self._layout.solver()
@@ -395,7 +399,7 @@ class Engine:
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
         features = layout.features
-        if features.moved or features.loaded:
+        if features.moved or features.loaded or features.enclosed:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()

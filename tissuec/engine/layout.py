@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.acts import knots, longest_step, pack_acts
+from tissuec.engine.acts import knots, longest_step, pack_acts, pack_enclosures, pumps
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Net, Solver
+from tissuec.kernels.records import Acts, Enclosures, Net, Solver
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -146,6 +146,7 @@ class Layout:
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
+            enclosed=bool(self.situation.enclosures),
             laws=self.springs.laws if self.springs.law.any() else (),
         )
 
@@ -153,7 +154,8 @@ class Layout:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
         if self.springs.behaviour().is_viscous or self.situation.drag:
             return "there is viscosity"
-        if self.ledger and (self.moved.any() or self.timed or self.push.any()):
+        pumped = any(part.swellings for part in self.situation.enclosures.values())
+        if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
             return "work is done that is to be booked"
         return ""
 
@@ -198,6 +200,7 @@ class Layout:
             driven=self.driven,
             drag=float(self.situation.drag),
             acts=self.acts(),
+            enclosures=self.enclosures(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
@@ -215,6 +218,7 @@ class Layout:
             driven=self.driven,
             drag=float(self.situation.drag),
             acts=self.acts(),
+            enclosures=self.enclosures(),
             watched=self.watched,
             ledger=self.ledger,
         )
@@ -222,15 +226,25 @@ class Layout:
     def acts(self) -> Acts:
         """Return motions and loads for the present stretch of time."""
         motions = list(self.situation.motions.values())
-        return pack_acts(motions, self.timed, self.place, self.start, self.until)
+        return pack_acts(motions, self._courses, self.place, self.start, self.until)
+
+    @property
+    def _courses(self) -> list[Load]:
+        """Return the loads that change in time, and changes of volumes behind them."""
+        return [*self.timed, *pumps(self.situation)]
+
+    def enclosures(self) -> Enclosures:
+        """Return the enclosed volumes."""
+        first_act = len(self.situation.motions) + len(self.timed)
+        return pack_enclosures(self.situation, self.place, first_act)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""
         motions = self.situation.motions.values()
-        return longest_step(motions, self.timed, self.start, self.until, looks)
+        return longest_step(motions, self._courses, self.start, self.until, looks)
 
     def next_knot(self, time: float, until: float) -> float:
         """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""
-        times = knots(self.situation.motions.values(), self.timed)
+        times = knots(self.situation.motions.values(), self._courses)
         later = times[(times > time) & (times < until)]
         return float(later[0]) if len(later) else until

@@ -60,6 +60,7 @@ class Features:
     moved: bool
     loaded: bool
     banded: bool = False
+    enclosed: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
 
@@ -102,7 +103,7 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded")
+    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded", "enclosed")
     replaced |= {name.upper(): getattr(features, name) for name in flags}
     curved = code.functions(features.laws) if features.laws else {}
     return replaced | curved | {"CURVED": bool(features.laws)}

@@ -37,6 +37,16 @@ class Acts(NamedTuple):
     angular: Floats  # its angular frequency [1/s], zero without a sine, shape (curve,)
 
 
+class Enclosures(NamedTuple):
+    """Enclosed volumes: cells of triangles that face outwards."""
+
+    corners: Integers  # nodes of the triangles, shape (triangle, 3)
+    first: Integers  # shape (cell + 1,)
+    drawn: Floats  # volumes [m³], shape (cell,)
+    modulus: Floats  # [Pa], shape (cell,)
+    act: Integers  # whose first component is the relative change of volume, shape (cell,)
+
+
 class Net(NamedTuple):
     """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
 
@@ -54,6 +64,7 @@ class Net(NamedTuple):
     driven: Integers  # nodes on prescribed paths
     drag: float  # ambient damping [N s/m]
     acts: Acts
+    enclosures: Enclosures
 
 
 class Solver(NamedTuple):

@@ -10,6 +10,7 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.kernels.acts import pull_free, put_driven
+from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -19,6 +20,7 @@ WATCHED = True  # springs may rupture
 LEDGER = True  # work and dissipation are integrated
 MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
+ENCLOSED = True  # there are enclosed volumes
 CURVED = True  # some springs have laws that are not linear
 pull, slope, brake, brake_slope = functions((LINEAR,)).values()
 
@@ -76,6 +78,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         a[i] += f0
         a[i + ONE] += f1
         a[i + TWO] += f2
+    if ENCLOSED:
+        work += press(time, x, a, net.acts, net.enclosures)
     if LEDGER:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tissuec.kernels.acts import total, turning
-from tissuec.kernels.records import Acts, Buffer, Floats, Integers
+from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers
 from tissuec.kernels.scalar import LEFT, TINY
 from tissuec.laws.evaluation import Behaviour
 
@@ -30,6 +30,7 @@ class VectorNet:
         driven: Nodes on prescribed paths.
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
+        enclosures: Volumes that are kept by pressure.
         watched: Whether springs may rupture.
         ledger: Whether work and dissipation are integrated.
     """
@@ -48,6 +49,7 @@ class VectorNet:
         driven: Integers,
         drag: float,
         acts: Acts,
+        enclosures: Enclosures,
         watched: bool,
         ledger: bool,
     ):
@@ -63,7 +65,7 @@ class VectorNet:
         is_free = self.inverse_mass > 0.0
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
-        self.acts = acts
+        self.acts, self.enclosures = acts, enclosures
         self.watched, self.ledger = watched, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -112,6 +114,10 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.negative(net.f[0], out=net.f[1])
     # Without springs NumPy counts in integers.
     f = np.bincount(net.both, net.f.ravel(), a.size).astype(float, copy=False)
+    if net.enclosures.drawn.size:
+        pumped = _press(time, x, f, net)
+        if net.ledger:
+            power[0] += pumped
     if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:
@@ -123,6 +129,21 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
     return near
+
+
+def _press(time: float, x: Floats, f: Floats, net: VectorNet) -> float:
+    """Add the forces of enclosed volumes; return the power of pumps [W]."""
+    corners, first, drawn, modulus, act = net.enclosures
+    place = x.reshape(-1, 3)
+    seen = place[corners] - place[np.repeat(corners[first[:-1], 0], np.diff(first))][:, None]
+    a, b, c = seen.transpose(1, 0, 2)
+    sides = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
+    volume = np.add.reduceat(np.einsum("tk,tk->t", a, sides[:, 0]), first[:-1])
+    swell, rate = np.array([total(which, time, net.acts) for which in act])[:, [0, 3]].T
+    pressure = modulus * (drawn * (1.0 + swell) - volume) / drawn
+    forces = np.repeat(pressure, np.diff(first))[:, None, None] * sides
+    np.add.at(f.reshape(-1, 3), corners, forces)
+    return float(pressure @ (drawn * rate))
 
 
 def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:

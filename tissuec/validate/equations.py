@@ -95,6 +95,7 @@ class Equations:
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
+        self.enclosures = tuple(situation.enclosures.values())
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
@@ -147,6 +148,14 @@ class Equations:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
         return -(self._backwards @ (springs.tension[:, None] * springs.direction))
 
+    def inner_forces(self, time: float, moved: Floats, springs: Springs) -> Floats:
+        """Return what springs and enclosed volumes do to every node [N], shape (node, 3)."""
+        forces = self.node_forces(springs)
+        inside = min(max(time, self.window[0]), self.window[1])
+        for enclosure in self.enclosures:
+            enclosure.add_forces(inside, self.drawn + moved, forces)
+        return forces
+
     def outside(self, time: float) -> Floats:
         """Return the external forces on all nodes [N], shape (node, 3)."""
         inside = min(max(time, self.window[0]), self.window[1])
@@ -159,8 +168,10 @@ class Equations:
         """Return dy/dt, shape (6 free + 2,)."""
         moved, velocity = self.spread(time, y)
         springs = self.pull(moved, velocity)
-        forces = self.node_forces(springs)
+        forces = self.inner_forces(time, moved, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
+        inside = min(max(time, self.window[0]), self.window[1])
+        work += sum(e.pumping(inside, self.drawn + moved) for e in self.enclosures)
         own = velocity[self.free]
         acting = forces[self.free] - self.drag * own
         if self.loads:
@@ -217,20 +228,22 @@ class Equations:
 
     # --- energies and scales ------------------------------------------------------------------
 
-    def energies(self, moved: Floats, velocity: Floats) -> Energies:
+    def energies(self, time: float, moved: Floats, velocity: Floats) -> Energies:
         """Return the energies of a state."""
+        inside = min(max(time, self.window[0]), self.window[1])
+        pressed = (e.energy(inside, self.drawn + moved) for e in self.enclosures)
         own = velocity[self.free]
         stretch = self.pull(moved, velocity).length - self.rest
         place = (self.drawn + moved)[self.free]
         return Energies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
-            elastic=float(self.behaviour.energy(stretch).sum()),
+            elastic=float(self.behaviour.energy(stretch).sum() + sum(pressed)),
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 
-    def scales(self, moved: Floats, velocity: Floats) -> Scales:
+    def scales(self, time: float, moved: Floats, velocity: Floats) -> Scales:
         """Return how large a state is."""
-        energies = self.energies(moved, velocity)
+        energies = self.energies(time, moved, velocity)
         return Scales(largest(moved), largest(velocity), energies.kinetic + energies.elastic)
 
     def noise(self) -> Scales:

@@ -4,7 +4,7 @@ A verb is a class registered by its word. ``read`` turns an ``Order`` (one sente
 frozen action that holds network indices and SI numbers; ``apply`` carries it out.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NoReturn, Protocol
 
@@ -139,6 +139,10 @@ class Order(Protocol):
         ...
 
     def is_vector(self, word: str) -> bool: ...
+
+    def word(self, word: str, choices: Container[str]) -> str | None:
+        """Return what stands in a clause if it is one of some choices of words."""
+        ...
 
     def text(self, word: str) -> str:
         """Return the words of a clause, such as "each node" in ``on each node``."""
