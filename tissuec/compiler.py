@@ -21,9 +21,10 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
 from tissuec.network import BodyPart, Network, Provenance
-from tissuec.plan import Expectation, Plan, Simulation
+from tissuec.plan import Event, Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
+from tissuec.verbs import Demanding
 from tissuec.verbs.change import ChangeParameter
 
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength")
@@ -121,13 +122,18 @@ def _place(bodies: Sequence[BodyArrays]) -> Mapping[str, Placed]:
     return placed
 
 
-def _can_break(network: Network, script: Script) -> bool:
-    """Return whether a spring can rupture, from the start or after a ``change``."""
-    events = [
+def _events(script: Script) -> list[Event]:
+    """Return the events of a script, also those behind conditions."""
+    return [
         *script.events,
         *(event for trigger in script.triggers for event in trigger.events),
     ]
-    changes = (event.action for event in events if isinstance(event.action, ChangeParameter))
+
+
+def _can_break(network: Network, script: Script) -> bool:
+    """Return whether a spring can rupture, from the start or after a ``change``."""
+    actions = (event.action for event in _events(script))
+    changes = (action for action in actions if isinstance(action, ChangeParameter))
     return bool(np.isfinite(network.strength).any()) or any(
         c.array == "strength" for c in changes
     )
@@ -150,6 +156,10 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         )
         script = reader.read(single["script"].items)
         findings.extend(check_holds(script.events, certain=not script.triggers))
+        # An action that is repeated is one object.
+        for action in {id(event.action): event.action for event in _events(script)}.values():
+            if isinstance(action, Demanding) and (flaw := action.flaw(network)):
+                findings.add("TIS309", flaw, action.span)
     outputs = OutputReader(
         groups, conditions, scene.constants, nodes=network.node_count, duration=duration
     )

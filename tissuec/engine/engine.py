@@ -14,7 +14,7 @@ import numpy as np
 from tissuec import mechanics
 from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
-from tissuec.engine.contest import Contest, candidate_for, cost_of, trial_cost
+from tissuec.engine.contest import Contest, candidate_for, cost_of, evaluation_time, trial_cost
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
 from tissuec.engine.outbox import Outbox
@@ -321,17 +321,18 @@ class Engine:
         if self._progress.pending or self._work.effort[0] < self._contest.look:
             return
 
-        def candidate() -> tuple[str, float] | None:
+        def candidate(pace: float) -> tuple[str, float] | None:
             if situation.enclosures:
                 return None  # their pressure is not in the matrix of implicit steps
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
             solver = self._layout.solver()
             step, name, banded = self._progress.step, self.choice.name, not solver.scratch.size
-            found = candidate_for(name, step, self.method, self._facts, banded)
+            springs = len(self._layout.springs.ids)
+            evaluation = evaluation_time(self.network, springs)
+            found = candidate_for(name, step, pace, self._facts, evaluation, banded=banded)
             if found is None:
                 return None
-            springs = len(self._layout.springs.ids)
             return found, trial_cost(found, self.network, springs, solver)
 
         change = self._contest.decide(

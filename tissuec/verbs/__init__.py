@@ -6,13 +6,13 @@ frozen action that holds network indices and SI numbers; ``apply`` carries it ou
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NoReturn, Protocol
+from typing import ClassVar, NoReturn, Protocol, runtime_checkable
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.courses import Course
-from tissuec.network import Floats, Indices
+from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
 
@@ -50,6 +50,18 @@ class Action(Protocol):
         Raises:
             Failed: It cannot be done; the situation is as it was.
         """
+        ...
+
+
+@runtime_checkable
+class Demanding(Protocol):
+    """An action that can only be done with some networks, which is told before any run."""
+
+    @property
+    def span(self) -> Span: ...
+
+    def flaw(self, network: Network) -> str:
+        """Return why it can never be done, empty if it can."""
         ...
 
 

@@ -7,6 +7,7 @@ from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
+from tissuec.network import Network
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Failed, Group, Happening, Order
 from tissuec.verbs.holding import sentence
@@ -40,11 +41,16 @@ class Preserve:
         _expect_volume(order)
         return cls(order.nodes_of("of"), _modulus(order), order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def flaw(self, network: Network) -> str:
+        """Return why a body cannot keep its volume, empty if it can."""
         try:
-            made = Enclosure.of(situation.network, self.group.name, self.modulus, self.span)
+            Enclosure.of(network, self.group.name, self.modulus, self.span)
         except ValueError as error:
-            raise Failed(str(error), int(self.group.indices[0]), self.span) from None
+            return str(error)
+        return ""
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        made = Enclosure.of(situation.network, self.group.name, self.modulus, self.span)
         situation.enclosures = {**situation.enclosures, made.name: made}
         return (Happening("preserve", (), sentence(self.span), self.span),)
 
