@@ -6,6 +6,7 @@ import numpy as np
 
 from tissuec.core.source import Source, Span
 from tissuec.courses import Course
+from tissuec.laws import LINEAR
 from tissuec.network import BodyPart, Network, Origin, Provenance
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Group, Mover
@@ -26,6 +27,7 @@ def make_net(
     rest=None,
     strength=np.inf,
     velocity=0.0,
+    law=None,
 ):
     """Return a network of one body called "net"; rest lengths are the drawn ones by default."""
     position = np.array(position, dtype=float).reshape(-1, 3)
@@ -49,6 +51,8 @@ def make_net(
         damping=per(springs, damping),
         rest=drawn if rest is None else per(springs, rest),
         strength=per(springs, strength),
+        law=np.full(springs, 0 if law is None else 1, dtype=np.int32),
+        laws=(LINEAR,) if law is None else (LINEAR, law),
         skin=np.zeros((0, 3), dtype=np.int32),
         node_ids=np.arange(nodes) + 100,
         spring_ids=np.arange(springs) + 500,

@@ -20,10 +20,12 @@ from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.script import Script, ScriptReader
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
+from tissuec.laws import LINEAR
 from tissuec.network import BodyPart, Network, Provenance
-from tissuec.plan import Expectation, Plan, Simulation
+from tissuec.plan import Event, Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
+from tissuec.verbs import Demanding
 from tissuec.verbs.change import ChangeParameter
 
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength")
@@ -92,10 +94,13 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
         return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts])
 
     shifted = list(zip(bodies, nodes, strict=False))
+    laws = tuple(dict.fromkeys([LINEAR, *(law for body in bodies for law in body.laws)]))
     return Network(
         position=every(lambda b: b.mesh.position, (3,), np.float64),
         velocity=every(lambda b: b.velocity, (3,), np.float64),
         **{name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS},
+        law=every(lambda b: np.array([laws.index(law) for law in b.laws])[b.law], (), np.int32),
+        laws=laws,
         ends=np.concatenate(
             [np.zeros((0, 2), np.int32), *(b.mesh.ends + np.int32(n) for b, n in shifted)]
         ),
@@ -136,13 +141,18 @@ def _place(drawings: Sequence[Drawing]) -> Mapping[str, Placed]:
     return placed
 
 
-def _can_break(network: Network, script: Script) -> bool:
-    """Return whether a spring can rupture, from the start or after a ``change``."""
-    events = [
+def _events(script: Script) -> list[Event]:
+    """Return the events of a script, also those behind conditions."""
+    return [
         *script.events,
         *(event for trigger in script.triggers for event in trigger.events),
     ]
-    changes = (event.action for event in events if isinstance(event.action, ChangeParameter))
+
+
+def _can_break(network: Network, script: Script) -> bool:
+    """Return whether a spring can rupture, from the start or after a ``change``."""
+    actions = (event.action for event in _events(script))
+    changes = (action for action in actions if isinstance(action, ChangeParameter))
     return bool(np.isfinite(network.strength).any()) or any(
         c.array == "strength" for c in changes
     )
@@ -166,6 +176,10 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         script = reader.read(single["script"].items)
         if script.is_whole:  # else what was left out may hold what is moved or released
             findings.extend(check_holds(script.events, certain=not script.triggers))
+        # An action that is repeated is one object.
+        for action in {id(event.action): event.action for event in _events(script)}.values():
+            if isinstance(action, Demanding) and (flaw := action.flaw(network)):
+                findings.add("TIS309", flaw, action.span)
     outputs = OutputReader(
         groups, conditions, scene.constants, nodes=network.node_count, duration=duration
     )

@@ -1,8 +1,9 @@
 """Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
 
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
-closing speed w = u · (v_b - v_a) has the tension T = c e + d w; it pulls a with T u and b with
--T u. A dead spring has no tension, and one of zero length no direction and thus none either.
+closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(w) of its law; it pulls a with
+T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus
+none either.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
 that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
@@ -70,11 +71,11 @@ def pull(
     length = np.linalg.norm(reach, axis=-1)
     has_direction = length > 0.0
     direction = reach / np.where(has_direction, length, 1.0)[..., None]
-    tension = situation.stiffness[chosen] * (length - situation.rest[chosen])
-    damping = situation.damping[chosen]
-    if damping.any():
+    behaviour = situation.behaviour(springs)
+    tension = behaviour.pull(length - behaviour.rest)
+    if behaviour.is_viscous:
         closing = np.einsum("...sk,...sk->...s", direction, _reach(ends, velocity))
-        tension = tension + damping * closing
+        tension = tension + behaviour.brake(closing)
     works = situation.alive[chosen] & has_direction
     return Pull(length, direction, np.where(works, tension, 0.0))
 
@@ -82,7 +83,7 @@ def pull(
 def tension(
     situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return T = c e + d w of some springs, all of them by default [N], shape (…, spring)."""
+    """Return T = f(e) + g(w) of some springs, all of them by default [N], shape (…, spring)."""
     return pull(situation, position, velocity, springs).tension
 
 
@@ -103,6 +104,37 @@ def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> F
             total[sample, :, axis] = np.bincount(first, force[:, axis], minlength=count)
             total[sample, :, axis] -= np.bincount(second, force[:, axis], minlength=count)
     return total.reshape(*samples, count, 3)
+
+
+def inner_forces(
+    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+) -> Floats:
+    """Return what springs and enclosed volumes do to every node [N], shape (…, node, 3).
+
+    Args:
+        time: [s], shape (…).
+        position, velocity: [m], [m/s], shape (…, node, 3).
+    """
+    total = spring_forces(situation, position, velocity)
+    for enclosure in situation.enclosures.values():
+        enclosure.add_forces(time, position, total)
+    return total
+
+
+def force_on(
+    situation: Situation,
+    time: Floats | float,
+    position: Floats,
+    velocity: Floats,
+    nodes: Indices,
+) -> Floats:
+    """Return the sum of the inner forces on some nodes together [N], shape (…, 3)."""
+    total = pull_on(situation, position, velocity, nodes)
+    for enclosure in situation.enclosures.values():
+        pressed = np.zeros(position.shape)
+        enclosure.add_forces(time, position, pressed)
+        total += pressed[..., nodes, :].sum(axis=-2)
+    return total
 
 
 def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
@@ -143,12 +175,12 @@ def kinetic_energy(
 def elastic_energy(
     situation: Situation, position: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return Σ ½ c e² over the alive springs (among ``springs``) [J], shape (…)."""
+    """Return Σ ∫ f de over the alive springs (among ``springs``) [J], shape (…)."""
     chosen = np.flatnonzero(situation.alive) if springs is None else springs
     chosen = chosen[situation.alive[chosen]]
     network = situation.network
     stretched = elongation(network.ends[chosen], position, situation.rest[chosen])
-    return 0.5 * _sum_each(situation.stiffness[chosen] * stretched * stretched)
+    return _sum_each(situation.behaviour(chosen).energy(stretched))
 
 
 def gravity_energy(situation: Situation, position: Floats) -> Floats:
@@ -165,7 +197,7 @@ def _sum_each(values: Floats) -> Floats:
 
 
 class Energies(NamedTuple):
-    """Energies at a moment [J], each of shape (…)."""
+    """Energies at a moment [J], each of shape (…); elastic is that of pressure as well."""
 
     kinetic: Floats
     elastic: Floats
@@ -176,11 +208,16 @@ class Energies(NamedTuple):
         return self.kinetic + self.elastic + self.gravity
 
 
-def energies(situation: Situation, position: Floats, velocity: Floats) -> Energies:
-    """Return the energies of the free nodes and of all alive springs."""
+def energies(
+    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+) -> Energies:
+    """Return the energies of the free nodes, of all alive springs and of enclosed volumes."""
+    elastic = elastic_energy(situation, position)
+    for enclosure in situation.enclosures.values():
+        elastic = elastic + enclosure.energy(time, position)
     return Energies(
         kinetic_energy(situation, velocity),
-        elastic_energy(situation, position),
+        elastic,
         gravity_energy(situation, position),
     )
 

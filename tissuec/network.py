@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.laws import Law
+from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -59,6 +61,8 @@ class Network:
         damping: Viscosities d [N s/m], shape (spring,).
         rest: Rest lengths L0 [m], shape (spring,).
         strength: Fraction forces [N], shape (spring,); infinite where nothing may rupture.
+        law: Law of each spring as a number among ``laws``, shape (spring,).
+        laws: The laws of springs and dashpots; the first is the linear one.
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
         spring_ids: The same for springs, shape (spring,).
@@ -74,6 +78,8 @@ class Network:
     damping: Floats
     rest: Floats
     strength: Floats
+    law: NDArray[np.int32]
+    laws: tuple[Law, ...]
     skin: NDArray[np.int32]
     node_ids: Indices
     spring_ids: Indices
@@ -93,6 +99,10 @@ class Network:
     @property
     def spring_count(self) -> int:
         return len(self.ends)
+
+    def behaviour(self) -> Behaviour:
+        """Return what the springs do at the start of a run."""
+        return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
 
     @property
     def extent(self) -> float:

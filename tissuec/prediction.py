@@ -98,7 +98,7 @@ def _arrays(network: Network) -> dict[str, dict[str, Any]]:
 def skipped(compiled: Compiled) -> Iterator[str]:
     """Yield what the run of this scene leaves out, because the scene does not need it."""
     network, plan = compiled.network, compiled.plan
-    if not network.damping.any():
+    if not compiled.network.behaviour().is_viscous:
         yield "viscosity: no spring has any, so velocities are not compared"
     if not plan.drag:
         yield "ambient damping: none is written"

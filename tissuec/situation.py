@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.enclosures import Enclosure
+from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 
 
@@ -110,6 +112,7 @@ class Situation:
             a node held by anybody is no unknown.
         motions: Prescribed motions under way, by the name of the tool or set that moves.
         loads: External forces, by name.
+        enclosures: Volumes that are kept by pressure, by the name of the body.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
@@ -132,6 +135,7 @@ class Situation:
     holders: dict[str, Indices] = field(default_factory=dict)
     motions: dict[str, Motion] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
+    enclosures: dict[str, Enclosure] = field(default_factory=dict)
     hold_ends: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -159,6 +163,24 @@ class Situation:
         for nodes in self.holders.values():
             held[nodes] = True
         return held
+
+    def behaviour(self, springs: Indices | None = None) -> Behaviour:
+        """Return what some springs do, all of them by default, by their present numbers."""
+        chosen = slice(None) if springs is None else springs
+        network = self.network
+        return Behaviour(
+            network.laws,
+            network.law[chosen],
+            self.stiffness[chosen],
+            self.damping[chosen],
+            self.rest[chosen],
+        )
+
+    def let_leak(self) -> list[Enclosure]:
+        """Give up the volumes whose surface is torn, and return them; they keep no pressure."""
+        torn = [e for e in self.enclosures.values() if not self.alive[e.edges].all()]
+        self.enclosures = {k: e for k, e in self.enclosures.items() if e not in torn}
+        return torn
 
     def place_held(self) -> None:
         """Put driven nodes on their paths and every other held node at rest, at ``time``."""

@@ -3,6 +3,8 @@
 The kernels of the compiled tier run as the plain Python that they are written in.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,8 @@ from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.layout import Layout
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, iterative, linear
+from tissuec.kernels import banded, iterative, linear, scalar
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, code
 from tissuec.situation import Situation
 
 MEMBER = INTEGRATORS["trbdf2"]  # nets ask for one to know what is near
@@ -49,7 +52,21 @@ def coincident():
     return make_net(np.zeros((2, 3)), [[0, 1]], stiffness=5.0, damping=1.0, rest=0.0)
 
 
+def curved(seed):
+    """Return a net whose springs stiffen and whose dashpots do so as well, in motion."""
+    spring = SPRING_LAWS["exponential"](stiffening=3.0).force()
+    dashpot = VISCOSITY_LAWS["power"](exponent=1.7, speed=0.5).force()
+    net = random_net(seed)
+    return replace(
+        net,
+        laws=(LINEAR, Law("curved", spring, dashpot)),
+        law=np.random.default_rng(seed).integers(0, 2, net.spring_count).astype(np.int32),
+        velocity=np.random.default_rng(seed).normal(size=net.position.shape),
+    )
+
+
 SCENES = {
+    "laws": (curved(11), (0, 5), 0.3),
     "random": (random_net(1), (), 0.0),
     "another, held and with drag": (random_net(2), (0, 3, 4, 13), 0.7),
     "dense": (random_net(3, 9, 36), (8,), 0.1),
@@ -72,15 +89,26 @@ def dense(situation, q):
         r = situation.position[b] - situation.position[a]
         length = np.linalg.norm(r)
         n = r / length if length else np.zeros(3)
-        along = q * situation.damping[s] + q * q * situation.stiffness[s]
+        spring = situation.behaviour(np.array([s]))
+        e = np.array([length - situation.rest[s]])
+        w = np.array([n @ (situation.velocity[b] - situation.velocity[a])])
+        steep = max(float(spring.slope(e)[0]), 0.0)
+        along = q * float(spring.brake_slope(w)[0]) + q * q * steep
         # Of tension over length only what is not negative; without rest length it is c.
-        share = 1.0 - situation.rest[s] / length if length else float(situation.rest[s] == 0.0)
-        across = q * q * situation.stiffness[s] * max(share, 0.0)
+        share = spring.pull(e)[0] / length if length else steep * (situation.rest[s] == 0.0)
+        across = q * q * max(float(share), 0.0)
         k = along * np.outer(n, n) + across * (np.eye(3) - np.outer(n, n))
         for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
             matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * k
     assert len(matrix) == 3 * count
     return matrix
+
+
+@pytest.fixture(autouse=True)
+def _laws(monkeypatch):
+    """Give the kernels the laws that binding would give them."""
+    for name, function in code.functions(SCENES["laws"][0].laws).items():
+        monkeypatch.setattr(scalar, name, function)
 
 
 class Prepared:
@@ -97,11 +125,12 @@ class Prepared:
         self.solver = self.layout.solver()
         self.solver.made[0] = self.q = q
         self.x = self.layout.inwards(self.situation.position)
+        self.v = self.layout.inwards(self.situation.velocity)
         self.free = np.repeat(~self.situation.held, 3)
 
     def solved(self, kernels, net, seed=0):
         """Return S⁻¹ M r of random r in the order of the network, and r, both flat."""
-        assert kernels.assemble(self.q, self.x, net, self.solver)
+        assert kernels.assemble(self.q, self.x, self.v, net, self.solver)
         right = np.random.default_rng(seed).normal(size=(len(self.situation.mass), 3))
         vector = self.layout.inwards(right)
         assert kernels.solve(vector, net, self.solver)
@@ -132,7 +161,7 @@ def test_band_solves_as_the_dense_matrix(scene, tier):
 @pytest.mark.parametrize("scene", SCENES)
 def test_band_holds_the_entries_of_the_matrix(scene):
     made = Prepared(scene)
-    banded.fill(made.q, made.x, made.layout.compiled_net(MEMBER), made.solver)
+    banded.fill(made.q, made.x, made.v, made.layout.compiled_net(MEMBER), made.solver)
     band, slot = made.solver.band, made.solver.slot
     size = len(band)
     found = np.zeros((size, size))
@@ -186,12 +215,12 @@ def test_undefined_positions_and_indefinite_matrices_are_refused(kernels):
         else made.layout.vector_net(MEMBER)
     )
     made.x[3] = np.nan
-    assert not kernels.assemble(made.q, made.x, net, made.solver)
+    assert not kernels.assemble(made.q, made.x, made.v, net, made.solver)
     negative = Prepared("random")
-    negative.layout.springs.damping[:] = -1e6
+    negative.situation.drag = -1e6
     layout = negative.layout
     net = layout.compiled_net(MEMBER) if kernels is banded else layout.vector_net(MEMBER)
-    assert not kernels.assemble(negative.q, negative.x, net, negative.solver)
+    assert not kernels.assemble(negative.q, negative.x, negative.v, net, negative.solver)
 
 
 def test_narrow_order_of_a_shuffled_chain_is_that_of_the_chain():

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from tissuec.core.source import Source, Span
+from tissuec.laws import LINEAR, C, E, Law
+from tissuec.laws.formula import ZERO, Choice
 from tissuec.network import BodyPart, Network
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.writer import ResultWriter
@@ -41,6 +43,8 @@ def tube_and_rod():
         damping=np.linspace(0.1, 0.2, springs),
         rest=np.ones(springs),
         strength=np.full(springs, np.inf),
+        law=np.arange(springs, dtype=np.int32) % 2,
+        laws=(LINEAR, Law("tension only", Choice(E, C * E, ZERO), LINEAR.viscous)),
         skin=skin.astype(np.int32),
         node_ids=np.concatenate([np.arange(RINGS * SIDES) + 1, [1, 2, 3]]),
         spring_ids=np.concatenate([np.arange(springs - 2) + 1, [1, 2]]),

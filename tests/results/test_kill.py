@@ -18,6 +18,7 @@ from tissuec.results.writer import ResultWriter
 CHILD = """if True:
     import pathlib, sys
     import numpy as np
+    from tissuec.laws import LINEAR
     from tissuec.network import Network
     from tissuec.results.errors import ResultError
     from tissuec.results.recording import LogChannel, Recording
@@ -27,8 +28,9 @@ CHILD = """if True:
     count = 40
     ends = np.stack([np.arange(count - 1), np.arange(1, count)], axis=-1).astype(np.int32)
     ones, zeros, skin = np.ones(count - 1), np.zeros((count, 3)), np.zeros((0, 3), np.int32)
-    network = Network(zeros, zeros, np.ones(count), ends, ones, ones, ones, ones, skin,
-                      np.arange(count), np.arange(count - 1), (), {})
+    network = Network(zeros, zeros, np.ones(count), ends, ones, ones, ones, ones,
+                      np.zeros(count - 1, np.int32), (LINEAR,), skin, np.arange(count),
+                      np.arange(count - 1), (), {})
     log = (LogChannel("log", ("x",), "N", "a log"),)
     if limit:
         import resource

@@ -27,6 +27,8 @@ LARGEST = 2000  # nodes; its arrays grow with the square of their number
 def refusal(problem: Problem) -> str:
     """Return why MuJoCo cannot solve a scene; empty if it can."""
     situation = situation_at_start(problem)
+    if not situation.behaviour().is_linear:
+        return "there are springs that are not linear"
     if any(event.time > 0.0 for event in problem.plan.events):
         return "things happen after 0 s"
     if situation.motions:

@@ -124,6 +124,10 @@ def _tissue(tissue: "Tissue") -> dict[str, Any]:
             for f in tissue.facts
         },
         "quantities": {e.quantity: asdict(e) for e in explain_tissue(tissue)},
+        "laws": {
+            word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
+            for word, law in tissue.laws.items()
+        },
         "missing": dict(tissue.missing),
     }
 
@@ -142,6 +146,7 @@ def _print_tissue(tissue: "Tissue") -> None:
             facts = f"  ({reason.facts})" if reason.facts else ""
             rows.append((*head, degree, f"{reason.place}{facts}"))
             head = ("", "", "")
+    rows += ((word, law.name, "", "", law.span.place) for word, law in tissue.laws.items())
     click.echo(f"\n{tissue.name:<40}{tissue.span.place}")
     for line in aligned(rows, COLUMNS):
         click.echo(f"  {line}")

@@ -3,9 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiling.materials import MaterialReader
+from tissuec.laws import Law
+from tissuec.laws.formula import variables
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Indices, Provenance
 from tissuec.scene.findings import Findings
@@ -21,6 +24,8 @@ class BodyArrays:
     mesh: Mesh
     arrays: dict[str, Floats]  # "mass", "stiffness", "damping", "rest", "strength"
     provenance: dict[str, Provenance]
+    law: NDArray[np.int32]  # of each spring, as a number among ``laws``
+    laws: tuple[Law, ...]
     velocity: Floats
     node_ids: Indices
     spring_ids: Indices
@@ -29,16 +34,19 @@ class BodyArrays:
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     """Return the arrays of one body; what is wrong is rejected with its place."""
-    body = drawing.body
-    quantities = MaterialReader(drawing, findings).read()
+    body, reader = drawing.body, MaterialReader(drawing, findings)
+    quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = _velocity(body, drawing, arrays["mass"])
     _check_sizes(body, arrays, velocity, findings)
+    _check_laws(body, arrays["rest"], law, laws, findings)
     return BodyArrays(
         body,
         drawing.mesh,
         arrays,
         {name: provenance for name, (_, provenance) in quantities.items()},
+        law,
+        laws,
         velocity,
         drawing.columns.node_ids,
         drawing.columns.spring_ids,
@@ -73,3 +81,19 @@ def _check_sizes(
     if np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
         message = f"body {body.name} has a mass that is too small to reckon with"
         findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
+
+
+def _check_laws(
+    body: Body, rest: Floats, law: NDArray[np.int32], laws: tuple[Law, ...], to: Findings
+) -> None:
+    """Reject a spring without a rest length whose law divides by it."""
+    for number in np.unique(law[rest <= 0.0]):
+        used = variables(laws[number].elastic) | variables(laws[number].viscous)
+        if "rest" in used:
+            to.reject(
+                "TIS309",
+                f"a spring of {body.name} has no rest length, which its law "
+                f"({laws[number].name}) is about",
+                body.span,
+                hint="draw it longer, or choose a law of the elongation alone",
+            )

@@ -9,7 +9,7 @@ goes before all of this.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
+from tissuec.laws import LINEAR, Law
+from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Given, Tissue
@@ -24,6 +26,8 @@ from tissuec.scene.quantities import QUANTITIES
 
 #: An array of the network and where its numbers are from.
 Explained: TypeAlias = tuple[Floats, Provenance]
+#: Which law replaces the use of a quantity, and as what its formula would use it.
+_USES = {"spring constant": ("spring law", "c"), "viscosity": ("viscosity law", "d")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +69,28 @@ class MaterialReader:
             "rest": self._rest(),
             "strength": self._strength(),
         }
+
+    def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
+        """Return the law of each spring by number, shape (spring,), and all laws."""
+        laws = [LINEAR]
+        numbers = []
+        for material in self.materials:
+            law = _law_of(material)
+            if law not in laws:
+                laws.append(law)
+            numbers.append(laws.index(law))
+        ends = np.array(numbers, dtype=np.int32)[self.end_parts]
+        first, second = ends.T
+        if self.body.interface == "mean" and (mixed := np.flatnonzero(first != second)).size:
+            parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
+            self.findings.reject(
+                "TIS309",
+                f"springs between {' and '.join(parts)} cannot be the mean of two laws",
+                self.body.span,
+                hint="write interface is softer, or stiffer",
+            )
+        softer = first if self.body.interface == "" else self._joined(first, second)
+        return np.where(first == second, first, softer).astype(np.int32), tuple(laws)
 
     def _mass(self) -> Explained:
         column = self.columns.nodes.get("mass")
@@ -170,8 +196,21 @@ class MaterialReader:
         given = self._found(name)
         for number in np.unique(used):
             if given[number] is None and QUANTITIES[name].default is None:
-                self._missing(name, self.materials[number])
+                given[number] = self._unused(name, self.materials[number])
         return given
+
+    def _unused(self, name: str, material: Material) -> Given:
+        """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
+
+        The paper sets c = d = 1 for laws with constants of their own.
+        """
+        word, variable = _USES.get(name, ("", ""))
+        law = material.tissue and material.tissue.laws.get(word)
+        if law is None or variable in variables(law.force):
+            self._missing(name, material)
+        return Given(
+            QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
+        )
 
     def _found(self, name: str) -> list[Given | None]:
         if name == "prestress":
@@ -180,7 +219,7 @@ class MaterialReader:
             ]
         return [m.tissue and m.tissue.given.get(name) for m in self.materials]
 
-    def _missing(self, name: str, material: Material) -> None:
+    def _missing(self, name: str, material: Material) -> NoReturn:
         if material.tissue is None:
             self.findings.reject(
                 "TIS304",
@@ -203,3 +242,15 @@ class MaterialReader:
 def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.bool_]:
     """Return where a table leaves a quantity to the tissue: everywhere without a column."""
     return np.ones(len(like), dtype=bool) if column is None else np.isnan(column)
+
+
+def _law_of(material: Material) -> Law:
+    """Return the law of a part; linear where its tissue says nothing."""
+    written = material.tissue.laws if material.tissue else {}
+    spring, dashpot = written.get("spring law"), written.get("viscosity law")
+    elastic = LINEAR.elastic if spring is None else spring.force
+    viscous = LINEAR.viscous if dashpot is None else dashpot.force
+    if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
+        return LINEAR
+    name = ", ".join(law.name for law in (spring, dashpot) if law is not None)
+    return Law(name, elastic, viscous)

@@ -1,6 +1,6 @@
 """The sentences of a script, as their verbs read them."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import NoReturn
 
 import numpy as np
@@ -181,6 +181,13 @@ class SentenceOrder:
 
     def is_vector(self, word: str) -> bool:
         return self._value(word).is_vector
+
+    def word(self, word: str, choices: Container[str]) -> str | None:
+        value = self.clauses[word].value if word in self.clauses else None
+        if not isinstance(value, s.Name) or value.key not in choices:
+            return None
+        self.asked.add(word)
+        return value.key
 
     def text(self, word: str) -> str:
         return self._name(word).text

@@ -54,6 +54,14 @@ class FromTo:
     dimension: Dimension
 
 
+@dataclass(frozen=True, slots=True)
+class Several:
+    """A list of numbers with a dimension, written ``[1 mm, 2 mm]``."""
+
+    dimension: Dimension
+    at_least: int = 1
+
+
 Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 Length = Annotated[float, Measure(units.LENGTH, above=0.0)]

@@ -6,14 +6,48 @@ from math import inf
 import numpy as np
 
 from tissuec.courses import Course
-from tissuec.kernels.records import Acts
+from tissuec.kernels.records import Acts, Enclosures
 from tissuec.network import Floats, Indices
-from tissuec.situation import Load, Motion, Term
+from tissuec.situation import Load, Motion, Situation, Term
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
 LOOKS = (
     32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
 )
+
+
+def pumps(situation: Situation) -> list[Load]:
+    """Return the changes of enclosed volumes as loads on no node.
+
+    Their first component is the relative change, so that kernels evaluate it as they do loads.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    along = np.array([1.0, 0.0, 0.0])
+    return [
+        Load(none, tuple(Term(s.amount * along, s.course) for s in e.swellings), e.span)
+        for e in situation.enclosures.values()
+    ]
+
+
+def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enclosures:
+    """Return enclosed volumes as tables.
+
+    Args:
+        place: Where the engine keeps each node, shape (node,).
+        first_act: Number of the first of ``pumps`` among the acts.
+    """
+    parts = list(situation.enclosures.values())
+    cells = [len(part.drawn) for part in parts]
+    triangles = _offsets([len(part.corners) for part in parts])
+    firsts = [part.first[:-1] + t for part, t in zip(parts, triangles, strict=False)]
+    corners = [place[part.corners] for part in parts]
+    return Enclosures(
+        corners=np.concatenate([*corners, np.zeros((0, 3), dtype=np.int64)]),
+        first=np.concatenate([*firsts, triangles[-1:]]).astype(np.int64),
+        drawn=np.concatenate([*(part.drawn for part in parts), np.zeros(0)]),
+        modulus=np.repeat([part.modulus for part in parts], cells).astype(float),
+        act=np.repeat(first_act + np.arange(len(parts)), cells).astype(np.int64),
+    )
 
 
 def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:

@@ -18,7 +18,7 @@ from typing import Any
 from tissuec.core.resources import PACKAGE, cache_folder
 
 Function = Callable[..., Any]
-SOURCES = ("engine", "integrators", "kernels")
+SOURCES = ("engine", "integrators", "kernels", "laws")
 
 
 class Binder:

@@ -8,8 +8,6 @@ lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
@@ -55,7 +53,7 @@ def choose(situation: Situation, method: Method) -> Choice:
     if method.step is not None:
         return _by_step(situation, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-    if tolerance < CROSSING and not situation.drag and not np.any(situation.damping):
+    if tolerance < CROSSING and not situation.drag and not situation.behaviour().is_viscous:
         facts = measured_facts(situation)
         swept = facts["omega"] * method.duration
         if swept > LONG and not method.ledger:

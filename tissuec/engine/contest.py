@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from tissuec.engine.choice import Choice
-from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import Progress, Solver
 from tissuec.network import Network
@@ -26,7 +25,7 @@ WORTHWHILE = 0.3  # predicted time to come below which nothing is tried [s]
 TRIALS = 20.0  # times as much as a trial costs must be to come
 BETTER = 1.1  # times as far that the other method must come
 OVERDAMPED = 5.0  # damping ratio from which a stabilised method is worth a trial
-COARSE = 2e-3  # tolerance from which order 2 is enough for an implicit method
+HELD = 0.7  # part of the stability limit that explicit steps of a stiff net come to
 # Time of a force evaluation per spring and per node with all that follows from it, of a factor
 # per multiplication, of a solution per number of the band, and of one by conjugate gradients.
 SPRING, NODE, CALL = 4e-9, 6e-9, 3e-7
@@ -39,7 +38,8 @@ class Contest:
 
     Attributes:
         look: Force evaluations at which to look again.
-        length: Of the next window in force evaluations.
+        length: Of the next window of the method that goes on, in force evaluations.
+        window: Of the window under way; short in a trial, whose evaluations may cost more.
         warming: Whether the window under way only lets steps grow.
         time: When the window began [s].
         spent: Predicted cost until then [s].
@@ -49,6 +49,7 @@ class Contest:
 
     look: int = 0
     length: int = 0
+    window: int = 0
     warming: bool = True
     time: float = 0.0
     spent: float = 0.0
@@ -56,9 +57,9 @@ class Contest:
     rival_pace: float = 0.0
 
     def begin(self, now: Progress, effort: np.ndarray, name: str, cost: float) -> None:
-        """Open a window after a change from outside, or the first one."""
+        """Open a window anew after a change of anything, or the first one."""
         self.length = self.length or STEPS * INTEGRATORS[name].evaluations
-        self._open(now, effort, cost, warming=True)
+        self._open(now, effort, cost, self.window or self.length, warming=True)
 
     def decide(
         self,
@@ -67,7 +68,7 @@ class Contest:
         cost: float,
         name: str,
         duration: float,
-        candidate: Callable[[], tuple[str, float] | None],
+        candidate: Callable[[float], tuple[str, float] | None],
     ) -> Choice | None:
         """Return the method to change to, or None to go on.
 
@@ -77,39 +78,49 @@ class Contest:
             cost: Predicted so far [s].
             name: Of the present method.
             duration: Of the run [s].
-            candidate: The method to be tried instead, if stability limits the steps, and what
-                a trial is predicted to cost [s].
+            candidate: Given the pace of the present method, in simulated seconds per second,
+                returns another one that may come further, and what a trial is predicted to
+                cost [s].
         """
         if effort[0] < self.look:
             return None
         if self.warming:
-            self._open(now, effort, cost, warming=False)
+            self._open(now, effort, cost, self.window, warming=False)
             return None
         pace = (now.time - self.time) / max(cost - self.spent, 1e-12)
         ahead = duration - now.time
-        change = None
+        change, window = None, self.length
         if self.rival and self.rival_pace > BETTER * pace:
             gain = self.rival_pace / pace if pace else np.inf
             reason = f"it advances {gain:.2g} times as fast as {name}, by counts of operations"
             change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
             self.length *= 4
+            window = self.length
         elif (
             not self.rival
             and ahead > WORTHWHILE * pace
-            and (found := candidate()) is not None
+            and (found := candidate(pace)) is not None
             and ahead > TRIALS * found[1] * pace
         ):
             other = found[0]
-            reason = f"stability and not accuracy limits the steps of {name}: tried instead"
+            reason = (
+                f"explicit steps at the limit of stability may come further than {name}"
+                if INTEGRATORS[name].implicit
+                else f"stability and not accuracy limits the steps of {name}: tried instead"
+            )
             change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
+            window = STEPS * INTEGRATORS[other].evaluations
         else:
             # What the other method was worth then is forgotten, so that it is tried again.
             self.length, self.rival = 2 * self.length, ""
-        self._open(now, effort, cost, warming=change is not None)
+            window = self.length
+        self._open(now, effort, cost, window, warming=change is not None)
         return change
 
-    def _open(self, now: Progress, effort: np.ndarray, cost: float, *, warming: bool) -> None:
-        self.look = int(effort[0]) + self.length
+    def _open(
+        self, now: Progress, effort: np.ndarray, cost: float, window: int, *, warming: bool
+    ) -> None:
+        self.window, self.look = window, int(effort[0]) + window
         self.time, self.spent, self.warming = now.time, cost, warming
 
     def state(self) -> dict[str, Any]:
@@ -123,9 +134,14 @@ class Contest:
         return cls(**{name: type(value)(state[name]) for name, value in asdict(fresh).items()})
 
 
+def evaluation_time(network: Network, springs: int) -> float:
+    """Return the predicted time of a compiled force evaluation [s]."""
+    return CALL + SPRING * springs + NODE * network.node_count
+
+
 def cost_of(effort: np.ndarray, network: Network, springs: int, solver: Solver) -> float:
     """Return the predicted time of compiled steps so far [s]."""
-    evaluation = CALL + SPRING * springs + NODE * network.node_count
+    evaluation = evaluation_time(network, springs)
     numbers = solver.band.size
     factor = FACTOR * numbers * solver.band.shape[1] + 4.0 * SPRING * springs
     solution = BAND * numbers if numbers else GRADIENTS * springs
@@ -133,9 +149,15 @@ def cost_of(effort: np.ndarray, network: Network, springs: int, solver: Solver) 
 
 
 def candidate_for(
-    name: str, step: float, method: Method, facts: Mapping[str, float], banded: bool
+    name: str,
+    step: float,
+    pace: float,
+    facts: Mapping[str, float],
+    evaluation: float,
+    *,
+    banded: bool,
 ) -> str | None:
-    """Return what may come further than an explicit method, if its steps are at their limit.
+    """Return what may come further: another kind than an explicit method at its limit, or back.
 
     Solved by conjugate gradients, implicit steps of solid blocks cost more than explicit ones
     even there; what dashpots brake is left to stabilised ones.
@@ -143,16 +165,21 @@ def candidate_for(
     Args:
         name: Of the present method.
         step: Its present step [s].
+        pace: Its simulated seconds per second.
         facts: As ``measured_facts`` gives them.
+        evaluation: Predicted time of a force evaluation [s].
         banded: Whether the matrix of implicit steps has a narrow band.
     """
-    limit = INTEGRATORS[name].stability_limit(facts["omega"], facts["zeta"])
-    if INTEGRATORS[name].implicit or step < BOUND * limit:
+    member, explicit = INTEGRATORS[name], INTEGRATORS["dop853"]
+    limit = explicit.stability_limit(facts["omega"], facts["zeta"])
+    if member.implicit:
+        foreseen = HELD * limit / (explicit.evaluations * evaluation)
+        return "dop853" if foreseen > BETTER * pace else None
+    if step < BOUND * member.stability_limit(facts["omega"], facts["zeta"]):
         return None
     if not banded:
         return "rkc2" if facts["zeta"] > OVERDAMPED else None
-    tolerance = method.tolerance
-    return "trbdf2" if tolerance is not None and tolerance >= COARSE else "esdirk43"
+    return "esdirk43"
 
 
 def trial_cost(name: str, network: Network, springs: int, solver: Solver) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from tissuec import mechanics
 from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
-from tissuec.engine.contest import Contest, candidate_for, cost_of, trial_cost
+from tissuec.engine.contest import Contest, candidate_for, cost_of, evaluation_time, trial_cost
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
 from tissuec.engine.outbox import Outbox
@@ -126,7 +126,9 @@ class Engine:
             )
         self._load(situation)
         if self.method.ledger:
-            present = mechanics.energies(situation, situation.position, situation.velocity)
+            present = mechanics.energies(
+                situation, situation.time, situation.position, situation.velocity
+            )
             energy = float(present.kinetic + present.elastic)
             self._update(energy=max(self._progress.energy, energy))
         springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
@@ -206,6 +208,7 @@ class Engine:
             "cap": self._cap,
             "made": work.solver.made[0],
             "made_at": work.solver.at.copy(),
+            "made_speed": work.solver.speed.copy(),
             "bound": self._task.bound,
             "tier": self._tier,
             "review": self._review,
@@ -231,6 +234,7 @@ class Engine:
         self._work.effort[:] = state["effort"]
         if self._integrator.implicit:
             self._work.solver.at[:] = state["made_at"]
+            self._work.solver.speed[:] = state["made_speed"]
             self._work.solver.made[:] = state["made"], 0.0, 1.0
         self._asked = self._evaluations
         self._tier = self.tier or cast(Tier, str(state["tier"]))
@@ -317,15 +321,18 @@ class Engine:
         if self._progress.pending or self._work.effort[0] < self._contest.look:
             return
 
-        def candidate() -> tuple[str, float] | None:
+        def candidate(pace: float) -> tuple[str, float] | None:
+            if situation.enclosures:
+                return None  # their pressure is not in the matrix of implicit steps
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
             solver = self._layout.solver()
             step, name, banded = self._progress.step, self.choice.name, not solver.scratch.size
-            found = candidate_for(name, step, self.method, self._facts, banded)
+            springs = len(self._layout.springs.ids)
+            evaluation = evaluation_time(self.network, springs)
+            found = candidate_for(name, step, pace, self._facts, evaluation, banded=banded)
             if found is None:
                 return None
-            springs = len(self._layout.springs.ids)
             return found, trial_cost(found, self.network, springs, solver)
 
         change = self._contest.decide(
@@ -393,7 +400,7 @@ class Engine:
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
         features = layout.features
-        if features.moved or features.loaded:
+        if features.moved or features.loaded or features.enclosed:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()

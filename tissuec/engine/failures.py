@@ -19,8 +19,8 @@ def overstretched(situation: Situation) -> Indices:
     w = situation.velocity[high] - situation.velocity[low]
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    tension = situation.stiffness[able] * (length - situation.rest[able])
-    tension += situation.damping[able] * closing
+    behaviour = situation.behaviour(able)
+    tension = behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
     return able[tension > situation.strength[able]]
 
 
@@ -64,7 +64,8 @@ def _culprit(x: Floats, v: Floats, layout: Layout) -> int | None:
     r = x.reshape(-1, 3)[springs.high] - x.reshape(-1, 3)[springs.low]
     w = v.reshape(-1, 3)[springs.high] - v.reshape(-1, 3)[springs.low]
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    tension = np.abs(springs.stiffness * (length - springs.rest) + springs.damping * closing)
+    behaviour = springs.behaviour()
+    tension = np.abs(behaviour.pull(length - springs.rest) + behaviour.brake(closing))
     undefined = np.flatnonzero(~np.isfinite(tension))
     if len(undefined):
         return int(springs.ids[undefined].min())

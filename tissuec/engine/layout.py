@@ -9,17 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.acts import knots, longest_step, pack_acts
+from tissuec.engine.acts import knots, longest_step, pack_acts, pack_enclosures, pumps
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Net, Solver
+from tissuec.kernels.records import Acts, Enclosures, Net, Solver
 from tissuec.kernels.vector import VectorNet
+from tissuec.laws import Law
+from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Load, Situation
 
 Bools = NDArray[np.bool_]
+Laws = NDArray[np.int32]
 
 
 @dataclass(slots=True)
@@ -30,6 +33,8 @@ class Springs:
         ids: Their numbers in the network, shape (spring,).
         low, high: Their ends as places of nodes, shape (spring,).
         stiffness, damping, rest, strength: Present values; zero and infinite for dead ones.
+        law: Numbers among ``laws``, shape (spring,).
+        laws: All of the net; the first is linear.
     """
 
     ids: Indices
@@ -39,6 +44,15 @@ class Springs:
     damping: Floats
     rest: Floats
     strength: Floats
+    law: Laws
+    laws: tuple[Law, ...]
+
+    def behaviour(self, chosen: Indices | None = None) -> Behaviour:
+        """Return what some of them do, all by default."""
+        some = slice(None) if chosen is None else chosen
+        return Behaviour(
+            self.laws, self.law[some], self.stiffness[some], self.damping[some], self.rest[some]
+        )
 
 
 class Layout:
@@ -100,6 +114,7 @@ class Layout:
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
         stiffness = np.where(alive, situation.stiffness[ids], 0.0)
+        law = np.where(alive, situation.network.law[ids], 0).astype(np.int32)
         self.springs = Springs(
             ids=ids,
             low=self._low[ids],
@@ -107,8 +122,10 @@ class Layout:
             stiffness=stiffness,
             damping=np.where(alive, situation.damping[ids], 0.0),
             # Without a force that could jump, it does not matter when one turns over.
-            rest=np.where(stiffness > 0.0, situation.rest[ids], 0.0),
+            rest=np.where((stiffness > 0.0) | (law > 0), situation.rest[ids], 0.0),
             strength=np.where(alive, situation.strength[ids], np.inf),
+            law=law,
+            laws=situation.network.laws,
         )
 
     def _select(self, situation: Situation) -> Bools:
@@ -123,19 +140,22 @@ class Layout:
     def features(self) -> Features:
         """Return what the stepping code must be able to do."""
         return Features(
-            viscous=bool(np.any(self.springs.damping)),
+            viscous=self.springs.behaviour().is_viscous,
             watched=self.watched,
             ledger=self.ledger,
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
+            enclosed=bool(self.situation.enclosures),
+            laws=self.springs.laws if self.springs.law.any() else (),
         )
 
     def loss(self) -> str:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
-        if np.any(self.springs.damping) or self.situation.drag:
+        if self.springs.behaviour().is_viscous or self.situation.drag:
             return "there is viscosity"
-        if self.ledger and (self.moved.any() or self.timed or self.push.any()):
+        pumped = any(part.swellings for part in self.situation.enclosures.values())
+        if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
             return "work is done that is to be booked"
         return ""
 
@@ -172,6 +192,7 @@ class Layout:
             damping=springs.damping,
             rest=springs.rest,
             strength=springs.strength,
+            law=springs.law,
             near=self.near(integrator),
             inverse_mass=self.inverse_mass,
             steady=self.steady,
@@ -179,6 +200,7 @@ class Layout:
             driven=self.driven,
             drag=float(self.situation.drag),
             acts=self.acts(),
+            enclosures=self.enclosures(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
@@ -187,9 +209,7 @@ class Layout:
         return VectorNet(
             low=springs.low,
             high=springs.high,
-            stiffness=springs.stiffness,
-            damping=springs.damping,
-            rest=springs.rest,
+            behaviour=springs.behaviour(),
             strength=springs.strength,
             near=self.near(integrator),
             inverse_mass=self.inverse_mass,
@@ -198,6 +218,7 @@ class Layout:
             driven=self.driven,
             drag=float(self.situation.drag),
             acts=self.acts(),
+            enclosures=self.enclosures(),
             watched=self.watched,
             ledger=self.ledger,
         )
@@ -205,15 +226,25 @@ class Layout:
     def acts(self) -> Acts:
         """Return motions and loads for the present stretch of time."""
         motions = list(self.situation.motions.values())
-        return pack_acts(motions, self.timed, self.place, self.start, self.until)
+        return pack_acts(motions, self._courses, self.place, self.start, self.until)
+
+    @property
+    def _courses(self) -> list[Load]:
+        """Return the loads that change in time, and changes of volumes behind them."""
+        return [*self.timed, *pumps(self.situation)]
+
+    def enclosures(self) -> Enclosures:
+        """Return the enclosed volumes."""
+        first_act = len(self.situation.motions) + len(self.timed)
+        return pack_enclosures(self.situation, self.place, first_act)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""
         motions = self.situation.motions.values()
-        return longest_step(motions, self.timed, self.start, self.until, looks)
+        return longest_step(motions, self._courses, self.start, self.until, looks)
 
     def next_knot(self, time: float, until: float) -> float:
         """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""
-        times = knots(self.situation.motions.values(), self.timed)
+        times = knots(self.situation.motions.values(), self._courses)
         later = times[(times > time) & (times < until)]
         return float(later[0]) if len(later) else until

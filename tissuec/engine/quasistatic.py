@@ -173,9 +173,9 @@ class QuasiStatic:
         force = np.zeros_like(position)
         for load in situation.loads.values():
             np.add.at(force, load.nodes, load.at(situation.time))
-        springs = mechanics.spring_forces(situation, position, still)
+        springs = mechanics.inner_forces(situation, situation.time, position, still)
         force[held] = -springs[held]
-        energy = float(mechanics.energies(situation, position, still).total)
+        energy = float(mechanics.energies(situation, situation.time, position, still).total)
         return position.copy(), force, energy
 
     def _book(

@@ -4,6 +4,7 @@ Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 
 M^-1/2 D M^-1/2, found by power iteration from a fixed start, without forming a matrix.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, sqrt
 
@@ -28,6 +29,7 @@ class _Operator:
     across: Floats
     root: Floats  # 1/√mass, zero for held nodes, shape (node, 1)
     uniform: Floats  # added to the diagonal, shape (node, 1)
+    pressing: tuple[Floats, ...] = ()  # √(K/V0) ∂V/∂x of enclosed volumes, shape (node, 3)
 
     def __call__(self, z: Floats) -> Floats:
         """Return the operator applied to a vector of shape (node, 3)."""
@@ -39,6 +41,8 @@ class _Operator:
         for k in range(3):
             out[:, k] = np.bincount(self.high, force[:, k], len(z))
             out[:, k] -= np.bincount(self.low, force[:, k], len(z))
+        for way in self.pressing:
+            out += np.vdot(way, y) * way
         return out * self.root + self.uniform * z
 
 
@@ -48,18 +52,34 @@ def spectral_radius(situation: Situation) -> float:
     Springs under tension also resist sideways (T / L); what pressed springs lose is ignored.
     """
     low, high, direction, length, alive = _geometry(situation)
-    stiffness = situation.stiffness[alive]
-    tension = stiffness * (length - situation.rest[alive])
+    behaviour = situation.behaviour(alive)
+    elongation = length - behaviour.rest
+    stiffness, tension = behaviour.steepness(elongation), behaviour.pull(elongation)
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
-    return sqrt(_largest(_Operator(low, high, direction, stiffness, across, root, uniform)))
+    pressing = tuple(_pressing(situation))
+    operator = _Operator(low, high, direction, stiffness, across, root, uniform, pressing)
+    return sqrt(_largest(operator))
+
+
+def _pressing(situation: Situation) -> Iterator[Floats]:
+    """Yield √(K/V0) ∂V/∂x of each enclosed volume [√N/m], shape (node, 3)."""
+    for enclosure in situation.enclosures.values():
+        sides = enclosure.gradient(situation.position)
+        for cell, drawn in enumerate(enclosure.drawn):
+            part = slice(enclosure.first[cell], enclosure.first[cell + 1])
+            way = np.zeros_like(situation.position)
+            np.add.at(way, enclosure.corners[part], sides[part])
+            yield sqrt(enclosure.modulus / drawn) * way
 
 
 def damping_radius(situation: Situation) -> float:
     """Return λ̂ [1/s], a bound of the rates at which dashpots and drag brake."""
     low, high, direction, _, alive = _geometry(situation)
-    damping, root = situation.damping[alive], _root(situation)
+    relative = situation.velocity[high] - situation.velocity[low]
+    closing = np.einsum("sk,sk->s", direction, relative)
+    damping, root = situation.behaviour(alive).sluggishness(closing), _root(situation)
     if not damping.any() and not situation.drag:
         return 0.0
     uniform = situation.drag * root * root

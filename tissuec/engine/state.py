@@ -139,8 +139,14 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
     Gershgorin's bound on a node: ω² ≤ 2 Σ c / m and λ ≤ 2 Σ d / m over its springs.
     """
     springs, nodes = layout.springs, len(layout.order)
+    situation, behaviour = layout.situation, springs.behaviour()
+    ends = layout.order[springs.low], layout.order[springs.high]
+    r, w = (of[ends[1]] - of[ends[0]] for of in (situation.position, situation.velocity))
+    length = np.sqrt(np.einsum("sk,sk->s", r, r))
+    closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
+    stiff, viscous = behaviour.steepness(length - springs.rest), behaviour.sluggishness(closing)
     rates = []
-    for constant in (springs.stiffness, springs.damping):
+    for constant in (stiff, viscous):
         total = np.bincount(springs.low, constant, nodes) + np.bincount(
             springs.high, constant, nodes
         )

@@ -16,6 +16,7 @@ from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
 from tissuec.kernels import banded, iterative, scalar
 from tissuec.kernels.records import Buffer, Progress, Task, Work
+from tissuec.laws import Law, code
 
 # Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
 # 0.6 s with kernels from the cache, and 5 s on a machine that has never compiled them.
@@ -59,6 +60,8 @@ class Features:
     moved: bool
     loaded: bool
     banded: bool = False
+    enclosed: bool = False
+    laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +103,10 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    return replaced | {name.upper(): getattr(features, name) for name in Features.__slots__}
+    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded", "enclosed")
+    replaced |= {name.upper(): getattr(features, name) for name in flags}
+    curved = code.functions(features.laws) if features.laws else {}
+    return replaced | curved | {"CURVED": bool(features.laws)}
 
 
 def evaluation_cost(spring_count: int) -> float:

@@ -22,6 +22,7 @@ def no_solver() -> Solver:
         unknown=np.zeros(0),
         scratch=np.zeros((0, 0)),
         at=np.zeros(0),
+        speed=np.zeros(0),
         made=np.zeros(3),
     )
 
@@ -38,7 +39,9 @@ def new_solver(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Solver:
     width = int(np.abs(slot[low] - slot[high])[both].max(initial=0))
     band = 3 * width + 2
     size = 3 * int(np.count_nonzero(free))
-    none = no_solver()._replace(slot=slot, at=np.zeros(3 * len(free)))
+    none = no_solver()._replace(
+        slot=slot, at=np.zeros(3 * len(free)), speed=np.zeros(3 * len(free))
+    )
     if size * float(band) ** 2 <= LARGEST_FACTOR and size * (band + 1) <= LARGEST_BAND:
         return none._replace(band=np.zeros((size, band + 1)), unknown=np.zeros(size))
     return none._replace(

@@ -58,8 +58,8 @@ class Within:
         r = x[high] - x[low]
         length = np.sqrt(np.einsum("sk,sk->s", r, r))
         closing = np.einsum("sk,sk->s", r, v[high] - v[low]) / (length + TINY)
-        stiff = springs.stiffness[chosen] * (length - springs.rest[chosen])
-        return stiff + springs.damping[chosen] * closing
+        behaviour = springs.behaviour(chosen)
+        return behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
         """Return when the first spring surpasses its strength, and which do at that time."""

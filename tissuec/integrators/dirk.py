@@ -60,13 +60,13 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     scale(1.0 / h, work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
     if made[2] == 1.0 and made[0] == q:
-        assemble(q, work.solver.at, net, work.solver)
+        assemble(q, work.solver.at, work.solver.speed, net, work.solver)
     made[2] = 0.0
     fresh = made[0] != q
     near = False
     while True:
         if fresh:
-            renew(q, work.x[current], work, net)
+            renew(q, work.x[current], work.v[current], work, net)
         made[1] = 0.0
         stage = 1
         while stage < stages and made[0] == q:
@@ -79,13 +79,14 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     return near
 
 
-def renew(q: float, x: Floats, work: Work, net: VectorNet) -> None:
-    """Make S at some positions."""
+def renew(q: float, x: Floats, v: Floats, work: Work, net: VectorNet) -> None:
+    """Make S at a state."""
     made = work.solver.made
     made[0] = q
     work.effort[1] += 1
     scale(1.0, x, work.solver.at)
-    if not assemble(q, x, net, work.solver):
+    scale(1.0, v, work.solver.speed)
+    if not assemble(q, x, v, net, work.solver):
         made[0] = 0.0
 
 
@@ -130,7 +131,7 @@ def solve_stage(
             if renewals == RENEWALS:
                 break
             renewals += 1
-            renew(q, x, work, net)
+            renew(q, x, v, work, net)
             if made[0] == 0.0:
                 break
             rate, size = 0.0, 0.0

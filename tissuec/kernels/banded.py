@@ -10,16 +10,16 @@ its time (0.7 to 1.7 of it for widths of 63 to 120), without a call through its 
 from math import sqrt
 
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.scalar import TINY
+from tissuec.kernels.scalar import CURVED, TINY, resistance
 
 
-def assemble(q: float, x: Floats, net: Net, solver: Solver) -> bool:
+def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
     """Make S and its factor at a state; return False if S is not positive definite."""
-    fill(q, x, net, solver)
+    fill(q, x, v, net, solver)
     return factorise(solver.band)
 
 
-def fill(q: float, x: Floats, net: Net, solver: Solver) -> None:
+def fill(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> None:
     """Enter S into the band."""
     band, slot = solver.band, solver.slot
     for i in range(band.shape[0]):
@@ -42,6 +42,8 @@ def fill(q: float, x: Floats, net: Net, solver: Solver) -> None:
             inverse = 1.0 / (length + TINY)
             along = q * net.damping[s] + q * q * net.stiffness[s]
             across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
+            if CURVED:
+                along, across = resistance(q, s, i, j, length, x, v, net)
             for a in range(3):
                 for b in range(3):
                     value = (along - across) * r[a] * r[b] * inverse * inverse

@@ -7,13 +7,13 @@ the diagonal blocks of the nodes are the preconditioner.
 from math import sqrt
 
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.scalar import TINY
+from tissuec.kernels.scalar import CURVED, TINY, resistance
 
 PRECISION = 1e-3  # of the residual; Newton's method repeats what is left
 ROUNDS = 500
 
 
-def assemble(q: float, x: Floats, net: Net, solver: Solver) -> bool:
+def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
     """Make what multiplies by S, and the inverses of its diagonal blocks."""
     bar, block = solver.bar, solver.block
     for node in range(block.shape[0]):
@@ -30,6 +30,8 @@ def assemble(q: float, x: Floats, net: Net, solver: Solver) -> bool:
             inverse = 1.0 / (length + TINY)
             along = q * net.damping[s] + q * q * net.stiffness[s]
             across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
+            if CURVED:
+                along, across = resistance(q, s, i, j, length, x, v, net)
             n0, n1, n2 = r0 * inverse, r1 * inverse, r2 * inverse
             bar[s, 0], bar[s, 1] = along - across, across
             bar[s, 2], bar[s, 3], bar[s, 4] = n0, n1, n2

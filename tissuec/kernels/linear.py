@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from tissuec.kernels.records import Floats, Solver
-from tissuec.kernels.scalar import TINY
+from tissuec.kernels.scalar import STIFFEST, TINY
 from tissuec.kernels.vector import VectorNet
 
 
-def assemble(q: float, x: Floats, net: VectorNet, solver: Solver) -> bool:
+def assemble(q: float, x: Floats, v: Floats, net: VectorNet, solver: Solver) -> bool:
     """Make S and its factor at a state; return False if S is not positive definite."""
     from scipy.linalg.lapack import dpbtrf  # pyright: ignore[reportAttributeAccessIssue]
 
     if net.matrix is None:
         net.matrix = Matrix(net, solver)
-    values = net.matrix.values(q, x, net)
+    values = net.matrix.values(q, x, v, net)
     if not np.isfinite(values).all():
         return False
     if not net.matrix.size:
@@ -100,7 +100,7 @@ class Matrix:
             [part.ravel() for part in columns]
         )
 
-    def values(self, q: float, x: Floats, net: VectorNet) -> Floats:
+    def values(self, q: float, x: Floats, v: Floats, net: VectorNet) -> Floats:
         """Return the entries of S: of the whole band, or of the sparse matrix."""
         r = x[net.high] - x[net.low]
         length = np.sqrt(np.einsum("ij,ij->j", r, r))
@@ -108,6 +108,14 @@ class Matrix:
         n = r * inverse
         along = q * net.damping + q * q * net.stiffness
         across = q * q * net.stiffness * np.maximum(1.0 - net.rest * inverse, 0.0)
+        if not net.behaviour.is_linear:
+            closing = np.einsum("ij,ij->j", n, v[net.high] - v[net.low])
+            viscous = np.clip(net.behaviour.brake_slope(closing), 0.0, STIFFEST)
+            steep = np.maximum(net.behaviour.slope(length - net.rest), 0.0)
+            along = q * viscous + q * q * steep
+            pull = net.behaviour.pull(length - net.rest)
+            across = q * q * np.maximum(pull * inverse, 0.0)
+            across = np.where(length + net.rest == 0.0, q * q * steep, across)
         block = (along - across) * n[:, None] * n[None, :] + across * np.eye(3)[..., None]
         mass = 1.0 / net.inverse_mass[self.free] + q * net.drag
         if self.banded:

@@ -37,6 +37,16 @@ class Acts(NamedTuple):
     angular: Floats  # its angular frequency [1/s], zero without a sine, shape (curve,)
 
 
+class Enclosures(NamedTuple):
+    """Enclosed volumes: cells of triangles that face outwards."""
+
+    corners: Integers  # nodes of the triangles, shape (triangle, 3)
+    first: Integers  # shape (cell + 1,)
+    drawn: Floats  # volumes [m³], shape (cell,)
+    modulus: Floats  # [Pa], shape (cell,)
+    act: Integers  # whose first component is the relative change of volume, shape (cell,)
+
+
 class Net(NamedTuple):
     """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
 
@@ -46,6 +56,7 @@ class Net(NamedTuple):
     damping: Floats  # d [N s/m], shape (spring,)
     rest: Floats  # L0 [m], shape (spring,)
     strength: Floats  # [N], shape (spring,)
+    law: NDArray[np.int32]  # of each spring, 0 if linear, shape (spring,)
     near: Floats  # tension from which a closer look is needed [N], shape (spring,)
     inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
@@ -53,6 +64,7 @@ class Net(NamedTuple):
     driven: Integers  # nodes on prescribed paths
     drag: float  # ambient damping [N s/m]
     acts: Acts
+    enclosures: Enclosures
 
 
 class Solver(NamedTuple):
@@ -70,6 +82,7 @@ class Solver(NamedTuple):
     unknown: Floats  # right-hand side and solution, shape (3 free,)
     scratch: Floats  # shape (4, 3 node) or (0, 0)
     at: Floats  # positions that S was made at [m], shape (3 node,)
+    speed: Floats  # velocities that S was made at [m/s], shape (3 node,)
     # q of S [s], 0 without one; worst contraction of the step; 1 if S is to be made again
     made: Floats  # shape (3,)
 

@@ -1,8 +1,8 @@
 """The operations as scalar loops for Numba; they also run, slowly, as plain Python.
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
-T = c (L - L0) + d w with w = r·(v_j - v_i) / L, force T r / L. Flags in capitals are constants
-of a variant: what is switched off is never compiled.
+T = c (L - L0) + d w with w = r·(v_j - v_i) / L, or what laws say instead; force T r / L. Flags
+in capitals are constants of a variant: what is switched off is never compiled.
 """
 
 from math import inf, sqrt
@@ -10,13 +10,19 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.kernels.acts import pull_free, put_driven
+from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
+from tissuec.laws import LINEAR
+from tissuec.laws.code import functions
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may rupture
 LEDGER = True  # work and dissipation are integrated
 MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
+ENCLOSED = True  # there are enclosed volumes
+CURVED = True  # some springs have laws that are not linear
+pull, slope, brake, brake_slope = functions((LINEAR,)).values()
 
 # Added to a length before dividing: a spring of no length then has no direction and no force,
 # while any length that is not squared to zero stays what it is.
@@ -24,13 +30,14 @@ TINY = 1e-200
 # Part of a spring's length, along where it pointed, that a step must leave of it (and have
 # begun with) for stages on the way not to see it turned over.
 LEFT = 0.1
+STIFFEST = 1e30  # viscosity in a matrix [N s/m]
 # Unsigned, so that no index has to be tested for being negative.
 ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
     """Set ``a`` to the accelerations; return whether a spring is near its strength."""
-    first, other = net.first, net.other
+    first, other, law = net.first, net.other, net.law
     stiffness, damping, rest, limit = net.stiffness, net.damping, net.rest, net.near
     near = False
     work = dissipated = 0.0
@@ -47,13 +54,18 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
             tension = stiffness[s] * (length - rest[s])
+            if CURVED:
+                tension = pull(law[s], length - rest[s], stiffness[s], rest[s])
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
                 ) * inverse
-                tension += damping[s] * closing
+                braking = damping[s] * closing
+                if CURVED:
+                    braking = brake(law[s], closing, damping[s], rest[s])
+                tension += braking
                 if LEDGER:
-                    dissipated += damping[s] * closing * closing
+                    dissipated += braking * closing
             if WATCHED:
                 near |= tension > limit[s]
             tension *= inverse
@@ -66,6 +78,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         a[i] += f0
         a[i + ONE] += f1
         a[i + TWO] += f2
+    if ENCLOSED:
+        work += press(time, x, a, net.acts, net.enclosures)
     if LEDGER:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):
@@ -96,12 +110,40 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
             j = other[s]
             r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-            out[s] = net.stiffness[s] * (length - net.rest[s])
+            law, rest = net.law[s], net.rest[s]
+            if CURVED:
+                out[s] = pull(law, length - rest, net.stiffness[s], rest)
+            else:
+                out[s] = net.stiffness[s] * (length - rest)
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
-                )
-                out[s] += net.damping[s] * closing / (length + TINY)
+                ) / (length + TINY)
+                if CURVED:
+                    out[s] += brake(law, closing, net.damping[s], rest)
+                else:
+                    out[s] += net.damping[s] * closing
+
+
+def resistance(
+    q: float, s: int, i: int, j: int, length: float, x: Floats, v: Floats, net: Net
+) -> tuple[float, float]:
+    """Return q dg/dw + q² df/de and q² T/L of a spring, neither of them negative [kg].
+
+    Args:
+        s: Its number; ``i`` and ``j`` are where its nodes begin in ``x`` and ``v``.
+    """
+    law, rest, inverse = net.law[s], net.rest[s], 1.0 / (length + TINY)
+    closing = 0.0
+    for k in range(3):
+        closing += (x[j + k] - x[i + k]) * (v[j + k] - v[i + k]) * inverse
+    steep = max(slope(law, length - rest, net.stiffness[s], rest), 0.0)
+    across = max(pull(law, length - rest, net.stiffness[s], rest) * inverse, 0.0)
+    if length == 0.0 and rest == 0.0:
+        across = steep  # in all directions alike
+    # At rest, a dashpot may be infinitely stiff.
+    viscous = min(max(brake_slope(law, closing, net.damping[s], rest), 0.0), STIFFEST)
+    return q * viscous + q * q * steep, q * q * across
 
 
 def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) -> bool:

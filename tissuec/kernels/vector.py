@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from tissuec.kernels.acts import total, turning
-from tissuec.kernels.records import Acts, Buffer, Floats, Integers
+from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers
 from tissuec.kernels.scalar import LEFT, TINY
+from tissuec.laws.evaluation import Behaviour
 
 
 class VectorNet:
@@ -20,7 +21,8 @@ class VectorNet:
 
     Args:
         low, high: Lower and upper node of each spring, shape (spring,).
-        stiffness, damping, rest, strength: Per spring, shape (spring,).
+        behaviour: What each spring does at an elongation and a speed.
+        strength: Per spring [N], shape (spring,).
         near: Tension from which a closer look is needed [N], shape (spring,).
         inverse_mass: Zero for held nodes [1/kg], shape (node,).
         steady: Gravity and constant loads by mass [m/s²], shape (3 node,).
@@ -28,6 +30,7 @@ class VectorNet:
         driven: Nodes on prescribed paths.
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
+        enclosures: Volumes that are kept by pressure.
         watched: Whether springs may rupture.
         ledger: Whether work and dissipation are integrated.
     """
@@ -37,9 +40,7 @@ class VectorNet:
         *,
         low: Integers,
         high: Integers,
-        stiffness: Floats,
-        damping: Floats,
-        rest: Floats,
+        behaviour: Behaviour,
         strength: Floats,
         near: Floats,
         inverse_mass: Floats,
@@ -48,6 +49,7 @@ class VectorNet:
         driven: Integers,
         drag: float,
         acts: Acts,
+        enclosures: Enclosures,
         watched: bool,
         ledger: bool,
     ):
@@ -55,15 +57,17 @@ class VectorNet:
         springs, nodes = len(low), len(inverse_mass)
         self.low, self.high = 3 * low + component, 3 * high + component
         self.both = np.concatenate([self.low.ravel(), self.high.ravel()])
-        self.stiffness, self.damping, self.rest = stiffness, damping, rest
+        self.behaviour = behaviour
+        self.stiffness, self.damping = behaviour.stiffness, behaviour.damping
+        self.rest = behaviour.rest
         self.strength, self.near = strength, near
         self.inverse_mass = np.repeat(inverse_mass, 3)
         is_free = self.inverse_mass > 0.0
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
-        self.acts = acts
+        self.acts, self.enclosures = acts, enclosures
         self.watched, self.ledger = watched, ledger
-        self.viscous = bool(np.any(damping))
+        self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
         self.end = np.empty((3, springs))
         self.length, self.inverse = np.empty(springs), np.empty(springs)
@@ -80,13 +84,21 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
     np.subtract(r, x.take(net.low, out=net.end, mode="clip"), out=r)
     np.sqrt(np.einsum("ij,ij->j", r, r, out=length), out=length)
     np.divide(1.0, np.add(length, TINY, out=inverse), out=inverse)
-    np.multiply(np.subtract(length, net.rest, out=tension), net.stiffness, out=tension)
+    np.subtract(length, net.rest, out=tension)
+    if net.linear:
+        np.multiply(tension, net.stiffness, out=tension)
+    else:
+        tension[:] = net.behaviour.pull(tension)
     if net.viscous:
         v.take(net.high, out=net.w, mode="clip")
         np.subtract(net.w, v.take(net.low, out=net.end, mode="clip"), out=net.w)
         np.einsum("ij,ij->j", r, net.w, out=net.closing)
         np.multiply(net.closing, inverse, out=net.closing)
-        np.add(tension, np.multiply(net.closing, net.damping, out=length), out=tension)
+        if net.linear:
+            np.multiply(net.closing, net.damping, out=length)
+        else:
+            length[:] = net.behaviour.brake(net.closing)
+        np.add(tension, length, out=tension)
     return tension
 
 
@@ -102,6 +114,10 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.negative(net.f[0], out=net.f[1])
     # Without springs NumPy counts in integers.
     f = np.bincount(net.both, net.f.ravel(), a.size).astype(float, copy=False)
+    if net.enclosures.drawn.size:
+        pumped = _press(time, x, f, net)
+        if net.ledger:
+            power[0] += pumped
     if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:
@@ -113,6 +129,21 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
     return near
+
+
+def _press(time: float, x: Floats, f: Floats, net: VectorNet) -> float:
+    """Add the forces of enclosed volumes; return the power of pumps [W]."""
+    corners, first, drawn, modulus, act = net.enclosures
+    place = x.reshape(-1, 3)
+    seen = place[corners] - place[np.repeat(corners[first[:-1], 0], np.diff(first))][:, None]
+    a, b, c = seen.transpose(1, 0, 2)
+    sides = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
+    volume = np.add.reduceat(np.einsum("tk,tk->t", a, sides[:, 0]), first[:-1])
+    swell, rate = np.array([total(which, time, net.acts) for which in act])[:, [0, 3]].T
+    pressure = modulus * (drawn * (1.0 + swell) - volume) / drawn
+    forces = np.repeat(pressure, np.diff(first))[:, None, None] * sides
+    np.add.at(f.reshape(-1, 3), corners, forces)
+    return float(pressure @ (drawn * rate))
 
 
 def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:

@@ -220,6 +220,11 @@ class Builder:
         word = keyword.value if keyword else ""
         return s.Assign(word, name, value, bounds, tuple(clauses), span)
 
+    def function(self, children: list[Any]) -> s.Function:
+        name, word, argument, value = children
+        clause = s.Clause(word.value, argument, self._span(word, argument))
+        return s.Function(name, clause, value, self._span(name, value))
+
     def sentence(self, children: list[Any]) -> s.Sentence:
         name, phrase, *clauses = children
         last = clauses[-1] if clauses else phrase or name

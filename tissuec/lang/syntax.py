@@ -221,6 +221,16 @@ class Assign:
 
 
 @dataclass(frozen=True, slots=True)
+class Function:
+    """``name of argument = value``: a formula of its argument."""
+
+    name: Name
+    argument: Clause
+    value: Expression
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
 class Sentence:
     """``name [is phrase] clauses``"""
 
@@ -288,7 +298,7 @@ class Expect:
     span: Span = _span()
 
 
-Item: TypeAlias = Assign | Sentence | Block | Table | Rule | Timed | Expect
+Item: TypeAlias = Assign | Function | Sentence | Block | Table | Rule | Timed | Expect
 
 
 @dataclass(frozen=True, slots=True)

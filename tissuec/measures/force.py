@@ -12,7 +12,7 @@ from tissuec.network import Floats
 
 @MEASURES.member("force")
 class Force(Vector):
-    """The support force: minus the sum of all spring forces on the nodes of A.
+    """The support force: minus the sum of all inner forces on the nodes of A.
 
     Of a tool it is taken over what the tool holds then. It is what the instrument feels, the
     haptic force; weight and inertia of the nodes themselves are not in it.
@@ -27,6 +27,6 @@ class Force(Vector):
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         nodes = moment.nodes(subjects[0])
         # Subtracted, so that no force is 0 and not -0.
-        return 0.0 - mechanics.pull_on(
-            moment.situation, moment.position, moment.velocity, nodes
+        return 0.0 - mechanics.force_on(
+            moment.situation, moment.time, moment.position, moment.velocity, nodes
         )

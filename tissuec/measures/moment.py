@@ -96,8 +96,8 @@ class Moment:
 
     @cached_property
     def node_force(self) -> Floats:
-        """Return the sum of the spring forces on every node [N], shape (…, node, 3)."""
-        return mechanics.spring_forces(self.situation, self.position, self.velocity)
+        """Return the sum of the inner forces on every node [N], shape (…, node, 3)."""
+        return mechanics.inner_forces(self.situation, self.time, self.position, self.velocity)
 
     @cached_property
     def pieces(self) -> NDArray[np.int32]:
@@ -108,7 +108,7 @@ class Moment:
     @cached_property
     def energies(self) -> mechanics.Energies:
         """Return kinetic, elastic and gravity energy of everything [J], each of shape (…)."""
-        return mechanics.energies(self.situation, self.position, self.velocity)
+        return mechanics.energies(self.situation, self.time, self.position, self.velocity)
 
     def nodes(self, subject: "Subject") -> Indices:
         """Return the nodes of a subject: for a tool, those that it holds at this time."""

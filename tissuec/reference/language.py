@@ -10,6 +10,7 @@ from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.integrators import INTEGRATORS, Integrator
 from tissuec.lang import words
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.reference.entries import entry_table
@@ -33,6 +34,8 @@ def parts() -> dict[str, str]:
         "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
         "operators": operator_table(),
         "quantities": quantity_table(),
+        "spring laws": law_sections("spring law", SPRING_LAWS),
+        "viscosity laws": law_sections("viscosity law", VISCOSITY_LAWS),
         "body entries": entry_table(BODY_ENTRIES),
         "meshes": mesh_sections(),
         "node columns": column_table(NODE_COLUMNS),
@@ -159,6 +162,16 @@ def mesh_sections() -> str:
         if name != EXPLICIT:
             section += f"\n\n{entry_table(entries_of(mesh))}"
         sections.append(section)
+    return "\n\n".join(sections)
+
+
+def law_sections(word: str, family: Mapping[str, type]) -> str:
+    """Return a section for each law."""
+    sections = []
+    for name, law in family.items():
+        entries = entries_of(law)
+        table_of = f"\n\n{entry_table(entries)}" if entries else ""
+        sections.append(f"#### `{word} is {name}`\n\n{described(law)}{table_of}")
     return "\n\n".join(sections)
 
 

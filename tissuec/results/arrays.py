@@ -6,6 +6,8 @@ import h5py
 import numpy as np
 
 from tissuec.core.source import Source, Span
+from tissuec.laws import Law
+from tissuec.laws.code import parse
 from tissuec.network import BodyPart, Network
 from tissuec.results import access
 from tissuec.results.recording import LogChannel, Recording
@@ -23,6 +25,7 @@ ARRAYS = {
     "damping": ("N*s/m", "viscosity of each spring"),
     "rest": ("m", "rest length of each spring"),
     "strength": ("N", "fraction force of each spring; infinite: it never ruptures"),
+    "law": ("", "law of each spring, as a number among the laws"),
     "skin": ("", "triangles of the bodies' surfaces, as nodes"),
     "node_ids": ("", "id of each node, as the scene numbers them"),
     "spring_ids": ("", "id of each spring, as the scene numbers them"),
@@ -44,6 +47,14 @@ def write_network(store: Store, network: Network) -> None:
     for name, (description, rows) in table.items():
         data = np.array(rows, dtype=np.int64).reshape(-1, 2)
         store.array(f"{NETWORK}/bodies/{name}", data, f"{description} of each body")
+    laws = store.group(f"{NETWORK}/laws")
+    for name, (description, texts) in {
+        "name": ("name of each law", [law.name for law in network.laws]),
+        "elastic": ("force by e, c and rest", [law.elastic.code() for law in network.laws]),
+        "viscous": ("force by w, d and rest", [law.viscous.code() for law in network.laws]),
+    }.items():
+        described = laws.create_dataset(name, data=texts, dtype=TEXT, shape=(len(texts),))
+        describe(described, "", description)
     names = store.group(f"{NETWORK}/bodies").create_dataset(
         "name", data=[body.name for body in bodies], dtype=TEXT, shape=(len(bodies),)
     )
@@ -64,7 +75,14 @@ def read_network(file: h5py.File, source: Source) -> Network:
             strict=True,
         )
     )
-    return Network(**arrays, bodies=bodies, provenance={})
+    laws = access.group(file, f"{NETWORK}/laws")
+    texts = (access.texts(laws, name) for name in ("name", "elastic", "viscous"))
+    return Network(
+        **arrays,
+        laws=tuple(Law(n, parse(e), parse(v)) for n, e, v in zip(*texts, strict=True)),
+        bodies=bodies,
+        provenance={},
+    )
 
 
 def write_recording(store: Store, recording: Recording) -> None:

@@ -42,7 +42,9 @@ def _stalls(statistics: "Statistics") -> str:
 
 def _growth(situation: Situation, ledger: Ledger) -> list[str]:
     """Return what energy came from nowhere or went there, if that is much."""
-    energies = mechanics.energies(situation, situation.position, situation.velocity)
+    energies = mechanics.energies(
+        situation, situation.time, situation.position, situation.velocity
+    )
     surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
     if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:
         return []

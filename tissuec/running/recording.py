@@ -240,5 +240,6 @@ def _frozen(situation: Situation) -> Situation:
         holders=dict(situation.holders),
         motions=dict(situation.motions),
         loads=dict(situation.loads),
+        enclosures=dict(situation.enclosures),
         hold_ends=dict(situation.hold_ends),
     )

@@ -98,6 +98,9 @@ class Stage:
         except Failed as failure:
             self.failure = explain_action(failure, situation)
         situation.place_held()
+        for enclosure in situation.let_leak():
+            cause = f"the surface of {enclosure.name} is torn: it keeps no pressure any more"
+            self._log(Happening("leak", (), cause, enclosure.span))
 
     def _rupture(self, springs: Indices) -> None:
         situation = self.standing.situation
@@ -138,5 +141,7 @@ class Stage:
 
     def _energy(self) -> float:
         situation = self.standing.situation
-        energies = mechanics.energies(situation, situation.position, situation.velocity)
+        energies = mechanics.energies(
+            situation, situation.time, situation.position, situation.velocity
+        )
         return float(energies.total)

@@ -254,6 +254,13 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 hint=f'write "param {text} = …" or "let {text} = …", '
                 "or put it into the block it belongs to",
             )
+        case s.Function():
+            findings.reject(
+                "TIS303",
+                f'"{item.name.text}" is no part of a scene',
+                item.span,
+                hint="formulas of springs and dashpots stand inside a tissue",
+            )
         case s.Sentence() | s.Block():
             first = item.name.words.split(" ")[0] if item.name.words else item.name.text
             if first in TOP_LEVEL:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
+from tissuec.laws.formula import Formula
 from tissuec.meshes import Generator
 from tissuec.network import Floats
 from tissuec.plan import Simulation
@@ -57,11 +58,21 @@ class Fact:
 
 
 @dataclass(frozen=True, slots=True)
+class WrittenLaw:
+    """A law of springs or dashpots as a tissue has it."""
+
+    name: str  # of the law, or the formula as written
+    force: Formula
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Tissue:
     """A preset with everything it inherits.
 
     Attributes:
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
+        laws: What replaces linear springs and dashpots, by "spring law" and "viscosity law".
     """
 
     name: str
@@ -70,6 +81,7 @@ class Tissue:
     facts: tuple[Fact, ...]
     given: Mapping[str, Given]
     missing: Mapping[str, str]
+    laws: Mapping[str, WrittenLaw]
     span: Span
 
 

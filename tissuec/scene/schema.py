@@ -14,13 +14,13 @@ from typing import Any, NoReturn, TypeVar, get_type_hints
 import numpy as np
 
 from tissuec.core.errors import Note, alternatives
-from tissuec.core.fields import FromTo, Measure, OneOf, Point, Whole
+from tissuec.core.fields import FromTo, Measure, OneOf, Point, Several, Whole
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 
-Kind = Measure | Whole | OneOf | Point | FromTo
+Kind = Measure | Whole | OneOf | Point | FromTo | Several
 T = TypeVar("T")
 
 
@@ -51,6 +51,9 @@ class Entry:
             case Point(dimension=dimension):
                 down = -9.81 if dimension == ACCELERATION else 1
                 return f"{self.name} = (0, 0, {down}) {suggested_unit(dimension)}".rstrip()
+            case Several(dimension=dimension):
+                unit = suggested_unit(dimension)
+                return f"{self.name} = [1 {unit}, 2 {unit}]"
             case FromTo(dimension=dimension):
                 unit = suggested_unit(dimension)
                 return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"
@@ -162,10 +165,18 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
 
 
 def read_value(
-    kind: Measure | Whole | Point, node: s.Expression, scope: Scope, *, what: str
+    kind: Measure | Whole | Point | Several, node: s.Expression, scope: Scope, *, what: str
 ) -> Any:
-    """Return an expression as a number, whole number or vector within its limits."""
+    """Return an expression as a number, whole number, vector or list within its limits."""
     match kind:
+        case Several(dimension=dimension, at_least=low):
+            if not isinstance(node, s.Listing) or len(node.items) < low:
+                scope.findings.reject(
+                    "TIS312", f"{what} is a list of at least {low} numbers", node.span,
+                    hint=f"for example: {Entry(what, what, kind, None, '').example}",
+                )  # fmt: skip
+            one = Measure(dimension)
+            return tuple(read_value(one, item, scope, what=what) for item in node.items)
         case Point(dimension=dimension):
             value = scope.evaluate(node)
             if not value.is_vector:

@@ -15,12 +15,14 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
-from tissuec.scene.model import Fact, Fired, Given, Tissue
+from tissuec.scene.laws import BY_ENTRY, read_law
+from tissuec.scene.model import Fact, Fired, Given, Tissue, WrittenLaw
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word
 
 MOST_PARENTS = 50
+_NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
 #: What rules say about each quantity.
 Answers: TypeAlias = Mapping[str, Inference | NoRule]
@@ -38,11 +40,18 @@ class _Written:
     about: str = ""
     facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
     numbers: dict[str, Given] = field(default_factory=dict)
+    laws: dict[str, WrittenLaw] = field(default_factory=dict)
     inherited: "_Written | None" = None
 
     def heir(self) -> "_Written":
         """Return what a child has before it writes anything."""
-        return replace(self, facts=dict(self.facts), numbers=dict(self.numbers), inherited=self)
+        return replace(
+            self,
+            facts=dict(self.facts),
+            numbers=dict(self.numbers),
+            laws=dict(self.laws),
+            inherited=self,
+        )
 
 
 def read_tissues(
@@ -84,6 +93,7 @@ class TissueReader:
             facts,
             given,
             missing,
+            written.laws,
             declared.item.head,
         )
 
@@ -127,9 +137,15 @@ class TissueReader:
     def _entry(
         self, item: s.Item, written: _Written, entries: dict[str, Span], declared: Declared
     ) -> None:
-        if not isinstance(item, s.Sentence | s.Assign):
-            self.findings.reject("TIS303", "this cannot stand in a tissue", item.span)
+        law = BY_ENTRY.get(item.name.key) if isinstance(item, _NAMED) else None
+        if not isinstance(item, s.Sentence | s.Assign) and law is None:
+            hint = f"write {item.name.text} = …" if isinstance(item, s.Function) else ""
+            self.findings.reject(
+                "TIS303", "this cannot stand in a tissue", item.span, hint=hint
+            )
+        assert isinstance(item, _NAMED)
         key = "about" if item.name.words.lower() == "about" else item.name.key
+        key = key if law is None else law.word
         if key in entries:
             self.findings.reject(
                 "TIS307",
@@ -138,6 +154,10 @@ class TissueReader:
                 notes=(Note("first here", entries[key]),),
             )
         entries[key] = item.span
+        if law is not None:
+            written.laws[key] = read_law(law, item, self.scope)
+            return
+        assert isinstance(item, s.Sentence | s.Assign)
         if key == "about" and isinstance(item, s.Sentence):
             written.about = item.name.quoted or ""
         elif key == "described":
@@ -152,7 +172,7 @@ class TissueReader:
     def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
         self.findings.pass_over_doubtful(name.key)
-        known = (*self.vocabulary.properties, *QUANTITIES, "described", "about")
+        known = (*self.vocabulary.properties, *QUANTITIES, *BY_ENTRY, "described", "about")
         hint = alternatives(name.key, known, what="entries")
         if rules is not None:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '

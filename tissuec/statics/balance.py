@@ -1,13 +1,13 @@
 """Forces, energy and stiffness of a net at rest, as functions of where some nodes are.
 
-    E(x) = Σ ½ c (L - L0)² - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
+    E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
 with p the weight and the external forces of this moment. Dashpots and drag do not act, because
-nothing moves. K has, for each spring of direction u and tension T = c (L - L0),
+nothing moves. K has, for each spring of direction u and tension T = f(L - L0),
 
-    c u uᵀ + T/L (1 - u uᵀ),
+    f' u uᵀ + T/L (1 - u uᵀ),
 
-whose second part is clamped at zero where the exact one would not be positive.
+both of whose parts are clamped at zero where the exact one would not be positive.
 """
 
 from typing import NamedTuple
@@ -29,11 +29,13 @@ class Bars(NamedTuple):
         direction: Unit vectors, shape (spring, 3); zero where the length is.
         length: [m], shape (spring,).
         tension: [N], shape (spring,); zero where the length is.
+        position: Of all nodes of the scene [m], shape (node, 3).
     """
 
     direction: Floats
     length: Floats
     tension: Floats
+    position: Floats
 
 
 class Balance:
@@ -47,7 +49,8 @@ class Balance:
         free: The nodes that may move, ascending, shape (free,).
         ends: Free node at either end of each spring that acts, -1 for one that stays, shape
             (spring, 2).
-        stiffness, rest: Of these springs [N/m], [m], shape (spring,).
+        behaviour: Of these springs.
+        rest: Their rest lengths [m], shape (spring,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
 
@@ -55,12 +58,16 @@ class Balance:
         is_free = chosen & ~situation.held
         self.free: Indices = np.flatnonzero(is_free)
         ends = situation.network.ends
-        acts = situation.alive & (situation.stiffness > 0.0) & is_free[ends].any(axis=1)
+        resists = (situation.stiffness > 0.0) | (situation.network.law > 0)
+        acts = situation.alive & resists & is_free[ends].any(axis=1)
         self._all = ends[acts]
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self.ends = number[self._all]
-        self.stiffness, self.rest = situation.stiffness[acts], situation.rest[acts]
+        self.behaviour = situation.behaviour(np.flatnonzero(acts))
+        self.rest = self.behaviour.rest
         self.load = self._loads(situation)[self.free]
+        self._number, self._time = number, situation.time
+        self._enclosures = tuple(situation.enclosures.values())
         self._position = situation.position.copy()
         self._start = self._position[self.free]
 
@@ -85,8 +92,8 @@ class Balance:
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         has_direction = length > 0.0
         direction = reach / np.where(has_direction, length, 1.0)[:, None]
-        tension = np.where(has_direction, self.stiffness * (length - self.rest), 0.0)
-        return Bars(direction, length, tension)
+        tension = np.where(has_direction, self.behaviour.pull(length - self.rest), 0.0)
+        return Bars(direction, length, tension, position.copy())
 
     def force(self, bars: Bars) -> Floats:
         """Return the sum of all forces on the free nodes [N], shape (free, 3)."""
@@ -95,6 +102,11 @@ class Balance:
         for end, sign in ((0, 1.0), (1, -1.0)):
             moves = self.ends[:, end] >= 0
             np.add.at(total, self.ends[moves, end], sign * pull[moves])
+        if self._enclosures:
+            pressed = np.zeros_like(bars.position)
+            for enclosure in self._enclosures:
+                enclosure.add_forces(self._time, bars.position, pressed)
+            total += pressed[self.free]
         return total
 
     def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
@@ -102,18 +114,27 @@ class Balance:
 
         The loads count from where the free nodes are in the situation.
         """
-        elastic = 0.5 * self.stiffness * (bars.length - self.rest) ** 2
+        elastic = self.behaviour.energy(bars.length - self.rest)
         done = self.load * (x - self._start)
-        total = float(elastic.sum() - done.sum())
+        pressed = sum(float(e.energy(self._time, bars.position)) for e in self._enclosures)
+        total = float(elastic.sum() - done.sum()) + pressed
         spoilt = bars.length * np.abs(bars.tension)
-        return total, ROUNDING * float(elastic.sum() + np.abs(done).sum() + spoilt.sum())
+        sizes = elastic.sum() + np.abs(done).sum() + spoilt.sum() + pressed
+        for enclosure in self._enclosures:
+            pressure = np.abs(enclosure.pressures(self._time, bars.position))
+            sizes += float((pressure * enclosure.drawn).sum())
+        return total, ROUNDING * float(sizes)
 
     def noise(self, bars: Bars) -> float:
         """Return what rounding may leave of a force that balances [N]."""
         place = float(np.abs(self._position).max(initial=0.0))
-        return ROUNDING * float(
-            (self.stiffness * (bars.length + self.rest)).max(initial=0.0)
-        ) + (ROUNDING * float(self.stiffness.max(initial=0.0)) * place)
+        steep = np.abs(self.behaviour.slope(bars.length - self.rest))
+        reach = bars.length + self.rest + place
+        noise = ROUNDING * float((steep * reach).max(initial=0.0))
+        for enclosure in self._enclosures:
+            sides = np.abs(enclosure.gradient(bars.position)).max()
+            noise += ROUNDING * enclosure.modulus * float(sides)
+        return noise
 
     def largest(self, bars: Bars) -> float:
         """Return the largest force of a spring or load [N], by which residuals are judged."""
@@ -134,7 +155,9 @@ class Balance:
         for end in (0, 1):
             moves = self.ends[:, end] >= 0
             np.add.at(total, self.ends[moves, end], 2.0 * pressed[moves])
-        return float(total.max(initial=0.0))
+        bent = (np.abs(e.bending(self._time, bars.position)) for e in self._enclosures)
+        turning = sum(float(part.sum(axis=1).max()) for part in bent)
+        return float(total.max(initial=0.0)) + turning
 
     def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> csc_matrix:
         """Return K [N/m], shape (3 free, 3 free).
@@ -145,12 +168,15 @@ class Balance:
         """
         size = 3 * len(self.free)
         has_direction = bars.length > 0.0
+        steep = self.behaviour.slope(bars.length - self.rest)
+        if not exact:
+            steep = np.maximum(steep, 0.0)
         across = bars.tension / np.where(has_direction, bars.length, 1.0)
         if not exact:
             across = np.maximum(across, 0.0)
         # What has no direction resists in all of them.
-        across = np.where(has_direction, across, self.stiffness)
-        along = np.where(has_direction, self.stiffness - across, 0.0)
+        across = np.where(has_direction, across, steep)
+        along = np.where(has_direction, steep - across, 0.0)
         block = along[:, None, None] * np.einsum("si,sj->sij", bars.direction, bars.direction)
         block += across[:, None, None] * np.eye(3)
         rows, columns, values = [np.arange(size)], [np.arange(size)], [np.full(size, shift)]
@@ -161,5 +187,15 @@ class Balance:
             rows.append(np.broadcast_to(row, (*row.shape[:2], 3)).ravel())
             columns.append(np.broadcast_to(column, (len(column), 3, 3)).ravel())
             values.append((sign * block[moves]).ravel())
+        for enclosure in self._enclosures:
+            block = enclosure.stiffness(bars.position)
+            if exact:
+                block += enclosure.bending(self._time, bars.position)
+            place = (3 * self._number[enclosure.nodes][:, None] + np.arange(3)).ravel()
+            moves = np.flatnonzero(place >= 0)
+            row, column = np.meshgrid(place[moves], place[moves], indexing="ij")
+            rows.append(row.ravel())
+            columns.append(column.ravel())
+            values.append(block[np.ix_(moves, moves)].ravel())
         parts = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         return csc_matrix(coo_matrix(parts, shape=(size, size)))

@@ -99,7 +99,9 @@ class Layers:
 
     def __init__(self, balance: Balance):
         self._count = len(balance.free)
-        self._ends, self._stiffness = balance.ends, balance.stiffness
+        self._ends = balance.ends
+        drawn = balance.bars(balance.start).length - balance.rest
+        self._stiffness = balance.behaviour.steepness(drawn)
         inner = (balance.ends >= 0).all(axis=1)
         low, high = balance.ends[inner].T
         joined = np.ones(len(low), dtype=np.int8)

@@ -3,7 +3,7 @@
 With the signed incidence matrix B (row s: -1 at the first end of spring s, +1 at the second),
 x the positions and v the velocities of all nodes,
 
-    r = B x,  L = |r|,  n = r / L,  w = n · (B v),  T = c (L - L0) + d w,
+    r = B x,  L = |r|,  n = r / L,  w = n · (B v),  T = f(L - L0) + g(w),
     forces on the nodes = -Bᵀ (T n),    m a = forces + loads - drag v + m g.
 
 The unknowns are y = (u, v, W, D): displacements u from the drawing and velocities of the free
@@ -95,17 +95,23 @@ class Equations:
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
+        self.enclosures = tuple(situation.enclosures.values())
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
         self.springs = np.flatnonzero(situation.alive)
-        self.stiffness = situation.stiffness[self.springs]
-        self.damping = situation.damping[self.springs]
-        self.rest = situation.rest[self.springs]
+        self.behaviour = situation.behaviour(self.springs)
+        self.rest = self.behaviour.rest
         self.strength = situation.strength[self.springs]
         self.incidence = incidence_matrix(network.ends[self.springs], self.count)
         self._backwards = self.incidence.T.tocsr()
         self._reach = self.incidence @ network.position
+
+    @property
+    def stiffness(self) -> Floats:
+        """Return how stiff springs are at rest and where they are drawn [N/m], the larger."""
+        drawn = np.sqrt(np.einsum("sk,sk->s", self._reach, self._reach)) - self.rest
+        return np.maximum(*(self.behaviour.steepness(e) for e in (drawn, np.zeros_like(drawn))))
 
     # --- state --------------------------------------------------------------------------------
 
@@ -135,12 +141,20 @@ class Equations:
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
         closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
-        tension = self.stiffness * (length - self.rest) + self.damping * closing
+        tension = self.behaviour.pull(length - self.rest) + self.behaviour.brake(closing)
         return Springs(direction, length, closing, np.where(length > 0.0, tension, 0.0))
 
     def node_forces(self, springs: Springs) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
         return -(self._backwards @ (springs.tension[:, None] * springs.direction))
+
+    def inner_forces(self, time: float, moved: Floats, springs: Springs) -> Floats:
+        """Return what springs and enclosed volumes do to every node [N], shape (node, 3)."""
+        forces = self.node_forces(springs)
+        inside = min(max(time, self.window[0]), self.window[1])
+        for enclosure in self.enclosures:
+            enclosure.add_forces(inside, self.drawn + moved, forces)
+        return forces
 
     def outside(self, time: float) -> Floats:
         """Return the external forces on all nodes [N], shape (node, 3)."""
@@ -154,15 +168,18 @@ class Equations:
         """Return dy/dt, shape (6 free + 2,)."""
         moved, velocity = self.spread(time, y)
         springs = self.pull(moved, velocity)
-        forces = self.node_forces(springs)
+        forces = self.inner_forces(time, moved, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
+        inside = min(max(time, self.window[0]), self.window[1])
+        work += sum(e.pumping(inside, self.drawn + moved) for e in self.enclosures)
         own = velocity[self.free]
         acting = forces[self.free] - self.drag * own
         if self.loads:
             loads = self.outside(time)[self.free]
             acting += loads
             work += np.vdot(loads, own)
-        lost = self.damping @ springs.closing**2 + self.drag * np.vdot(own, own)
+        braking = self.behaviour.brake(springs.closing)
+        lost = braking @ springs.closing + self.drag * np.vdot(own, own)
         fall = acting / self.mass[:, None] + self.gravity
         return np.concatenate([own.ravel(), fall.ravel(), [work, lost]])
 
@@ -176,13 +193,15 @@ class Equations:
         springs = self.pull(moved, velocity)
         n, safe = springs.direction, np.where(springs.length > 0.0, springs.length, 1.0)
         along = n[:, :, None] * n[:, None, :]
+        stiffness = self.behaviour.slope(springs.length - self.rest)
+        damping = self.behaviour.sluggishness(springs.closing)
         sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
-            self.stiffness[:, None, None] * along
-            + (self.damping[:, None] * n)[:, :, None] * sideways[:, None, :]
+            stiffness[:, None, None] * along
+            + (damping[:, None] * n)[:, :, None] * sideways[:, None, :]
             + (springs.tension / safe)[:, None, None] * (np.eye(3) - along)
         )
-        by_speed = self.damping[:, None, None] * along
+        by_speed = damping[:, None, None] * along
         lighter = sparse.diags(np.repeat(1.0 / self.mass, 3))
         size = 3 * len(self.free)
         drag = sparse.diags(np.full(size, self.drag))
@@ -209,20 +228,22 @@ class Equations:
 
     # --- energies and scales ------------------------------------------------------------------
 
-    def energies(self, moved: Floats, velocity: Floats) -> Energies:
+    def energies(self, time: float, moved: Floats, velocity: Floats) -> Energies:
         """Return the energies of a state."""
+        inside = min(max(time, self.window[0]), self.window[1])
+        pressed = (e.energy(inside, self.drawn + moved) for e in self.enclosures)
         own = velocity[self.free]
         stretch = self.pull(moved, velocity).length - self.rest
         place = (self.drawn + moved)[self.free]
         return Energies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
-            elastic=0.5 * float(self.stiffness @ stretch**2),
+            elastic=float(self.behaviour.energy(stretch).sum() + sum(pressed)),
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 
-    def scales(self, moved: Floats, velocity: Floats) -> Scales:
+    def scales(self, time: float, moved: Floats, velocity: Floats) -> Scales:
         """Return how large a state is."""
-        energies = self.energies(moved, velocity)
+        energies = self.energies(time, moved, velocity)
         return Scales(largest(moved), largest(velocity), energies.kinetic + energies.elastic)
 
     def noise(self) -> Scales:
@@ -232,10 +253,11 @@ class Equations:
         at most √(2 Σ c / m) over its springs (Gershgorin), that is a noise of velocities.
         """
         length = float(np.abs(self._reach).max(initial=0.0) + self.rest.max(initial=0.0))
-        joined = (abs(self._backwards) @ self.stiffness)[self.free]
+        stiffness = self.stiffness
+        joined = (abs(self._backwards) @ stiffness)[self.free]
         fastest = float(np.sqrt((2.0 * joined / self.mass).max(initial=0.0)))
         place = ROUNDING * length
-        strain = float(self.stiffness.max(initial=0.0)) * place * length
+        strain = float(stiffness.max(initial=0.0)) * place * length
         return Scales(place, place * fastest, strain)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.optimize import minimize
-from scipy.sparse import csr_matrix, identity
+from scipy.sparse import coo_matrix, csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
 from tissuec.network import Floats
@@ -158,13 +158,18 @@ class Field:
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
-        springs = self._equations.node_forces(self._springs(moved))
-        return springs[self.free].ravel() + self._load
+        forces = self._equations.inner_forces(
+            self._time, self._state(moved), self._springs(moved)
+        )
+        return forces[self.free].ravel() + self._load
 
     def energy(self, moved: Floats) -> float:
         """Return the elastic energy less the work of loads since the drawing [J]."""
         stretch = self._springs(moved).length - self._equations.rest
-        return float(0.5 * self._equations.stiffness @ stretch**2 - self._load @ moved)
+        elastic = self._equations.behaviour.energy(stretch).sum()
+        place = self._equations.drawn + self._state(moved)
+        pressed = sum(float(e.energy(self._time, place)) for e in self._equations.enclosures)
+        return float(elastic - self._load @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:
         """Return the largest force of a spring or component of a load [N]."""
@@ -177,6 +182,18 @@ class Field:
         along = springs.direction[:, :, None] * springs.direction[:, None, :]
         safe = np.where(springs.length > 0.0, springs.length, 1.0)
         across = (springs.tension / safe)[:, None, None] * (np.eye(3) - along)
-        return self._equations.between(
-            self._equations.stiffness[:, None, None] * along + across
-        )
+        behaviour = self._equations.behaviour
+        steep = behaviour.slope(springs.length - self._equations.rest)
+        matrix = self._equations.between(steep[:, None, None] * along + across)
+        place = self._equations.drawn + self._state(moved)
+        number = np.full(self._equations.count, -1)
+        number[self.free] = np.arange(len(self.free))
+        for enclosure in self._equations.enclosures:
+            block = enclosure.stiffness(place) + enclosure.bending(self._time, place)
+            where = (3 * number[enclosure.nodes][:, None] + np.arange(3)).ravel()
+            inside = np.flatnonzero(where >= 0)
+            row, column = np.meshgrid(where[inside], where[inside], indexing="ij")
+            values = block[np.ix_(inside, inside)].ravel()
+            part = coo_matrix((values, (row.ravel(), column.ravel())), shape=matrix.shape)
+            matrix = (matrix + part).tocsr()
+        return matrix

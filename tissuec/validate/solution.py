@@ -89,7 +89,7 @@ class Track:
 
     def measure(self, equations: Equations, time: float, y: Floats) -> None:
         """Let a state count for the largest displacement, speed and energy so far."""
-        self.scales = self.scales.joined(equations.scales(*equations.spread(time, y)))
+        self.scales = self.scales.joined(equations.scales(time, *equations.spread(time, y)))
 
     def enter(
         self,
@@ -104,9 +104,10 @@ class Track:
         self.measure(equations, self.due, y)
         self.position[row] = equations.drawn + moved
         self.velocity[row] = velocity
-        self.force[row] = equations.node_forces(equations.pull(moved, velocity))
+        springs = equations.pull(moved, velocity)
+        self.force[row] = equations.inner_forces(self.due, moved, springs)
         self.sizes[row] = self.scales.displacement, self.scales.speed
-        self.energies[row] = *equations.energies(moved, velocity), *y[-2:], switched
+        self.energies[row] = *equations.energies(self.due, moved, velocity), *y[-2:], switched
         self.holders.append(holders)
         self.row += 1
 
@@ -115,4 +116,4 @@ def standing_energy(situation: Situation) -> float:
     """Return the energy of the state in which a situation is [J]."""
     equations = Equations(situation, situation.time)
     moved = situation.position - situation.network.position
-    return equations.energies(moved, situation.velocity).total
+    return equations.energies(situation.time, moved, situation.velocity).total

@@ -213,6 +213,7 @@ class Walk:
             else:
                 action.apply(self.situation, self.calendar)
         self.situation.place_held()
+        self.situation.let_leak()
 
     def _true(self, moment: Moment) -> list[int]:
         return [n for n in self.waiting if self.plan.triggers[n].condition(moment)]

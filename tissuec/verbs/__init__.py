@@ -4,15 +4,15 @@ A verb is a class registered by its word. ``read`` turns an ``Order`` (one sente
 frozen action that holds network indices and SI numbers; ``apply`` carries it out.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NoReturn, Protocol
+from typing import ClassVar, NoReturn, Protocol, runtime_checkable
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.courses import Course
-from tissuec.network import Floats, Indices
+from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
 
@@ -50,6 +50,18 @@ class Action(Protocol):
         Raises:
             Failed: It cannot be done; the situation is as it was.
         """
+        ...
+
+
+@runtime_checkable
+class Demanding(Protocol):
+    """An action that can only be done with some networks, which is told before any run."""
+
+    @property
+    def span(self) -> Span: ...
+
+    def flaw(self, network: Network) -> str:
+        """Return why it can never be done, empty if it can."""
         ...
 
 
@@ -139,6 +151,10 @@ class Order(Protocol):
         ...
 
     def is_vector(self, word: str) -> bool: ...
+
+    def word(self, word: str, choices: Container[str]) -> str | None:
+        """Return what stands in a clause if it is one of some choices of words."""
+        ...
 
     def text(self, word: str) -> str:
         """Return the words of a clause, such as "each node" in ``on each node``."""

@@ -1,0 +1,103 @@
+"""Formulas: derivatives, code and what they read back as, against one another and NumPy."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tissuec.laws import LINEAR, Law, code
+from tissuec.laws.formula import Applied, Choice, Constant, Spline, Variable, apply, kinks
+
+X, Y = Variable("e"), Variable("c")
+PIECES = ((0.0, 1.0, 2.0, -1.0), (2.0, 1.5, 0.0, 0.0))
+NUMBERS = st.floats(-3.0, 3.0).map(lambda x: round(x, 3))
+
+
+def trees():
+    leaves = st.one_of(st.just(X), st.just(Y), NUMBERS.map(Constant))
+
+    def larger(inner):
+        pair = st.tuples(inner, inner)
+        return st.one_of(
+            pair.map(lambda two: two[0] + two[1]),
+            pair.map(lambda two: two[0] - two[1]),
+            pair.map(lambda two: two[0] * two[1]),
+            pair.map(lambda two: two[0] / (2.0 + two[1] * two[1])),
+            inner.map(lambda one: (1.5 + one * one) ** 1.5),
+            inner.map(lambda one: one**3),
+            inner.map(lambda one: Applied("sin", one)),
+            inner.map(lambda one: Applied("cos", one)),
+            inner.map(lambda one: Applied("exp", Applied("sin", one))),
+            inner.map(lambda one: Applied("sqrt", 1.0 + one * one)),
+            inner.map(lambda one: Applied("log", 1.0 + one * one)),
+            st.tuples(inner, inner, inner).map(lambda three: Choice(*three)),
+            pair.map(lambda two: apply("max", two)),
+            inner.map(lambda one: apply("abs", (one,))),
+            inner.map(lambda one: Spline(one, (0.0, 1.0), PIECES, -0.5)),
+        )  # fmt: skip
+
+    return st.recursive(leaves, larger, max_leaves=8)
+
+
+def near(test, x, y):
+    """Tell whether a place is so near to a kink that a difference sees both sides."""
+    values = [float(test.at({"e": z, "c": y})) for z in (x - 1e-5, x, x + 1e-5)]
+    return min(values) <= 0.0 <= max(values)
+
+
+@settings(max_examples=300, deadline=None)
+@given(trees(), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+def test_derivatives_are_limits_of_differences(tree, x, y):
+    if any(near(test, x, y) for test in kinks(tree, "e")):
+        return
+
+    def at(z):
+        return float(tree.at({"e": z, "c": y}))
+
+    slope = float(tree.slope("e").at({"e": x, "c": y}))
+    steep = abs(float(tree.slope("e").slope("e").at({"e": x, "c": y})))
+    if abs(at(x)) > 1e6 or steep > 1e6:
+        return
+    h = 1e-6
+    difference = (at(x + h) - at(x - h)) / (2.0 * h)
+    assert slope == pytest.approx(difference, rel=1e-4, abs=1e-4 * (1.0 + steep))
+
+
+@settings(max_examples=300, deadline=None)
+@given(trees(), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+def test_code_means_what_arrays_give_and_reads_back(tree, x, y):
+    expected = float(tree.at({"e": x, "c": y}))
+    names = {**vars(math), "spline": code.spline}
+    assert eval(tree.code(), names, {"e": x, "c": y}) == pytest.approx(expected, rel=1e-12)
+    again = code.parse(tree.code())
+    assert float(again.at({"e": x, "c": y})) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", ["__import__('os')", "e.real", "[1]", "e if e else c", "e > 1"]
+)
+def test_nothing_else_is_read_as_a_formula(text):
+    with pytest.raises((ValueError, KeyError)):
+        code.parse(text)
+
+
+def test_functions_of_a_net_choose_by_number_and_are_named_by_what_they_do():
+    cubic = Law("cubic", Y * X + 3.0 * X**3, LINEAR.viscous)
+    other = Law("other", Y * X + 4.0 * X**3, LINEAR.viscous)
+    made = code.functions((LINEAR, cubic))
+    assert made["pull"](0, 2.0, 5.0, 1.0) == 10.0
+    assert made["pull"](1, 2.0, 5.0, 1.0) == 34.0
+    assert made["slope"](1, 2.0, 5.0, 1.0) == 41.0
+    assert made["brake"](1, 2.0, 5.0, 1.0) == 10.0
+    again = code.functions((LINEAR, other))
+    assert made["pull"].__name__ != again["pull"].__name__
+    assert made["brake"].__name__ == code.functions((LINEAR,))["brake"].__name__
+
+
+def test_what_is_zero_or_one_is_left_out():
+    assert (X * 0.0).code() == "(0.0)"
+    assert (X * 1.0 + 0.0).code() == "e"
+    assert (X**1.0 / 1.0).code() == "e"
+    assert np.asarray((X**0.0).at({"e": 3.0})) == 1.0

@@ -1,0 +1,141 @@
+"""Laws in scenes: read with their units, joined over regions, explained, and refused."""
+
+import numpy as np
+import pytest
+
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.laws import LINEAR
+from tissuec.pipeline import Request, compile_request
+
+FRAME = """language 1
+tissue plain {{ spring constant = 20 N/m; viscosity = 10 mN*s/m; mass = 1 g }}
+{tissues}
+body rod {{ mesh is explicit; tissue is {tissue}; {body} }}
+table nodes of rod in mm with columns "id x y z" {{
+  0 0 0 0; 1 {first} 0 0; 2 20 0 0; 3 30 0 0
+}}
+table springs of rod with columns "a b" {{ 0 1; 1 2; 2 3 }}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 1 s }}
+"""
+
+
+def compiled(tissues, *, tissue="special", body="", first=10):
+    text = FRAME.format(tissues=tissues, tissue=tissue, body=body, first=first)
+    return compile_request(Request(Source("scene.tis", text)))[0].network
+
+
+def refused(tissues, **more):
+    with pytest.raises(CompileError) as caught:
+        compiled(tissues, **more)
+    (found,) = caught.value.diagnostics
+    return found
+
+
+def test_a_formula_says_what_the_law_of_that_name_does():
+    named = compiled(
+        "tissue special like plain { spring law is exponential { stiffening = 8 } }"
+    )
+    freely = compiled(
+        "tissue special like plain { spring force of stretch = "
+        "spring constant * rest length / 8 * (exp(8 * stretch / rest length) - 1) }"
+    )
+    e = np.linspace(-0.004, 0.009, 3)
+    assert freely.behaviour().pull(e) == pytest.approx(named.behaviour().pull(e), rel=1e-13)
+    assert freely.behaviour().slope(e) == pytest.approx(named.behaviour().slope(e), rel=1e-13)
+
+
+def test_formulas_use_params_and_units_and_both_laws_stand_side_by_side():
+    net = compiled(
+        "param b = 40 kN/m^3\n"
+        "tissue special like plain { spring force of e = c*e + b*e^3\n"
+        "viscous force of v = d * v * max(abs(v) / (1 mm/s), 1) }"
+    )
+    behaviour = net.behaviour()
+    assert behaviour.pull(np.full(3, 0.01)) == pytest.approx(20 * 0.01 + 40e3 * 1e-6)
+    assert behaviour.brake(np.full(3, 2e-3)) == pytest.approx(0.01 * 2e-3 * 2.0)
+    assert behaviour.brake(np.full(3, 5e-4)) == pytest.approx(0.01 * 5e-4)
+
+
+def test_a_law_is_inherited_and_can_be_replaced():
+    tissues = (
+        "tissue thread like plain { spring law is tension only }\n"
+        "tissue longer like thread { mass = 2 g }\n"
+        "tissue special like longer { spring law is linear }\n"
+    )
+    assert compiled(tissues, tissue="longer").laws[1].name == "tension only"
+    assert compiled(tissues).laws == (LINEAR,)
+
+
+def test_what_no_law_uses_need_not_be_given():
+    net = compiled(
+        "tissue special {\n"
+        "spring law is curve { elongations = [0 mm, 1 mm]; forces = [0 N, 2 N] }\n"
+        "viscosity = 10 mN*s/m; mass = 1 g }"
+    )
+    assert net.behaviour().pull(np.full(3, 5e-4)) == pytest.approx(1.0)
+
+
+def test_regions_have_laws_of_their_own_and_the_interface_chooses():
+    tissues = (
+        "tissue special like plain { spring constant = 5 N/m; spring law is tension only }\n"
+    )
+    ends = "region right where x > 15 mm {{ tissue is plain }}; interface is {}"
+    for word, numbers in (("softer", [1, 1, 0]), ("stiffer", [1, 0, 0])):
+        net = compiled(tissues, body=ends.format(word).replace("{{", "{").replace("}}", "}"))
+        assert net.law.tolist() == numbers
+
+
+MISTAKES = {
+    "spring law is exponentail { stiffening = 2 }": ("TIS305", 'did you mean "exponential"'),
+    "spring law is exponential": ("TIS304", "stiffening"),
+    "spring law is exponential { stiffening = 0 }": ("TIS309", "stiffening"),
+    "spring law is exponential { stiffening = 2 mm }": ("TIS502", ""),
+    "spring law is toe { strain = -2 % }": ("TIS308", "above"),
+    "spring law = 3": ("TIS312", "spring force of e"),
+    "spring law is curve { elongations = 3 mm; forces = [1 N, 2 N] }":
+        ("TIS312", "[1 mm, 2 mm]"),
+    "spring law is curve { elongations = [1 mm, 0 mm]; forces = [1 N, 2 N] }":
+        ("TIS309", "ascend"),
+    "spring force of e = c * e * e": ("TIS502", "a force"),
+    "spring force of e = c * x": ("TIS301", '"x"'),
+    "spring force of e = 3 N * exp(e)": ("TIS502", "exp"),
+    "spring force of e = 3 N * 2 ^ (e / 1 mm)": ("TIS502", "exp and log"),
+    "spring force of e = 1 N * sqrt(e / 1 mm)": ("TIS504", "abs"),
+    "spring force of e = c * e / 0": ("TIS504", "zero"),
+    "spring force of c = c * 1 mm": ("TIS503", "call it e"),
+    "spring force on e = c * e": ("TIS312", "spring force of e"),
+    "mass of e = 3 g": ("TIS303", "write mass = …"),
+    "viscosity law is power { exponent = 2 }": ("TIS304", "speed"),
+    "viscous force of w = d": ("TIS502", "a force"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("entry", MISTAKES)
+def test_mistakes_are_named(entry):
+    code, words = MISTAKES[entry]
+    found = refused(f"tissue special like plain {{ {entry} }}")
+    assert found.code == code
+    assert words in f"{found.message} {found.hint}"
+
+
+def test_a_formula_outside_of_a_tissue_is_no_part_of_a_scene():
+    found = refused("spring force of e = 3 N", tissue="plain")
+    assert found.code == "TIS303"
+    assert "inside a tissue" in found.hint
+
+
+def test_two_laws_have_no_mean():
+    found = refused(
+        "tissue special like plain { spring law is tension only }",
+        body="region right where x > 15 mm { tissue is plain }; interface is mean",
+    )
+    assert found.code == "TIS309"
+    assert "softer" in found.hint
+
+
+def test_a_strain_needs_a_rest_length():
+    found = refused("tissue special like plain { spring law is toe { strain = 3 % } }", first=0)
+    assert found.code == "TIS309"
+    assert "no rest length" in found.message

@@ -1,0 +1,160 @@
+"""Enclosed volumes: geometry, forces and stiffness against differences and closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.engine.running import TIERS, Bench
+from tests.hand_net import make_net, span
+from tissuec.courses import Course
+from tissuec.enclosures import Enclosure, open_edges
+from tissuec.meshes import MESHES
+from tissuec.situation import Situation
+
+RADIUS, MODULUS = 0.02, 1e4
+
+
+def ball(subdivisions=1, **more):
+    """Return a sphere's net, and what it encloses."""
+    mesh = MESHES["sphere"](centre=(0.0, 0.0, 0.0), radius=RADIUS, subdivisions=subdivisions)
+    built = mesh.build()
+    net = replace(make_net(built.position, built.ends, **more), skin=built.skin)
+    return net, Enclosure.of(net, "net", MODULUS, span())
+
+
+def shaken(net, size=0.1):
+    noise = np.random.default_rng(3).normal(size=net.position.shape)
+    return net.position + size * RADIUS * noise
+
+
+def forces(enclosure, position, time=0.0):
+    total = np.zeros_like(position)
+    enclosure.add_forces(time, position, total)
+    return total
+
+
+def test_volume_of_an_icosahedron_and_of_it_stretched():
+    net, enclosure = ball(0)
+    edge = RADIUS / np.sin(2.0 * np.pi / 5.0)
+    expected = 5.0 * (3.0 + np.sqrt(5.0)) / 12.0 * edge**3
+    assert enclosure.drawn == pytest.approx([expected])
+    elsewhere = net.position * [1.0, 2.0, 3.0] + [5.0, -7.0, 2.0]
+    assert enclosure.volumes(elsewhere) == pytest.approx([6.0 * expected])
+    assert enclosure.volumes(np.stack([net.position, elsewhere])).shape == (2, 1)
+
+
+def test_finer_spheres_come_to_the_volume_of_a_sphere():
+    wrong = [1.0 - ball(n)[1].drawn[0] / (4.0 / 3.0 * np.pi * RADIUS**3) for n in (1, 2, 3)]
+    assert wrong[1] / wrong[2] == pytest.approx(4.0, rel=0.1)
+    assert wrong[2] < 0.02
+
+
+def test_a_surface_that_faces_inwards_is_turned():
+    net, enclosure = ball()
+    inwards = Enclosure.of(replace(net, skin=net.skin[:, ::-1]), "net", MODULUS, span())
+    assert inwards.drawn == pytest.approx(enclosure.drawn)
+    assert forces(inwards, shaken(net)) == pytest.approx(forces(enclosure, shaken(net)))
+
+
+def test_forces_are_minus_the_derivative_of_the_energy_and_push_nothing_as_a_whole():
+    net, enclosure = ball()
+    position, h = shaken(net), 1e-8
+    found = forces(enclosure, position)
+    assert np.abs(found.sum(axis=0)).max() < 1e-14 * np.abs(found).sum()
+    spin = np.cross(position, found).sum(axis=0)
+    assert np.abs(spin).max() < 1e-14 * np.abs(found).sum()
+    for node in (0, 7, 20):
+        for k in range(3):
+            step = np.zeros_like(position)
+            step[node, k] = h
+            ahead, behind = (float(enclosure.energy(0.0, position + s)) for s in (step, -step))
+            assert found[node, k] == pytest.approx((behind - ahead) / (2.0 * h), rel=1e-5)
+
+
+def test_stiffness_is_minus_the_derivative_of_the_forces():
+    net, enclosure = ball()
+    position, h = shaken(net), 1e-7
+    matrix = enclosure.stiffness(position) + enclosure.bending(0.0, position)
+    assert matrix == pytest.approx(matrix.T)
+    for column in (0, 13, 40):
+        step = np.zeros(position.size)
+        step[column] = h
+        ahead, behind = (
+            forces(enclosure, position + sign * step.reshape(position.shape)).ravel()
+            for sign in (1.0, -1.0)
+        )
+        slope = (behind - ahead) / (2.0 * h)
+        assert matrix[:, column] == pytest.approx(slope, abs=1e-7 * np.abs(matrix).max())
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_a_ball_without_springs_breathes_as_one_mass(tier):
+    mass, stretch = 1e-3, 1.05
+    net, _ = ball(0, mass=mass, stiffness=0.0)
+    drawn = float(Enclosure.of(net, "net", MODULUS, span()).drawn[0])
+    bench = Bench(net, 0.05, tolerance=1e-9, tier=tier, ledger=True)
+    bench.situation.enclosures["net"] = Enclosure.of(net, "net", MODULUS, span())
+    bench.situation.position *= stretch
+    ran = bench.run()
+
+    def fall(_, y):
+        size = y[0] / RADIUS
+        return [y[1], -MODULUS * drawn * (size**3 - 1.0) * 3.0 * size**2 / (12 * mass * RADIUS)]
+
+    exact = solve_ivp(
+        fall, (0.0, 0.05), [stretch * RADIUS, 0.0], "DOP853", ran.time, rtol=1e-12, atol=1e-15
+    )
+    found = np.linalg.norm(ran.position, axis=2)
+    assert (np.diff(np.sign(np.diff(exact.y[0]))) != 0).sum() > 3
+    assert np.abs(found - exact.y[0][:, None]).max() < 1e-8 * RADIUS * stretch
+    kinetic = 0.5 * mass * (ran.velocity**2).sum(axis=(1, 2))
+    stored = bench.situation.enclosures["net"].energy(ran.time, ran.position)
+    assert np.ptp(kinetic + stored) < 1e-8 * stored[0]
+
+
+def test_pumping_does_the_work_that_is_stored():
+    net, enclosure = ball(0, mass=1e-3, stiffness=30.0, damping=0.05)
+    for tier in TIERS:
+        bench = Bench(net, 0.3, tolerance=1e-8, tier=tier, ledger=True)
+        course = Course("smooth", 0.05, 0.2)
+        bench.situation.enclosures["net"] = enclosure.swollen(0.4, course)
+        ran = bench.run(0.05, 0.2)
+        inside = bench.situation.enclosures["net"]
+        r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
+        stretch = np.linalg.norm(r, axis=2) - net.rest
+        stored = 0.5 * 30.0 * (stretch**2).sum(axis=1) + inside.energy(ran.time, ran.position)
+        kinetic = 0.5 * 1e-3 * (ran.velocity**2).sum(axis=(1, 2))
+        assert ran.work[-1] > 1e-3 * MODULUS * enclosure.drawn[0]
+        gap = stored + kinetic - (ran.work - ran.dissipated)
+        assert np.abs(gap).max() < 1e-7 * ran.work[-1]
+        # The walls hold back a little of what was pumped in.
+        assert 1.0 < inside.volumes(ran.position[-1])[0] / inside.drawn[0] < 1.4
+
+
+def test_a_torn_surface_leaks():
+    net, enclosure = ball()
+    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
+    situation.enclosures = {"net": enclosure}
+    assert situation.let_leak() == []
+    assert len(enclosure.edges) == net.spring_count
+    situation.alive = situation.alive.copy()
+    situation.alive[5] = False
+    assert situation.let_leak() == [enclosure]
+    assert situation.enclosures == {}
+
+
+def test_open_and_empty_surfaces_are_refused():
+    net, _ = ball()
+    assert len(open_edges(net.skin.astype(np.int64))) == 0
+    holed = replace(net, skin=net.skin[1:])
+    with pytest.raises(ValueError, match="3 edges are free"):
+        Enclosure.of(holed, "net", MODULUS, span())
+    with pytest.raises(ValueError, match="has no surface"):
+        Enclosure.of(replace(net, skin=net.skin[:0]), "net", MODULUS, span())
+    flat = replace(net, position=net.position * [1.0, 1.0, 0.0])
+    with pytest.raises(ValueError, match="encloses nothing"):
+        Enclosure.of(flat, "net", MODULUS, span())
+    with pytest.raises(ValueError, match="not a body"):
+        Enclosure.of(net, "else", MODULUS, span())

@@ -1,0 +1,52 @@
+"""Laws of springs and dashpots: a member is one file with a dataclass and its formula.
+
+A spring pulls with f(e) + g(w), e being its elongation and w the speed at which it lengthens
+(the paper's SpringFunction and ViscosityFunction, its equations 5 and 6). Formulas may use the
+spring constant c or the viscosity d of the spring, and its rest length ``rest``.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from tissuec.core.registry import Family
+from tissuec.laws.formula import Formula, Variable
+
+E, C, W, D, REST = (Variable(name) for name in ("e", "c", "w", "d", "rest"))
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """What a spring does.
+
+    Attributes:
+        name: For people.
+        elastic: Force [N] of ``e`` [m], ``c`` [N/m] and ``rest`` [m].
+        viscous: Force [N] of ``w`` [m/s], ``d`` [N s/m] and ``rest`` [m].
+    """
+
+    name: str
+    elastic: Formula
+    viscous: Formula
+
+
+LINEAR = Law("linear", C * E, D * W)
+
+
+class SpringLaw(Protocol):
+    """What a member of ``SPRING_LAWS`` can do; its fields are its entries in the language."""
+
+    def force(self) -> Formula:
+        """Return the force [N] as a formula of e, c and rest."""
+        ...
+
+
+class ViscosityLaw(Protocol):
+    """What a member of ``VISCOSITY_LAWS`` can do; its fields are its entries."""
+
+    def force(self) -> Formula:
+        """Return the force [N] as a formula of w, d and rest."""
+        ...
+
+
+SPRING_LAWS: Family[type[SpringLaw]] = Family("tissuec.laws.spring", "spring law")
+VISCOSITY_LAWS: Family[type[ViscosityLaw]] = Family("tissuec.laws.viscosity", "viscosity law")

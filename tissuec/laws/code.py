@@ -1,0 +1,96 @@
+"""Laws as functions of plain numbers, for kernels: written as Python and compiled with them."""
+
+import ast
+import hashlib
+import operator
+from collections.abc import Callable
+from functools import cache
+from types import FunctionType
+
+from tissuec.laws import Law
+from tissuec.laws.formula import Applied, Choice, Constant, Formula, Spline, Variable
+
+_HEAD = "from math import cos, exp, log, sin, sqrt\n"
+
+
+@cache
+def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
+    """Return pull, slope, brake and brake_slope (law, e or w, c or d, rest) of a net's laws.
+
+    Their names end in a digest of what they do, so that compiled code can be told apart.
+
+    Args:
+        laws: The first is ``LINEAR``.
+    """
+    written = {
+        "pull": ("e", "c", [law.elastic for law in laws]),
+        "slope": ("e", "c", [law.elastic.slope("e") for law in laws]),
+        "brake": ("w", "d", [law.viscous for law in laws]),
+        "brake_slope": ("w", "d", [law.viscous.slope("w") for law in laws]),
+    }
+    return {name: _function(name, *parts) for name, parts in written.items()}
+
+
+def _function(name: str, at: str, factor: str, formulas: list[Formula]) -> Callable[..., float]:
+    lines = [f"def law_function(law, {at}, {factor}, rest):"]
+    for number, formula in enumerate(formulas[1:], start=1):
+        if formula != formulas[0]:
+            lines.append(f"    if law == {number}:")
+            lines.append(f"        return {formula.code()}")
+    lines.append(f"    return {formulas[0].code()}")
+    text = "\n".join(lines) + "\n"
+    names: dict[str, object] = {"spline": spline}
+    exec(compile(_HEAD + text, f"<{name} of laws>", "exec"), names)
+    made = names["law_function"]
+    assert isinstance(made, FunctionType)
+    made.__module__ = __name__
+    made.__name__ = made.__qualname__ = (
+        f"{name}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+    )
+    return made
+
+
+def spline(x: float, places: tuple[float, ...], pieces: tuple[tuple[float, ...], ...]) -> float:
+    """Return the value of a ``Spline``; the first piece is what is before all places."""
+    piece = 0
+    while piece < len(places) and x >= places[piece]:
+        piece += 1
+    value, slope, bend, twist = pieces[piece]
+    z = x - places[max(piece - 1, 0)]
+    return value + z * (slope + z * (bend + z * twist))
+
+
+_OPERATORS = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
+    ast.Div: operator.truediv, ast.Pow: lambda base, exponent: base**exponent.value,
+}  # fmt: skip
+
+
+def parse(text: str) -> Formula:
+    """Return the formula whose ``code`` a text is; the opposite of ``Formula.code``.
+
+    Raises:
+        ValueError: The text is no such code.
+    """
+    return _tree(ast.parse(text, mode="eval").body)
+
+
+def _tree(node: ast.expr) -> Formula:
+    match node:
+        case ast.Constant(value=float() | int() as value):
+            return Constant(float(value))
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=float() | int() as value)):
+            return Constant(-float(value))
+        case ast.Name(id=name):
+            return Variable(name)
+        case ast.BinOp(left=left, op=sign, right=right):
+            return _OPERATORS[type(sign)](_tree(left), _tree(right))
+        case ast.IfExp(test=ast.Compare(left=test), body=above, orelse=below):
+            return Choice(_tree(test), _tree(above), _tree(below))
+        case ast.Call(func=ast.Name(id="spline"), args=[argument, places, pieces]):
+            (_, slope, _, _), *rest = ast.literal_eval(pieces)
+            return Spline(_tree(argument), ast.literal_eval(places), tuple(rest), slope)
+        case ast.Call(func=ast.Name(id=function), args=[argument]):
+            return Applied(function, _tree(argument))
+        case _:
+            raise ValueError(f"{ast.unparse(node)} is no formula of a law")

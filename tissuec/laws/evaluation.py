@@ -1,0 +1,163 @@
+"""What springs with laws do: force, stiffness and energy, spring by spring."""
+
+import itertools
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.laws import LINEAR, Law
+from tissuec.laws.formula import Formula, Values, kinks
+
+Floats = NDArray[np.float64]
+
+POINTS = 48  # of Gauss's quadrature on each smooth piece
+HALVINGS = 60  # that locate a kink to rounding
+
+
+class Behaviour:
+    """The laws of some springs with their numbers.
+
+    Args:
+        laws: All laws of the net; the first is ``LINEAR``.
+        law: Which one each spring has, shape (spring,).
+        stiffness, damping, rest: c [N/m], d [N s/m] and L0 [m], shape (spring,).
+    """
+
+    def __init__(
+        self,
+        laws: Sequence[Law],
+        law: NDArray[np.integer],
+        stiffness: Floats,
+        damping: Floats,
+        rest: Floats,
+    ):
+        self.stiffness, self.damping, self.rest = stiffness, damping, rest
+        found = np.unique(law[law > 0])
+        self._curved = [(laws[k], np.flatnonzero(law == k)) for k in found]
+
+    @property
+    def is_linear(self) -> bool:
+        """Return whether all springs and dashpots are linear."""
+        return not self._curved
+
+    @property
+    def is_viscous(self) -> bool:
+        """Return whether anything brakes."""
+        return bool(self.damping.any()) or any(
+            law.viscous != LINEAR.viscous for law, _ in self._curved
+        )
+
+    def pull(self, elongation: Floats) -> Floats:
+        """Return the elastic forces at elongations [m], both of shape (…, spring) [N]."""
+        return self._with(self.stiffness * elongation, elongation, "e", _elastic)
+
+    def slope(self, elongation: Floats) -> Floats:
+        """Return the stiffness df/de at elongations [m], shape (…, spring) [N/m]."""
+        linear = np.broadcast_to(self.stiffness, elongation.shape).copy()
+        return self._with(linear, elongation, "e", _elastic_slope)
+
+    def brake(self, speed: Floats) -> Floats:
+        """Return the viscous forces at speeds [m/s], both of shape (…, spring) [N]."""
+        return self._with(self.damping * speed, speed, "w", _viscous)
+
+    def brake_slope(self, speed: Floats) -> Floats:
+        """Return the viscosity dg/dw at speeds [m/s], shape (…, spring) [N s/m]."""
+        linear = np.broadcast_to(self.damping, speed.shape).copy()
+        return self._with(linear, speed, "w", _viscous_slope)
+
+    def steepness(self, elongation: Floats) -> Floats:
+        """Return the stiffness where it is one that resists, as estimates need it [N/m]."""
+        return _resisting(self.slope(elongation))
+
+    def sluggishness(self, speed: Floats) -> Floats:
+        """Return the viscosity where it is one that brakes, as estimates need it [N s/m].
+
+        Dashpots that are infinitely stiff at rest count as none.
+        """
+        return _resisting(self.brake_slope(speed))
+
+    def energy(self, elongation: Floats) -> Floats:
+        """Return the work ∫ f de from rest to elongations [m], shape (…, spring) [J]."""
+        total = 0.5 * self.stiffness * elongation * elongation
+        for law, chosen in self._curved:
+            if law.elastic == LINEAR.elastic:
+                continue
+            values = self._values(chosen)
+            total[..., chosen] = _integral(law.elastic, elongation[..., chosen], values)
+        return total
+
+    def _with(self, linear: Floats, at: Floats, name: str, of) -> Floats:
+        """Return values of linear springs with those of others put in their places."""
+        for law, chosen in self._curved:
+            values = self._values(chosen) | {name: at[..., chosen]}
+            linear[..., chosen] = of(law).at(values)
+        return linear
+
+    def _values(self, chosen: NDArray[np.intp]) -> dict[str, Floats]:
+        return {
+            "c": self.stiffness[chosen], "d": self.damping[chosen], "rest": self.rest[chosen],
+        }  # fmt: skip
+
+
+def _resisting(slope: Floats) -> Floats:
+    return np.where(np.isfinite(slope), np.maximum(slope, 0.0), 0.0)
+
+
+def _elastic(law: Law) -> Formula:
+    return law.elastic
+
+
+def _viscous(law: Law) -> Formula:
+    return law.viscous
+
+
+@cache
+def _elastic_slope(law: Law) -> Formula:
+    return law.elastic.slope("e")
+
+
+@cache
+def _viscous_slope(law: Law) -> Formula:
+    return law.viscous.slope("w")
+
+
+def _integral(force: Formula, upper: Floats, values: Values) -> Floats:
+    """Return ∫ f de from 0 to ``upper``, to rounding where f is smooth between its kinks.
+
+    The points crowd as a cube does at the beginning of each piece, for the sake of powers that
+    are no whole numbers.
+    """
+    found = [_zero(test, upper, values) for test in kinks(force, "e")]
+    ends = np.array([np.zeros_like(upper), *found, upper])
+    ends = np.take_along_axis(ends, np.argsort(np.abs(ends), axis=0), axis=0)
+    total = np.zeros_like(upper)
+    for low, high in itertools.pairwise(ends):
+        for point, weight in zip(*_gauss(), strict=True):
+            e = low + point**3 * (high - low)
+            total += 3.0 * weight * point**2 * (high - low) * force.at({**values, "e": e})
+    return total
+
+
+def _zero(test: Formula, upper: Floats, values: Values) -> Floats:
+    """Return where a test changes its sign between 0 and ``upper``; 0 where it does not."""
+    low, high = np.zeros_like(upper), upper.copy()
+
+    def above(e: Floats) -> NDArray[np.bool_]:
+        return np.broadcast_to(test.at({**values, "e": e}) >= 0.0, e.shape)
+
+    first = above(low)
+    changes = first != above(high)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = above(middle) == first
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.where(changes, high, 0.0)
+
+
+@cache
+def _gauss() -> tuple[Floats, Floats]:
+    """Return points and weights of Gauss and Legendre on the unit interval."""
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    return 0.5 * (points + 1.0), 0.5 * weights

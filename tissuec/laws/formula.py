@@ -1,0 +1,377 @@
+"""Formulas of a law: small trees that can be evaluated, derived, and written out as code.
+
+Numbers are in SI units; dimensions were checked where the formula was written.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+Values: TypeAlias = Mapping[str, Any]
+
+# A function of one argument: on arrays, in code, and its derivative as a formula.
+_ARRAYS: dict[str, Any] = {
+    "exp": np.exp,
+    "log": np.log,
+    "sqrt": np.sqrt,
+    "sin": np.sin,
+    "cos": np.cos,
+}
+FUNCTIONS = (*_ARRAYS, "abs", "min", "max")
+
+
+class Formula:
+    """A node of a tree; operators build larger ones and drop what is zero or one."""
+
+    __slots__ = ()
+
+    @property
+    def parts(self) -> "tuple[Formula, ...]":
+        """Return the formulas that this one is made of."""
+        return ()
+
+    def at(self, values: Values) -> Any:
+        """Return the value where variables have these values, broadcast."""
+        raise NotImplementedError
+
+    def slope(self, name: str) -> "Formula":
+        """Return the derivative by a variable; at kinks that of the side where it is larger."""
+        raise NotImplementedError
+
+    def code(self) -> str:
+        """Return an expression of Python's ``math`` on plain numbers."""
+        raise NotImplementedError
+
+    def __add__(self, other: "Formula | float") -> "Formula":
+        return _add(self, as_formula(other))
+
+    def __radd__(self, other: float) -> "Formula":
+        return _add(as_formula(other), self)
+
+    def __sub__(self, other: "Formula | float") -> "Formula":
+        return _add(self, as_formula(other), minus=True)
+
+    def __rsub__(self, other: float) -> "Formula":
+        return _add(as_formula(other), self, minus=True)
+
+    def __mul__(self, other: "Formula | float") -> "Formula":
+        return _multiply(self, as_formula(other))
+
+    def __rmul__(self, other: float) -> "Formula":
+        return _multiply(as_formula(other), self)
+
+    def __truediv__(self, other: "Formula | float") -> "Formula":
+        return _divide(self, as_formula(other))
+
+    def __rtruediv__(self, other: float) -> "Formula":
+        return _divide(as_formula(other), self)
+
+    def __pow__(self, exponent: float) -> "Formula":
+        return _raise(self, float(exponent))
+
+    def __neg__(self) -> "Formula":
+        return _multiply(Constant(-1.0), self)
+
+
+@dataclass(frozen=True, slots=True)
+class Constant(Formula):
+    value: float
+
+    def at(self, values: Values) -> Any:
+        return self.value
+
+    def slope(self, name: str) -> Formula:
+        return ZERO
+
+    def code(self) -> str:
+        return f"({self.value!r})"
+
+
+@dataclass(frozen=True, slots=True)
+class Variable(Formula):
+    name: str
+
+    def at(self, values: Values) -> Any:
+        return values[self.name]
+
+    def slope(self, name: str) -> Formula:
+        return ONE if name == self.name else ZERO
+
+    def code(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Sum(Formula):
+    left: Formula
+    right: Formula
+    minus: bool
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.left, self.right
+
+    def at(self, values: Values) -> Any:
+        left, right = self.left.at(values), self.right.at(values)
+        return left - right if self.minus else left + right
+
+    def slope(self, name: str) -> Formula:
+        return _add(self.left.slope(name), self.right.slope(name), minus=self.minus)
+
+    def code(self) -> str:
+        return f"({self.left.code()} {'-' if self.minus else '+'} {self.right.code()})"
+
+
+@dataclass(frozen=True, slots=True)
+class Product(Formula):
+    left: Formula
+    right: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.left, self.right
+
+    def at(self, values: Values) -> Any:
+        return self.left.at(values) * self.right.at(values)
+
+    def slope(self, name: str) -> Formula:
+        return self.left.slope(name) * self.right + self.left * self.right.slope(name)
+
+    def code(self) -> str:
+        return f"({self.left.code()} * {self.right.code()})"
+
+
+@dataclass(frozen=True, slots=True)
+class Quotient(Formula):
+    above: Formula
+    below: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.above, self.below
+
+    def at(self, values: Values) -> Any:
+        return self.above.at(values) / self.below.at(values)
+
+    def slope(self, name: str) -> Formula:
+        inner = self.below.slope(name)
+        outer = self.above.slope(name) / self.below
+        return outer if inner == ZERO else outer - self * inner / self.below
+
+    def code(self) -> str:
+        return f"({self.above.code()} / {self.below.code()})"
+
+
+@dataclass(frozen=True, slots=True)
+class Power(Formula):
+    """A formula to the power of a number."""
+
+    base: Formula
+    exponent: float
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return (self.base,)
+
+    def at(self, values: Values) -> Any:
+        # A plain number would raise where an array has no value.
+        return np.asarray(self.base.at(values), dtype=float) ** self.exponent
+
+    def slope(self, name: str) -> Formula:
+        return self.exponent * self.base ** (self.exponent - 1.0) * self.base.slope(name)
+
+    def code(self) -> str:
+        whole = int(self.exponent)
+        shown = repr(whole if whole == self.exponent else self.exponent)
+        return f"({self.base.code()} ** {shown})"
+
+
+@dataclass(frozen=True, slots=True)
+class Applied(Formula):
+    """A smooth function of a formula."""
+
+    function: str
+    argument: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return (self.argument,)
+
+    def at(self, values: Values) -> Any:
+        return _ARRAYS[self.function](self.argument.at(values))
+
+    def slope(self, name: str) -> Formula:
+        inner = self.argument.slope(name)
+        if inner == ZERO:
+            return ZERO
+        match self.function:
+            case "exp":
+                return self * inner
+            case "log":
+                return inner / self.argument
+            case "sqrt":
+                return 0.5 * inner / self
+            case "sin":
+                return Applied("cos", self.argument) * inner
+            case _:
+                return -(Applied("sin", self.argument) * inner)
+
+    def code(self) -> str:
+        return f"{self.function}({self.argument.code()})"
+
+
+@dataclass(frozen=True, slots=True)
+class Choice(Formula):
+    """One formula where a test is at least zero, another one elsewhere."""
+
+    test: Formula
+    above: Formula
+    below: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.test, self.above, self.below
+
+    def at(self, values: Values) -> Any:
+        # What is not chosen may have no value, such as the root of a negative number.
+        with np.errstate(all="ignore"):
+            above, below = self.above.at(values), self.below.at(values)
+        return np.where(self.test.at(values) >= 0.0, above, below)
+
+    def slope(self, name: str) -> Formula:
+        above, below = self.above.slope(name), self.below.slope(name)
+        return above if above == below else Choice(self.test, above, below)
+
+    def code(self) -> str:
+        return f"({self.above.code()} if {self.test.code()} >= 0.0 else {self.below.code()})"
+
+
+@dataclass(frozen=True, slots=True)
+class Spline(Formula):
+    """Cubic pieces between places, and straight lines before the first and behind the last.
+
+    Attributes:
+        places: Where pieces begin and the last one ends, ascending.
+        pieces: Value, slope and two further coefficients by powers of the distance from the
+            beginning of a piece; the last entry is the line behind all places.
+        before: Slope before the first place.
+    """
+
+    argument: Formula
+    places: tuple[float, ...]
+    pieces: tuple[tuple[float, float, float, float], ...]
+    before: float
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return (self.argument,)
+
+    def at(self, values: Values) -> Any:
+        x, places = np.asarray(self.argument.at(values), dtype=float), np.array(self.places)
+        piece = np.maximum(np.searchsorted(places, x, side="right") - 1, 0)
+        value, slope, bend, twist = np.array(self.pieces)[piece].transpose(-1, *range(x.ndim))
+        z = x - places[piece]
+        inside = value + z * (slope + z * (bend + z * twist))
+        return np.where(x < places[0], self.pieces[0][0] + self.before * z, inside)
+
+    def slope(self, name: str) -> Formula:
+        steeper = tuple((b, 2.0 * c, 3.0 * d, 0.0) for _, b, c, d in self.pieces)
+        level = (self.before, 0.0, 0.0, 0.0)
+        lower = self.places[0] - 1.0  # any place before the first one
+        derived = Spline(self.argument, (lower, *self.places), (level, *steeper), 0.0)
+        return derived * self.argument.slope(name)
+
+    def code(self) -> str:
+        before = f"({self.pieces[0][0]!r}, {self.before!r}, 0.0, 0.0)"
+        pieces = ", ".join(repr(piece) for piece in self.pieces)
+        return f"spline({self.argument.code()}, {self.places!r}, ({before}, {pieces}))"
+
+
+ZERO, ONE = Constant(0.0), Constant(1.0)
+
+
+def as_formula(value: "Formula | float") -> Formula:
+    """Return a number as a formula."""
+    return value if isinstance(value, Formula) else Constant(float(value))
+
+
+def apply(function: str, arguments: "tuple[Formula, ...]") -> Formula:
+    """Return a function of ``FUNCTIONS`` of its argument, or for extremes of several."""
+    first, *others = arguments
+    match function:
+        case "abs":
+            return Choice(first, first, -first)
+        case "max" | "min":
+            for other in others:
+                more = first - other if function == "max" else other - first
+                first = Choice(more, first, other)
+            return first
+        case _:
+            return Applied(function, first)
+
+
+def exp(argument: Formula) -> Formula:
+    """Return the exponential of a formula."""
+    return Applied("exp", argument)
+
+
+def every(formula: Formula) -> Iterator[Formula]:
+    """Yield a formula and all that it is made of."""
+    yield formula
+    for part in formula.parts:
+        yield from every(part)
+
+
+def variables(formula: Formula) -> frozenset[str]:
+    """Return the names of all variables of a formula."""
+    return frozenset(part.name for part in every(formula) if isinstance(part, Variable))
+
+
+def kinks(formula: Formula, name: str) -> tuple[Formula, ...]:
+    """Return the tests at whose zeros a formula of a variable is not smooth."""
+    tests: list[Formula] = []
+    for part in every(formula):
+        if isinstance(part, Choice):
+            tests.append(part.test)
+        elif isinstance(part, Spline):
+            tests += (part.argument - place for place in part.places)
+    return tuple(dict.fromkeys(test for test in tests if name in variables(test)))
+
+
+def _add(left: Formula, right: Formula, *, minus: bool = False) -> Formula:
+    if right == ZERO:
+        return left
+    if isinstance(left, Constant) and isinstance(right, Constant):
+        return Constant(left.value - right.value if minus else left.value + right.value)
+    if left == ZERO:
+        return -right if minus else right
+    return Sum(left, right, minus)
+
+
+def _multiply(left: Formula, right: Formula) -> Formula:
+    if isinstance(left, Constant) and isinstance(right, Constant):
+        return Constant(left.value * right.value)
+    if ZERO in (left, right):
+        return ZERO
+    if left == ONE:
+        return right
+    return left if right == ONE else Product(left, right)
+
+
+def _divide(above: Formula, below: Formula) -> Formula:
+    if above == ZERO:
+        return ZERO
+    if isinstance(below, Constant) and below.value != 0.0:
+        if isinstance(above, Constant):
+            return Constant(above.value / below.value)
+        if below == ONE:
+            return above
+    return Quotient(above, below)
+
+
+def _raise(base: Formula, exponent: float) -> Formula:
+    if exponent == 0.0:
+        return ONE
+    return base if exponent == 1.0 else Power(base, exponent)

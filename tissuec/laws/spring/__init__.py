@@ -1,0 +1,1 @@
+"""Laws of what a spring pulls with at an elongation."""

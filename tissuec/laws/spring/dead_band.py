@@ -1,0 +1,26 @@
+"""Springs with play: nothing resists until the play is used up."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Measure
+from tissuec.laws import SPRING_LAWS, C, E
+from tissuec.laws.formula import ZERO, Choice, Formula
+
+
+@SPRING_LAWS.member("dead band")
+@dataclass(frozen=True, slots=True)
+class DeadBand:
+    """No force while e is within the slack to either side, c times what is beyond it.
+
+    Attributes:
+        slack: Elongation and compression up to which nothing resists.
+    """
+
+    slack: Annotated[float, Measure(units.LENGTH, at_least=0.0)]
+
+    def force(self) -> Formula:
+        """Return c (e ∓ slack) outside of the band."""
+        pressed = Choice(-E - self.slack, C * (E + self.slack), ZERO)
+        return Choice(E - self.slack, C * (E - self.slack), pressed)

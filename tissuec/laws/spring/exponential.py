@@ -1,0 +1,33 @@
+"""The exponential law of soft tissue: compliant at first, then stiffer and stiffer."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Measure
+from tissuec.laws import REST, SPRING_LAWS, C, E
+from tissuec.laws.formula import Formula, exp
+
+
+@SPRING_LAWS.member("exponential")
+@dataclass(frozen=True, slots=True)
+class Exponential:
+    """The force c L0/k (exp(k e/L0) - 1): c at rest, and stiffer with the strain e/L0.
+
+    The one-dimensional form of Y. C. Fung, Am. J. Physiol. 213:1532 (1967): the stiffness grows
+    in proportion to the force. With a negative k, springs stiffen in compression instead; a
+    chain of them is Toda's.
+
+    Attributes:
+        stiffening: The number k; the stiffness is e times as high where the strain is 1/k.
+    """
+
+    stiffening: Annotated[float, Measure(units.NUMBER)]
+
+    def __post_init__(self) -> None:
+        if self.stiffening == 0.0:
+            raise ValueError('"stiffening" must not be 0; a linear law does not stiffen')
+
+    def force(self) -> Formula:
+        """Return c L0/k (exp(k e/L0) - 1)."""
+        return C * REST / self.stiffening * (exp(self.stiffening * E / REST) - 1.0)

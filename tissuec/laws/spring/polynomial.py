@@ -1,0 +1,27 @@
+"""A polynomial of the elongation: the oscillators of Helmholtz and Duffing."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Measure
+from tissuec.laws import SPRING_LAWS, C, E
+from tissuec.laws.formula import Formula
+
+
+@SPRING_LAWS.member("polynomial")
+@dataclass(frozen=True, slots=True)
+class Polynomial:
+    """The force c e + a e² + b e³.
+
+    Attributes:
+        square: The factor a of e².
+        cube: The factor b of e³.
+    """
+
+    square: Annotated[float, Measure(units.STIFFNESS / units.LENGTH)] = 0.0
+    cube: Annotated[float, Measure(units.STIFFNESS / units.LENGTH**2)] = 0.0
+
+    def force(self) -> Formula:
+        """Return c e + a e² + b e³."""
+        return E * (C + E * (self.square + self.cube * E))

@@ -1,0 +1,16 @@
+"""Springs that pull and never push, such as threads and ligaments."""
+
+from dataclasses import dataclass
+
+from tissuec.laws import SPRING_LAWS, C, E
+from tissuec.laws.formula import ZERO, Choice, Formula
+
+
+@SPRING_LAWS.member("tension only")
+@dataclass(frozen=True, slots=True)
+class TensionOnly:
+    """The force c e under tension; none in compression."""
+
+    def force(self) -> Formula:
+        """Return c e where e is positive."""
+        return Choice(E, C * E, ZERO)

@@ -1,0 +1,29 @@
+"""The toe of tendons: crimped fibres are straightened before they resist."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Measure
+from tissuec.laws import REST, SPRING_LAWS, C, E
+from tissuec.laws.formula import ZERO, Choice, Formula
+
+
+@SPRING_LAWS.member("toe")
+@dataclass(frozen=True, slots=True)
+class Toe:
+    """No force in compression, c e²/(2 e*) up to e* = strain times L0, then c (e - e*/2).
+
+    The stiffness grows evenly from nothing to c and stays there.
+
+    Attributes:
+        strain: Where the toe ends and all fibres are straight.
+    """
+
+    strain: Annotated[float, Measure(units.NUMBER, above=0.0)]
+
+    def force(self) -> Formula:
+        """Return the three pieces, which join with equal slopes."""
+        end = self.strain * REST
+        straight = Choice(E - end, C * (E - 0.5 * end), C * E * E / (2.0 * end))
+        return Choice(E, straight, ZERO)

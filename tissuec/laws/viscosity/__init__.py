@@ -1,0 +1,1 @@
+"""Laws of what a dashpot pulls with at a speed."""

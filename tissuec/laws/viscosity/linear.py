@@ -1,0 +1,16 @@
+"""The linear dashpot, which every spring has unless its tissue says otherwise."""
+
+from dataclasses import dataclass
+
+from tissuec.laws import LINEAR, VISCOSITY_LAWS
+from tissuec.laws.formula import Formula
+
+
+@VISCOSITY_LAWS.member("linear")
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """The force d w: in proportion to the speed."""
+
+    def force(self) -> Formula:
+        """Return d w."""
+        return LINEAR.viscous

@@ -1,0 +1,32 @@
+"""Dashpots whose force is a power of the speed: thinning or thickening liquids."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Measure
+from tissuec.laws import VISCOSITY_LAWS, D, W
+from tissuec.laws.formula import Choice, Formula
+
+
+@VISCOSITY_LAWS.member("power")
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """The force d v (|w|/v)ⁿ against the motion: that of d w at the speed v.
+
+    Below an exponent of 1 the dashpot is the stiffer the slower it moves, and at rest without
+    bound: explicit methods need small steps then.
+
+    Attributes:
+        exponent: The number n.
+        speed: The speed v at which the force is that of the linear dashpot.
+    """
+
+    exponent: Annotated[float, Measure(units.NUMBER, at_least=0.1, at_most=10.0)]
+    speed: Annotated[float, Measure(units.VELOCITY, above=0.0)]
+
+    def force(self) -> Formula:
+        """Return ± d v (|w|/v)ⁿ."""
+        part = W / self.speed
+        size = D * self.speed
+        return Choice(W, size * part**self.exponent, -(size * (-part) ** self.exponent))

@@ -1,0 +1,30 @@
+"""What measures of volumes share: the surface of a body."""
+
+from functools import lru_cache
+
+from tissuec.core.source import Source, Span
+from tissuec.enclosures import Enclosure
+from tissuec.measures import Subject
+from tissuec.measures.moment import Moment
+from tissuec.network import Network
+
+_NOWHERE = Span(Source("", ""), 0, 0)
+
+
+def preserved(subject: Subject, moment: Moment) -> Enclosure | None:
+    """Return the preserved volume of a body, None where none is."""
+    enclosures = moment.situation.enclosures
+    return next((e for n, e in enclosures.items() if n.lower() == subject.name.lower()), None)
+
+
+def surface_of(subject: Subject, moment: Moment) -> Enclosure | None:
+    """Return what the surface of a body encloses, None where it is open."""
+    return preserved(subject, moment) or _closed(moment.situation.network, subject.name)
+
+
+@lru_cache(maxsize=16)
+def _closed(network: Network, name: str) -> Enclosure | None:
+    try:
+        return Enclosure.of(network, name, 1.0, _NOWHERE)
+    except ValueError:
+        return None

@@ -1,0 +1,28 @@
+"""Pressure inside a preserved volume."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.enclosed import preserved
+from tissuec.measures.moment import Moment
+from tissuec.measures.scalar import Scalar, one_column
+from tissuec.network import Floats
+
+
+@MEASURES.member("pressure")
+class Pressure(Scalar):
+    """The pressure that preserves the volume of the body A; 0 where none does."""
+
+    form = "pressure(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        enclosure = preserved(subjects[0], moment)
+        if enclosure is None:
+            return one_column(0.0, moment)
+        each = enclosure.pressures(moment.time, moment.position) * enclosure.drawn
+        return one_column(each.sum(axis=-1) / enclosure.drawn.sum(), moment)

@@ -1,0 +1,27 @@
+"""Volume inside a closed surface."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.enclosed import surface_of
+from tissuec.measures.moment import Moment
+from tissuec.measures.scalar import Scalar, one_column
+from tissuec.network import Floats
+
+
+@MEASURES.member("volume")
+class Volume(Scalar):
+    """What the closed surface of the body A encloses now; 0 where it is open."""
+
+    form = "volume(A)"
+    dimension = units.VOLUME
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        enclosure = surface_of(subjects[0], moment)
+        if enclosure is None:
+            return one_column(0.0, moment)
+        return one_column(enclosure.volumes(moment.position).sum(axis=-1), moment)

@@ -1,0 +1,206 @@
+"""Laws of springs and dashpots in a tissue: by name with entries, or as a free formula."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.errors import alternatives
+from tissuec.core.registry import Family
+from tissuec.core.source import Span
+from tissuec.core.units import Dimension
+from tissuec.lang import syntax as s
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.laws.formula import Constant, Formula, Quotient, Variable, apply
+from tissuec.scene import schema
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import WrittenLaw
+from tissuec.scene.values import Value
+
+TRIED = (1e-4, 1e-2, 0.3)  # of a metre, or metres per second, to either side
+SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0}
+
+
+@dataclass(frozen=True, slots=True)
+class LawKind:
+    """How one of the two laws of a tissue is written.
+
+    Attributes:
+        family: Laws by name, behind ``word``.
+        word: "spring law".
+        formula: "spring force", before the argument of a free formula.
+        argument: The variable of formulas that the argument stands for.
+        dimension: Of the argument.
+        names: What else a free formula can use: variable and dimension.
+    """
+
+    family: Family[type]
+    word: str
+    formula: str
+    argument: str
+    dimension: Dimension
+    names: Mapping[str, tuple[str, Dimension]]
+
+
+_REST = {"rest length": ("rest", units.LENGTH)}
+_STIFF = dict.fromkeys(("c", "spring constant"), ("c", units.STIFFNESS))
+_VISCOUS = dict.fromkeys(("d", "viscosity"), ("d", units.VISCOSITY))
+LAW_KINDS = (
+    LawKind(SPRING_LAWS, "spring law", "spring force", "e", units.LENGTH, _STIFF | _REST),
+    LawKind(
+        VISCOSITY_LAWS, "viscosity law", "viscous force", "w", units.VELOCITY, _VISCOUS | _REST
+    ),
+)
+#: The kind of law that an entry of a tissue writes, by its name.
+BY_ENTRY = {name: kind for kind in LAW_KINDS for name in (kind.word, kind.formula)}
+
+
+def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:
+    """Return a law from its entry, or reject it."""
+    if isinstance(item, s.Function) and item.name.key == kind.formula:
+        return _free(kind, item, scope)
+    if isinstance(item, s.Sentence | s.Block) and item.name.key == kind.word:
+        return _named(kind, item, scope)
+    scope.findings.reject(
+        "TIS312",
+        f"a {kind.word} is written in another form",
+        item.span,
+        hint=f'write "{kind.word} is …", or "{kind.formula} of {kind.argument} = …"',
+    )
+
+
+def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLaw:
+    if item.phrase is None or item.phrase.kind != "word" or item.clauses:
+        hint = f"for example: {kind.word} is linear"
+        scope.findings.reject(
+            "TIS312", f"{kind.word} is chosen with a word", item.span, hint=hint
+        )
+    name = item.phrase.words[0]
+    if name.key not in kind.family:
+        scope.findings.reject(
+            "TIS305",
+            f'there is no {kind.word} called "{name.text}"',
+            name.span,
+            hint=alternatives(name.key, kind.family, what=f"{kind.word}s"),
+        )
+    items = item.items if isinstance(item, s.Block) else ()
+    where = item.head if isinstance(item, s.Block) else item.span
+    law, _ = schema.build(
+        kind.family[name.key], items, scope, what=f"{kind.word} {name.key}", where=where
+    )
+    return WrittenLaw(name.key, law.force(), item.span)
+
+
+def _free(kind: LawKind, item: s.Function, scope: Scope) -> WrittenLaw:
+    if item.argument.word != "of" or not isinstance(item.argument.value, s.Name):
+        scope.findings.reject(
+            "TIS312",
+            "a formula names what it is of",
+            item.argument.span,
+            hint=f"write {kind.formula} of {kind.argument} = …",
+        )
+    argument = item.argument.value
+    names = {**kind.names, argument.key: (kind.argument, kind.dimension)}
+    if argument.key in kind.names:
+        scope.findings.reject(
+            "TIS503",
+            f'"{argument.text}" already stands for the {kind.word.partition(" ")[0]} itself',
+            argument.span,
+            hint=f"call it {kind.argument}",
+        )
+    variables = FormulaScope(scope, names)
+    value = variables.number(item.value)
+    variables.expect(value, units.FORCE, item.value.span, what=kind.formula)
+    formula = variables.formula(item.value)
+    _try(kind, formula, item.value.span, scope)
+    return WrittenLaw(item.value.span.one_line, formula, item.span)
+
+
+def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
+    """Reject a formula that has no value somewhere near rest."""
+    places = np.array([*(-t for t in TRIED), 0.0, *TRIED])
+    with np.errstate(all="ignore"):
+        found = formula.at(SAMPLE | {kind.argument: places})
+    bad = np.flatnonzero(np.isnan(np.broadcast_to(found, places.shape)))
+    if len(bad):
+        shown = units.show(float(places[bad[0]]), kind.dimension)
+        scope.findings.reject(
+            "TIS504",
+            f'"{span.one_line}" has no value at {shown}',
+            span,
+            hint="springs are pressed as well as drawn: use max(…, 0) or abs(…)",
+        )
+
+
+class FormulaScope(Scope):
+    """Where the names of a free formula are looked up, and its tree is made.
+
+    Args:
+        outer: Of everything that is not a variable.
+        variables: Variable of formulas and dimension, by name in the language.
+    """
+
+    is_known = False
+
+    def __init__(self, outer: Scope, variables: Mapping[str, tuple[str, Dimension]]):
+        super().__init__(outer.findings)
+        self.outer, self.variables = outer, variables
+
+    def name(self, name: s.Name) -> Value:
+        """Return a variable as something of its dimension, or a constant."""
+        if name.key in self.variables:
+            return Value(np.asarray(1.0), self.variables[name.key][1])
+        return self.outer.name(name)
+
+    def has(self, name: s.Name) -> bool:
+        """Tell whether a name stands for a variable or a constant."""
+        return name.key in self.variables or self.outer.has(name)
+
+    def names(self) -> Sequence[str]:
+        """Return variables and constants."""
+        return [*self.variables, *self.outer.names()]
+
+    def formula(self, node: s.Expression) -> Formula:
+        """Return the tree of an expression whose dimensions have been checked."""
+        match node:
+            case s.Name() if node.key in self.variables:
+                return Variable(self.variables[node.key][0])
+            case s.Number() | s.Quantity() | s.Name():
+                return Constant(float(self.evaluate(node).amount))
+            case s.Signed():
+                return -self.formula(node.operand)
+            case s.Sum():
+                total = self.formula(node.first)
+                for sign, part in node.rest:
+                    term = self.formula(part)
+                    total = total + term if sign == "+" else total - term
+                return total
+            case s.Product():
+                total = self.formula(node.first)
+                for sign, part in node.rest:
+                    factor = self.formula(part)
+                    total = total * factor if sign == "*" else total / factor
+                self._not_by_zero(total, node)
+                return total
+            case s.Power():
+                exponent = self.formula(node.exponent)
+                if not isinstance(exponent, Constant):
+                    self.findings.reject(
+                        "TIS502",
+                        "an exponent is a plain number",
+                        node.exponent.span,
+                        hint="powers with a variable exponent are written with exp and log",
+                    )
+                return self.formula(node.base) ** exponent.value
+            case s.Call():
+                arguments = tuple(self.formula(argument.value) for argument in node.arguments)
+                return apply(node.function.key, arguments)
+            case _:
+                self.findings.reject("TIS312", "a number is needed here", node.span)
+
+    def _not_by_zero(self, formula: Formula, node: s.Product) -> None:
+        if isinstance(formula, Quotient) and formula.below == Constant(0.0):
+            self.findings.reject(
+                "TIS504", f'division by zero: "{node.span.text}"', node.rest[-1][1].span
+            )
