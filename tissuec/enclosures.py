@@ -4,13 +4,14 @@ A cell of drawn volume V0 that encloses V and should enclose Vt stores
 
     E = ½ K (V - Vt)² / V0,
 
-K being its bulk modulus. Its pressure is p = -dE/dV = K (Vt - V) / V0, and the force on a node is
-p ∂V/∂x. With corners a, b, c of the triangles as seen from one of them, facing outwards,
+K being its bulk modulus. Its pressure is p = -dE/dV = K (Vt - V) / V0, and the force on a node
+is p ∂V/∂x. With corners a, b, c of the triangles as seen from one of them, facing outwards,
 
     V = Σ a · (b × c) / 6,        ∂V/∂a = Σ (b × c) / 6.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ class Enclosure:
         return replace(self, swellings=(*self.swellings, Swelling(amount, course)))
 
     def swell(self, time: float) -> tuple[float, float]:
-        """Return how much more than drawn should be enclosed, relative to that, and its rate."""
+        """Return how much more than drawn should be enclosed, as a part of it, and its rate."""
         value = rate = 0.0
         for swelling in self.swellings:
             factor, slope = swelling.course.at(time)
@@ -128,7 +129,8 @@ class Enclosure:
         each = np.repeat(self.pressures(time, position), np.diff(self.first), axis=-1)
         forces = each[..., None, None] * self.gradient(position)
         for corner in range(3):
-            np.add.at(to, (..., self.corners[:, corner], slice(None)), forces[..., corner, :])
+            where: Any = (..., self.corners[:, corner], slice(None))
+            np.add.at(to, where, forces[..., corner, :])
 
     def stiffness(self, position: Floats) -> Floats:
         """Return what resists a change of volume, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m].
@@ -159,8 +161,10 @@ class Enclosure:
             turned = np.cross(np.eye(3)[None], seen[(k + 2) % 3][:, None])  # [c] by rows
             block = each[:, None, None] / 6.0 * turned.transpose(0, 2, 1)
             one, two = place[:, k], place[:, (k + 1) % 3]
-            np.add.at(total, (one, slice(None), two), -block)
-            np.add.at(total, (two, slice(None), one), -block.transpose(0, 2, 1))
+            there: Any = (one, slice(None), two)
+            back: Any = (two, slice(None), one)
+            np.add.at(total, there, -block)
+            np.add.at(total, back, -block.transpose(0, 2, 1))
         return total.reshape(3 * size, 3 * size)
 
     @property

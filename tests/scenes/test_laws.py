@@ -122,7 +122,7 @@ def test_mistakes_are_named(entry):
 
 def test_a_formula_outside_of_a_tissue_is_no_part_of_a_scene():
     found = refused("spring force of e = 3 N", tissue="plain")
-    assert found.code == "TIS303"
+    assert found.code == "TIS115"
     assert "inside a tissue" in found.hint
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 from tissuec.core.errors import Note, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
@@ -255,12 +255,7 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 "or put it into the block it belongs to",
             )
         case s.Function():
-            findings.reject(
-                "TIS303",
-                f'"{item.name.text}" is no part of a scene',
-                item.span,
-                hint="formulas of springs and dashpots stand inside a tissue",
-            )
+            reject_function(item, findings)
         case s.Sentence() | s.Block():
             first = item.name.words.split(" ")[0] if item.name.words else item.name.text
             if first in TOP_LEVEL:
@@ -279,3 +274,15 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
             )
         case _:
             raise AssertionError(item)
+
+
+def reject_function(item: s.Function, findings: Findings) -> NoReturn:
+    """Reject a formula where none can stand; what was meant may be a name of several words."""
+    word, text = item.argument.word, item.argument.value.span.text
+    findings.reject(
+        "TIS115",
+        f'"{word}" cannot stand inside a name',
+        item.argument.span,
+        hint=f'write the name in quotes: "{item.name.text} {word} {text}"; formulas of springs '
+        "and dashpots stand inside a tissue",
+    )
