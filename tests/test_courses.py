@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from tests.hand_net import chain, span, start
-from tissuec.courses import Course, monotone_slopes
+from tissuec.core.interpolation import monotone_slopes
+from tissuec.courses import Course
 from tissuec.situation import Load, Motion, Term, Turn
 
 TIMES = np.array([0.0, 0.3, 0.4, 1.0])

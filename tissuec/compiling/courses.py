@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissuec.core.errors import CompileError, alternatives
+from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
-from tissuec.courses import Course, CourseKind, monotone_slopes
+from tissuec.courses import Course, CourseKind
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
 from tissuec.scene.imports import read_source

@@ -7,6 +7,7 @@ import numpy as np
 
 from tissuec.core import units
 from tissuec.core.fields import Several
+from tissuec.core.interpolation import monotone_slopes
 from tissuec.laws import SPRING_LAWS, E
 from tissuec.laws.formula import Formula, Spline
 
@@ -39,7 +40,7 @@ class Curve:
     def force(self) -> Formula:
         """Return the curve, straight behind both of its ends."""
         places, values = np.array(self.elongations), np.array(self.forces)
-        slope = self._slopes(places, values)
+        slope = monotone_slopes(places, values)
         width = np.diff(places)
         secant = np.diff(values) / width
         bend = (3.0 * secant - 2.0 * slope[:-1] - slope[1:]) / width
@@ -48,17 +49,3 @@ class Curve:
         last = (values[-1], slope[-1], 0.0, 0.0)
         rows = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in (*pieces, last))
         return Spline(E, tuple(map(float, places)), rows, float(slope[0]))
-
-    @staticmethod
-    def _slopes(places: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the slopes at the points: weighted harmonic means, and secants at the ends."""
-        width = np.diff(places)
-        secant = np.diff(values) / width
-        slope = np.empty(len(places))
-        slope[0], slope[-1] = secant[0], secant[-1]
-        left, right = secant[:-1], secant[1:]
-        one, two = 2.0 * width[1:] + width[:-1], width[1:] + 2.0 * width[:-1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            mean = (one + two) / (one / left + two / right)
-        slope[1:-1] = np.where(left * right > 0.0, mean, 0.0)
-        return slope
