@@ -72,8 +72,9 @@ def test_warnings_are_shown_quietly_where_they_are_errors(scene, command):
     assert tissuec("check", scene, "-q", cwd=scene.parent).stderr == ""
 
 
-def test_a_failed_expectation_exits_with_1_and_says_what_was_measured(scene):
-    run = tissuec("run", scene, "--set", "pull=2 mm", cwd=scene.parent)
+@pytest.mark.parametrize("quiet", [(), ("-q",)])
+def test_a_failed_expectation_exits_with_1_and_says_what_was_measured(scene, quiet):
+    run = tissuec(*quiet, "run", scene, "--set", "pull=2 mm", cwd=scene.parent)
     assert run.returncode == 1
     assert "FAILED" in run.stderr and "distance(left, right) = 12 mm" in run.stderr
 
@@ -113,6 +114,9 @@ def test_a_diverging_run_exits_with_3_and_keeps_the_former_result(scene):
     assert "pair.tis" in run.stderr
     assert "expectations: 0 of 1 hold, 1 not reached" in run.stderr
     assert (scene.parent / "pair.vtkhdf").read_bytes() == before
+    quietly = tissuec("run", scene, "-q", cwd=scene.parent)
+    assert quietly.returncode == 3
+    assert "the motion grew without bounds" in quietly.stderr
 
 
 def test_several_scenes_run_in_one_call_and_the_worst_exit_code_counts(scene):

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
 from tissuec.bench.points import Gap, Point, Tell, measure
 from tissuec.bench.problem import Problem
@@ -65,10 +67,13 @@ def bench(
     """
     problem = Problem.of(compiled)
     ordered = sorted(set(tolerances), reverse=True)
+    ours: list[Solver] = [EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)]
+    drawn = np.repeat(problem.network.position[None], len(problem.times), axis=0)
+    # A name that is unknown is told before the long work of a reference.
+    chosen([*ours, *rivals(problem, Scales.of(problem, drawn))[0]], methods)
     tell("reference …")
     truth = find_truth(problem, ordered[-1], budget)
     others, left_out = rivals(problem, Scales.of(problem, truth.position))
-    ours: list[Solver] = [EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)]
     solvers = chosen([*ours, *others], methods)
     points, gaps = measure(
         problem, solvers, ordered, truth.position, repeat=repeat, budget=budget, tell=tell

@@ -195,7 +195,10 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     """Say on stderr what came out."""
     outcome, network = result.outcome, compiled.network
     statistics = outcome.statistics
-    settings.say(f"{path}: {outcome.message}")
+    if outcome.kind in ("done", "interrupted"):
+        settings.say(f"{path}: {outcome.message}")
+    else:
+        click.echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
     settings.say(
         f"  {counted(network.node_count, 'node')}, {counted(network.spring_count, 'spring')}; "
         f"{_methods(statistics)}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
@@ -216,8 +219,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     expectations = compiled.plan.expectations
     for failure in outcome.failures:
         span = expectations[failure.expectation].span
-        settings.say(f"  FAILED {span.place}: {span.one_line}")
-        settings.say(f"         at {show(failure.time, TIME)}: {failure.measured}")
+        click.echo(f"  FAILED {span.place}: {span.one_line}", err=True)
+        click.echo(f"         at {show(failure.time, TIME)}: {failure.measured}", err=True)
     if expectations:
         unreached = len(outcome.unreached)
         kept = len(expectations) - len(outcome.failures) - unreached
