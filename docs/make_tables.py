@@ -25,7 +25,8 @@ from tissuec.results.trajectory import Trajectory
 PAGE = Path(__file__).resolve().parent / "numerics.md"
 TOLERANCES = (1e-3, 1e-5, 1e-8)
 SCENES = (
-    "two_masses", "published_net", "hanging_net", "rupture", "sterilisation", "indentation",
+    "two_masses", "published_net", "hanging_net", "rupture", "sterilisation", "bladder",
+    "indentation",
 )  # fmt: skip
 Known = Callable[[np.ndarray], np.ndarray]
 
