@@ -16,7 +16,7 @@ FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
 LEDGER_FLOOR = 1e-8
 # Errors of energies are those of positions and velocities twice, and more between steps. The
 # estimates of higher orders are careful enough for that.
-BALANCE = 0.15  # of the tolerance, where energies are kept
+BALANCE = 0.1  # of the tolerance, where energies are kept
 LOW_ORDER = 4
 JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero

@@ -34,7 +34,8 @@ class Behaviour:
         rest: Floats,
     ):
         self.stiffness, self.damping, self.rest = stiffness, damping, rest
-        found = np.unique(law[law > 0])
+        # Asked for at every look at a spring: most nets have no laws to look for.
+        found = np.unique(law[law > 0]) if len(laws) > 1 else ()
         self._curved = [(laws[k], np.flatnonzero(law == k)) for k in found]
 
     @property
