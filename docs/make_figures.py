@@ -3,13 +3,15 @@
     python docs/make_figures.py
 
 needs matplotlib (``pip install matplotlib``) and takes about ten seconds. Nothing in the
-pictures is drawn by hand: nets and forces are read from the result file of
-``library/scenes/sterilisation.tis``, and words from ``library/fuzzy/soft_tissue.tis``.
+pictures is drawn by hand: nets, forces and pressures are read from the result files of
+``sterilisation.tis`` and ``bladder.tis`` in ``library/scenes``, words from
+``library/fuzzy/soft_tissue.tis``, and laws from their formulas.
 """
 
 import tempfile
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -23,6 +25,7 @@ from PIL import Image
 
 from tissuec.core.resources import library
 from tissuec.fuzzy.sets import Shape
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.pipeline import Request, compile_request, read_words, simulate
 from tissuec.results.trajectory import Trajectory
 
@@ -58,6 +61,10 @@ def main() -> None:
         path = run(library() / "scenes" / "sterilisation.tis", Path(folder) / "run.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(overview(trajectory), "sterilisation.png")
+        path = run(library() / "scenes" / "bladder.tis", Path(folder) / "bladder.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(bladder(trajectory), "bladder.png")
+    save(laws(), "laws.png")
     save(words(), "words.png")
 
 
@@ -140,6 +147,71 @@ def mark(axes: plt.Axes, trajectory: Trajectory) -> None:
                 f" {event.kind}", (event.time, 1.0), xycoords=("data", "axes fraction"),
                 fontsize=8, va="top", color="#666666",
             )  # fmt: skip
+
+
+def laws() -> plt.Figure:
+    """Return the forces of the laws against elongation and speed, by their own formulas."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), layout="constrained")
+    strain = np.linspace(-0.1, 0.25, 701)
+    values = {"c": np.float64(1.0), "rest": np.float64(1.0), "e": strain}
+    chosen: tuple[tuple[str, dict[str, Any]], ...] = (
+        ("linear", {}),
+        ("exponential", {"stiffening": 8.0}),
+        ("toe", {"strain": 0.1}),
+        ("tension only", {}),
+        ("dead band", {"slack": 0.05}),
+        ("curve", {"elongations": (-0.1, 0.0, 0.1, 0.2), "forces": (-0.05, 0.0, 0.15, 0.17)}),
+    )
+    for name, entries in chosen:
+        force = SPRING_LAWS[name](**entries).force().at(values)
+        left.plot(100.0 * strain, force, label=name)
+    left.set(xlabel="elongation in % of the rest length", ylabel="force over c L0")
+    left.legend(frameon=False)
+    speed = np.linspace(-2.0, 2.0, 401)
+    for exponent in (0.5, 1.0, 2.0):
+        law = VISCOSITY_LAWS["power"](exponent=exponent, speed=1.0).force()
+        force = law.at({"d": np.float64(1.0), "w": speed})
+        right.plot(speed, force, label=f"power, exponent {exponent:g}")
+    right.set(xlabel="speed over v", ylabel="force over d v")
+    right.legend(frameon=False)
+    return figure
+
+
+def bladder(trajectory: Trajectory) -> plt.Figure:
+    """Return volume, pressure and the wall at three times."""
+    figure = plt.figure(figsize=(8.0, 3.2), layout="constrained")
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.0))
+    axes = figure.add_subplot(grid[0])
+    for name, scale, unit, colour in (
+        ("volume", 1e6, "ml", BLUE), ("pressure", 1e-3, "kPa", RED),
+    ):  # fmt: skip
+        log = trajectory.logs[f"{name} of bladder"]
+        axes.plot(log.time, scale * log.value[:, 0], color=colour)
+        axes.set(xlabel="time in s")
+        axes.set_ylabel(f"{name} in {unit}", color=colour)
+        if name == "volume":
+            axes = axes.twinx()
+            axes.grid(visible=False)
+    wall = figure.add_subplot(grid[1], aspect="equal")
+    ends = trajectory.network.ends
+    moments = (
+        (0.0, GREEN, "drawn"),
+        (0.39, RED, "filled"),
+        (0.41, BLUE, "10 ms after the cut"),
+    )
+    for time, colour, label in moments:
+        frame = int(np.argmin(np.abs(trajectory.times - time)))
+        place = 1e3 * trajectory.position[frame]
+        near = np.abs(place[:, 1]) < 12.0
+        alive = near[ends].all(axis=1)
+        lines = place[ends[alive]][:, :, [0, 2]]
+        wall.add_collection(
+            LineCollection(list(lines), colors=colour, linewidths=0.8, label=label)
+        )
+    wall.autoscale()
+    wall.set(xlabel="x in mm", ylabel="z in mm")
+    wall.legend(frameon=False, loc="center")
+    return figure
 
 
 def words() -> plt.Figure:
