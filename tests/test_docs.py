@@ -31,6 +31,7 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.render import render
+from tissuec.laws import SPRING_LAWS
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.pipeline import Request, check_request
@@ -213,7 +214,7 @@ def pattern_of(line: str) -> str:
 @pytest.fixture
 def families_stay():
     """Undo what a page adds to the families."""
-    families = (MESHES, VERBS, MEASURES, INTEGRATORS)
+    families = (MESHES, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS)
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]
     yield
