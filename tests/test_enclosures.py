@@ -8,10 +8,13 @@ from scipy.integrate import solve_ivp
 
 from tests.engine.running import TIERS, Bench
 from tests.hand_net import make_net, span
+from tissuec import mechanics
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure, open_edges
+from tissuec.engine.stability import spectral_radius
 from tissuec.meshes import MESHES
 from tissuec.situation import Situation
+from tissuec.statics.settling import settle
 
 RADIUS, MODULUS = 0.02, 1e4
 
@@ -158,3 +161,38 @@ def test_open_and_empty_surfaces_are_refused():
         Enclosure.of(flat, "net", MODULUS, span())
     with pytest.raises(ValueError, match="not a body"):
         Enclosure.of(net, "else", MODULUS, span())
+
+
+def test_fastest_motion_is_that_of_springs_and_pressure_together():
+    net, enclosure = ball(1, mass=1e-3, stiffness=3.0)
+    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
+    situation.enclosures = {"net": replace(enclosure, modulus=1e6)}
+    inside = situation.enclosures["net"]
+    matrix = inside.stiffness(net.position)
+    for a, b in net.ends:
+        n = net.position[b] - net.position[a]
+        n /= np.linalg.norm(n)
+        block = 3.0 * np.outer(n, n)
+        for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+            matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * block
+    fastest = np.sqrt(np.linalg.eigvalsh(matrix / 1e-3)[-1])
+    found = spectral_radius(situation)
+    assert fastest < found < 1.1 * fastest
+    situation.enclosures = {}
+    assert spectral_radius(situation) < 0.5 * found
+
+
+def test_a_ball_under_pressure_settles_where_all_forces_balance():
+    net, enclosure = ball(1, mass=2e-3, stiffness=40.0)
+    situation = Situation.start(net, gravity=np.array([0.0, 0.0, -9.81]), drag=0.0)
+    situation.holders["fix"] = np.flatnonzero(net.position[:, 2] > 0.8 * RADIUS)
+    situation.enclosures = {"net": enclosure.swollen(0.3, Course("constant", 0.0, np.inf))}
+    settle(situation, np.ones(net.node_count, dtype=bool))
+    still = np.zeros_like(net.position)
+    left = mechanics.inner_forces(situation, 0.0, situation.position, still)
+    left += situation.mass[:, None] * situation.gravity
+    largest = np.abs(forces(situation.enclosures["net"], situation.position)).max()
+    free = ~situation.held
+    assert largest > 1e-3
+    assert np.abs(left[free]).max() < 1e-9 * largest
+    assert np.abs(situation.position - net.position)[free].max() > 1e-3 * RADIUS

@@ -18,7 +18,7 @@ from tissuec.engine.contest import Contest, candidate_for, cost_of, evaluation_t
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
 from tissuec.engine.outbox import Outbox
-from tissuec.engine.state import first_step, new_progress, new_task, new_work
+from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
 from tissuec.engine.tiers import (
     REVIEW,
     WORTHWHILE,
@@ -126,6 +126,8 @@ class Engine:
             )
         self._load(situation)
         if self.method.ledger:
+            least = max(self._task.least, least_pressure(situation, self._task.floor))
+            self._task = self._task._replace(least=least)
             present = mechanics.energies(
                 situation, situation.time, situation.position, situation.velocity
             )

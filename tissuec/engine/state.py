@@ -9,11 +9,13 @@ from tissuec.engine.unknowns import no_solver
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Buffer, Progress, Task, Work
 from tissuec.network import Floats, Network
+from tissuec.situation import Situation
 
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
-# Where energies are kept, they are to be true of the smallest motions as well.
-LEDGER_FLOOR = 1e-8
+# Where energies are kept, they are to be true of smaller motions as well: of those of which
+# rounding leaves more digits than the tolerance asks for.
+LEDGER_FLOOR, LEDGER_DIGITS = 1e-8, 1e-12
 # Errors of energies are those of positions and velocities twice, and more between steps. The
 # estimates of higher orders are careful enough for that.
 BALANCE = 0.1  # of the tolerance, where energies are kept
@@ -103,13 +105,14 @@ def new_task(
     ledger: bool,
 ) -> Task:
     """Return what stays the same in all calls of a run; the rest is filled in per call."""
+    least = min(max(LEDGER_FLOOR, LEDGER_DIGITS / tolerance), FLOOR) if ledger else FLOOR
     if ledger and integrator.order <= LOW_ORDER:
         tolerance *= BALANCE
     extent = network.extent
     # Nodes that all coincide in the drawing have no size; the springs may tell one.
     size = extent or float(network.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
-    floor = max((LEDGER_FLOOR if ledger else FLOOR) * size, TINIEST)
+    floor = max(least * size, TINIEST)
     return Task(
         until=0.0,
         evaluations=0,
@@ -131,6 +134,13 @@ def _least_energy(network: Network, floor: float, duration: float) -> float:
     stored = 0.5 * float(network.stiffness.max(initial=0.0)) * floor**2
     carried = 0.5 * float(network.mass.sum()) * (floor / duration) ** 2 if duration else 0.0
     return max(stored, carried)
+
+
+def least_pressure(situation: Situation, floor: float) -> float:
+    """Return what enclosed volumes store by a displacement too small to measure by [J]."""
+    strain = 3.0 * floor / (situation.network.extent or 1.0)
+    parts = (part.modulus * float(part.drawn.sum()) for part in situation.enclosures.values())
+    return 0.5 * sum(parts) * strain**2
 
 
 def first_step(layout: Layout, integrator: type[Integrator], duration: float) -> float:
