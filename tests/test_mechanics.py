@@ -73,12 +73,12 @@ def test_a_batch_gives_what_each_of_its_states_gives_to_the_last_bit():
     situation.holders["fix"] = np.array([2])
     batch = np.stack([position, 2 * position, position + velocity]), np.stack([velocity] * 3)
     forces = mechanics.spring_forces(situation, *batch)
-    energies = mechanics.energies(situation, *batch)
+    energies = mechanics.energies(situation, 0.0, *batch)
     on = mechanics.pull_on(situation, *batch, np.array([1, 5]))
     for sample in range(3):
         state = batch[0][sample], batch[1][sample]
         assert np.array_equal(forces[sample], mechanics.spring_forces(situation, *state))
-        single = mechanics.energies(situation, *state)
+        single = mechanics.energies(situation, 0.0, *state)
         assert [e[sample] for e in energies] == pytest.approx(list(single), rel=1e-15)
         assert on[sample] == pytest.approx(
             mechanics.pull_on(situation, *state, np.array([1, 5]))
@@ -101,7 +101,7 @@ def test_energies_of_a_hanging_chain_count_free_nodes_and_live_springs_only():
     situation.holders["fix"] = np.array([0])
     situation.alive = np.array([True, False])
     velocity = np.ones((3, 3))
-    energies = mechanics.energies(situation, network.position, velocity)
+    energies = mechanics.energies(situation, 0.0, network.position, velocity)
     assert float(energies.kinetic) == pytest.approx(0.5 * (3 + 4) * 3)
     assert float(energies.elastic) == pytest.approx(0.5 * 10 * 0.25)
     assert float(energies.gravity) == pytest.approx(10 * (3 * 1 + 4 * 2))
@@ -125,7 +125,7 @@ def test_a_net_without_springs_or_nodes_has_no_forces_and_no_energy():
         situation = start(make_net(np.zeros((nodes, 3)), []))
         state = situation.position, situation.velocity
         assert mechanics.spring_forces(situation, *state).shape == (nodes, 3)
-        assert float(mechanics.energies(situation, *state).total) == 0.0
+        assert float(mechanics.energies(situation, 0.0, *state).total) == 0.0
 
 
 def test_energies_of_a_sample_do_not_depend_on_the_others():
@@ -135,8 +135,8 @@ def test_energies_of_a_sample_do_not_depend_on_the_others():
     situation.gravity = np.array([0.1, 0.2, -9.81])
     random = np.random.default_rng(1)
     many = position + random.normal(size=(37, 8, 3)), velocity + random.normal(size=(37, 8, 3))
-    together = mechanics.energies(situation, *many)
+    together = mechanics.energies(situation, 0.0, *many)
     for sample in range(37):
-        alone = mechanics.energies(situation, many[0][sample], many[1][sample])
+        alone = mechanics.energies(situation, 0.0, many[0][sample], many[1][sample])
         for part, whole in zip(alone, together, strict=True):
             assert part == whole[sample]

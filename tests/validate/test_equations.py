@@ -66,7 +66,7 @@ def test_forces_are_minus_the_slope_of_the_elastic_energy():
         for axis in range(3):
             shift = np.zeros((6, 3))
             shift[node, axis] = h
-            rise = [equations.energies(moved + s, still).elastic for s in (shift, -shift)]
+            rise = [equations.energies(0.0, moved + s, still).elastic for s in (shift, -shift)]
             slope = (rise[0] - rise[1]) / (2.0 * h)
             assert forces[node, axis] == pytest.approx(-slope, abs=1e-7)
 
@@ -78,9 +78,10 @@ def test_independent_formulas_agree_with_those_of_logs():
     springs = equations.pull(moved, situation.velocity)
     theirs = mechanics.spring_forces(situation, situation.position, situation.velocity)
     assert equations.node_forces(springs) == pytest.approx(theirs, rel=1e-12, abs=1e-12)
-    ours = equations.energies(moved, situation.velocity)
+    ours = equations.energies(situation.time, moved, situation.velocity)
     assert ours == pytest.approx(
-        mechanics.energies(situation, situation.position, situation.velocity), rel=1e-12
+        mechanics.energies(situation, situation.time, situation.position, situation.velocity),
+        rel=1e-12,
     )
 
 
@@ -91,7 +92,7 @@ def test_energy_rises_by_work_less_what_is_lost():
     y, time, h = unknowns(situation, equations), 0.4, 1e-5
 
     def total(t, z):
-        return equations.energies(*equations.spread(t, z)).total
+        return equations.energies(t, *equations.spread(t, z)).total
 
     rate = equations.rate(time, y)
     slope = (total(time + h, y + h * rate) - total(time - h, y - h * rate)) / (2.0 * h)
