@@ -176,8 +176,7 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         script = reader.read(single["script"].items)
         if script.is_whole:  # else what was left out may hold what is moved or released
             findings.extend(check_holds(script.events, certain=not script.triggers))
-        # An action that is repeated is one object.
-        for action in {id(event.action): event.action for event in _events(script)}.values():
+        for action in (event.action for event in _events(script)):
             if isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)
     outputs = OutputReader(

@@ -11,7 +11,7 @@ is p ∂V/∂x. With corners a, b, c of the triangles as seen from one of them, 
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.network import Floats, Indices, Network
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,6 +169,26 @@ class Enclosure:
             np.add.at(total, there, -block)
             np.add.at(total, back, -block.transpose(0, 2, 1))
         return total.reshape(3 * size, 3 * size)
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ``stiffness``, and ``bending`` if ``exact``, among the nodes that may move.
+
+        Args:
+            number: Of each node of the scene among those that may move, -1 for others.
+            size: How many may move; the matrix is of shape (3 size, 3 size).
+        """
+        from scipy.sparse import coo_matrix
+
+        block = self.stiffness(position)
+        if exact:
+            block += self.bending(time, position)
+        place = (3 * number[self.nodes][:, None] + np.arange(3)).ravel()
+        moves = np.flatnonzero(place >= 0)
+        row, column = np.meshgrid(place[moves], place[moves], indexing="ij")
+        values = block[np.ix_(moves, moves)].ravel()
+        return coo_matrix((values, (row.ravel(), column.ravel())), shape=(3 * size, 3 * size))
 
     @property
     def nodes(self) -> Indices:

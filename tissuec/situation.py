@@ -176,6 +176,11 @@ class Situation:
             self.rest[chosen],
         )
 
+    def enclosure(self, body: str) -> Enclosure | None:
+        """Return the volume of a body that is kept, None without one."""
+        found = (e for name, e in self.enclosures.items() if name.lower() == body.lower())
+        return next(found, None)
+
     def let_leak(self) -> list[Enclosure]:
         """Give up the volumes whose surface is torn, and return them; they keep no pressure."""
         torn = [e for e in self.enclosures.values() if not self.alive[e.edges].all()]

@@ -95,6 +95,36 @@ class Bench:
             self.engine.finish(self.situation)
         return self.ran(end)
 
+    def keep_checkpoints(self, samples):
+        """Return a list that fills while this runs: all that a later run can go on from.
+
+        Each entry: batches recorded so far, time, positions, velocities, and the engine's state.
+
+        Args:
+            samples: Of the buffer; a small one is emptied often.
+        """
+        kept, outbox = [], self.engine._outbox
+
+        def keep(batch):
+            self.batches.append(batch)
+            state = self.engine.checkpoint()
+            if state is not None:
+                now = self.situation
+                place, speed = now.position.copy(), now.velocity.copy()
+                kept.append((len(self.batches), now.time, place, speed, state))
+
+        outbox._record = keep
+        parts = ("time", "position", "velocity", "ledger")
+        few = {name: getattr(outbox.buffer, name)[:samples] for name in parts}
+        outbox.buffer = outbox.buffer._replace(**few)
+        return kept
+
+    def restore(self, time, position, velocity, state):
+        """Go on from a checkpoint."""
+        self.situation.time = time
+        self.situation.position[:], self.situation.velocity[:] = position, velocity
+        self.engine.restore(self.situation, state)
+
     def ran(self, end):
         parts = [np.concatenate(part) for part in zip(*self.batches, strict=True)]
         return Ran(*parts, end, self.situation, self.engine)

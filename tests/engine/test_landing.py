@@ -243,30 +243,12 @@ def test_tier_changes_in_mid_run_by_evaluations_and_the_motion_goes_on(monkeypat
 def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, tier):
     asked = {"tolerance": 1e-2, "tier": tier}
     whole = suited_tube(method, **asked)
-    kept = []
-
-    def keep(samples):
-        whole.batches.append(samples)
-        state = whole.engine.checkpoint()
-        if state is not None:
-            now = whole.situation
-            kept.append(
-                (len(whole.batches), now.time, now.position.copy(), now.velocity.copy(), state)
-            )
-
-    outbox = whole.engine._outbox
-    outbox._record = keep
-    # A buffer of four samples is emptied every few steps.
-    parts = ("time", "position", "velocity", "ledger")
-    four = {name: getattr(outbox.buffer, name)[:4] for name in parts}
-    outbox.buffer = outbox.buffer._replace(**four)
+    kept = whole.keep_checkpoints(4)  # which is emptied every few steps
     complete = whole.run(0.17)
     assert len(kept) > 5
     for count, time, position, velocity, state in kept[1 : -1 : max(1, len(kept) // 4)]:
         later = suited_tube(method, **asked)
-        later.situation.time = time
-        later.situation.position[:], later.situation.velocity[:] = position, velocity
-        later.engine.restore(later.situation, state)
+        later.restore(time, position, velocity, state)
         rest = later.run(*([0.17] if time < 0.17 else []))
         before = sum(len(batch.time) for batch in whole.batches[:count])
         assert rest.position.tobytes() == complete.position[before:].tobytes()

@@ -5,44 +5,27 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from tissuec.bench.driven import DrivenSolver
 from tissuec.bench.kernel import Kernel
-from tissuec.bench.problem import Problem
-from tissuec.bench.scales import Scales
-from tissuec.bench.trial import Deadline, Failed, Trial
-from tissuec.bench.walking import walk
+from tissuec.bench.trial import Deadline, Failed
 from tissuec.network import Floats
 
 METHODS = ("BDF", "Adams")
-FINEST = 1e-13
 LARGEST_BAND = 2e7  # numbers in a band up to which it is kept; above, solving iterates
 KRYLOV = 30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CvodeSolver:
+class CvodeSolver(DrivenSolver):
     """CVODE with a banded Jacobian by differences, or with GMRES for wide nets."""
 
-    problem: Problem
-    method: str
-    scales: Scales
-    ours: bool = False
+    library: ClassVar[str] = "CVODE"
 
-    @property
-    def name(self) -> str:
-        return f"CVODE {self.method}"
-
-    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
-        """Return a run at a tolerance; see ``Solver``."""
-
-        def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:
-            return self._integrate(kernel, times, max(tolerance, FINEST), deadline)
-
-        return walk(self.problem, integrate)
-
-    def _integrate(
+    def integrate(
         self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
     ) -> tuple[Floats, Floats]:
         from sksundae.cvode import CVODE  # pyright: ignore[reportMissingImports]

@@ -1,47 +1,29 @@
 """SciPy's solvers on the engine's compiled forces."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tissuec.bench.driven import DrivenSolver
 from tissuec.bench.kernel import Kernel
-from tissuec.bench.problem import Problem
-from tissuec.bench.scales import Scales
-from tissuec.bench.trial import Deadline, Failed, Trial
-from tissuec.bench.walking import walk
+from tissuec.bench.trial import Deadline, Failed
 from tissuec.network import Floats
 
 EXPLICIT = ("RK23", "RK45", "DOP853")
 IMPLICIT = ("Radau", "BDF", "LSODA")
-FINEST = 1e-13
 # Unknown coordinates up to which matrices are kept; more would take minutes and gigabytes.
 LARGEST = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SciPySolver:
+class SciPySolver(DrivenSolver):
     """One of SciPy's methods, with the pattern or band of its Jacobian where it takes one."""
 
-    problem: Problem
-    method: str
-    scales: Scales
-    ours: bool = False
+    library: ClassVar[str] = "SciPy"
 
-    @property
-    def name(self) -> str:
-        return f"SciPy {self.method}"
-
-    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
-        """Return a run at a tolerance; see ``Solver``."""
-
-        def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:
-            return self._integrate(kernel, times, max(tolerance, FINEST), deadline)
-
-        return walk(self.problem, integrate)
-
-    def _integrate(
+    def integrate(
         self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
     ) -> tuple[Floats, Floats]:
         with np.errstate(all="ignore"):

@@ -21,13 +21,19 @@ from tissuec.laws import LINEAR, Law
 from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
+from tissuec.scene.laws import LAW_KINDS
 from tissuec.scene.model import Given, Tissue
 from tissuec.scene.quantities import QUANTITIES
 
 #: An array of the network and where its numbers are from.
 Explained: TypeAlias = tuple[Floats, Provenance]
 #: Which law replaces the use of a quantity, and as what its formula would use it.
-_USES = {"spring constant": ("spring law", "c"), "viscosity": ("viscosity law", "d")}
+_USES = {
+    name: (kind.word, variable)
+    for kind in LAW_KINDS
+    for name, (variable, _) in kind.names.items()
+    if name in QUANTITIES
+}
 
 
 @dataclass(frozen=True, slots=True)

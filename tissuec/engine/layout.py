@@ -127,6 +127,9 @@ class Layout:
             law=law,
             laws=situation.network.laws,
         )
+        # Kept, because features are asked for at every call of the stepping code.
+        self._viscous = self.springs.behaviour().is_viscous
+        self._laws = self.springs.laws if law.any() else ()
 
     def _select(self, situation: Situation) -> Bools:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
@@ -140,19 +143,19 @@ class Layout:
     def features(self) -> Features:
         """Return what the stepping code must be able to do."""
         return Features(
-            viscous=self.springs.behaviour().is_viscous,
+            viscous=self._viscous,
             watched=self.watched,
             ledger=self.ledger,
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
-            laws=self.springs.laws if self.springs.law.any() else (),
+            laws=self._laws,
         )
 
     def loss(self) -> str:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
-        if self.springs.behaviour().is_viscous or self.situation.drag:
+        if self._viscous or self.situation.drag:
             return "there is viscosity"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
         if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):

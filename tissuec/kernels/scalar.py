@@ -161,8 +161,9 @@ def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) 
 def slack(x: Floats, x_end: Floats, net: Net) -> float:
     """Return how far nodes may move before a spring can turn over; -1 if one has already [m].
 
-    To turn over is to turn by more than a right angle; springs without length at rest, whose
-    forces do not jump then, do not count.
+    To turn over is to keep, along where it pointed before, less than the part ``LEFT`` of the
+    longer of both lengths. Springs without length at rest, whose forces do not jump then, do
+    not count.
     """
     first, other = net.first, net.other
     shortest = inf

@@ -19,7 +19,6 @@ _ARRAYS: dict[str, Any] = {
     "sin": np.sin,
     "cos": np.cos,
 }
-FUNCTIONS = (*_ARRAYS, "abs", "min", "max")
 
 
 class Formula:
@@ -298,7 +297,7 @@ def as_formula(value: "Formula | float") -> Formula:
 
 
 def apply(function: str, arguments: "tuple[Formula, ...]") -> Formula:
-    """Return a function of ``FUNCTIONS`` of its argument, or for extremes of several."""
+    """Return a smooth function, abs, min or max of arguments; only extremes take several."""
     first, *others = arguments
     match function:
         case "abs":

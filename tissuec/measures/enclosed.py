@@ -11,15 +11,10 @@ from tissuec.network import Network
 _NOWHERE = Span(Source("", ""), 0, 0)
 
 
-def preserved(subject: Subject, moment: Moment) -> Enclosure | None:
-    """Return the preserved volume of a body, None where none is."""
-    enclosures = moment.situation.enclosures
-    return next((e for n, e in enclosures.items() if n.lower() == subject.name.lower()), None)
-
-
 def surface_of(subject: Subject, moment: Moment) -> Enclosure | None:
     """Return what the surface of a body encloses, None where it is open."""
-    return preserved(subject, moment) or _closed(moment.situation.network, subject.name)
+    situation = moment.situation
+    return situation.enclosure(subject.name) or _closed(situation.network, subject.name)
 
 
 @lru_cache(maxsize=16)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from tissuec.core import units
 from tissuec.measures import MEASURES, Subject
-from tissuec.measures.enclosed import preserved
 from tissuec.measures.moment import Moment
 from tissuec.measures.scalar import Scalar, one_column
 from tissuec.network import Floats
@@ -21,7 +20,7 @@ class Pressure(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        enclosure = preserved(subjects[0], moment)
+        enclosure = moment.situation.enclosure(subjects[0].name)
         if enclosure is None:
             return one_column(0.0, moment)
         each = enclosure.pressures(moment.time, moment.position) * enclosure.drawn

@@ -166,7 +166,7 @@ class _BodyReader:
             )
 
     def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:
-        kind = _word(item, self.scope, example="mesh is tube { … }")
+        kind = schema.word_of(item, self.scope, example="mesh is tube { … }")
         if kind.key not in MESHES:
             self.findings.reject(
                 "TIS305",
@@ -192,7 +192,7 @@ class _BodyReader:
         )
 
     def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
-        name = _word(item, self.scope, example="tissue is fallopian tube")
+        name = schema.word_of(item, self.scope, example="tissue is fallopian tube")
         self.declarations.find("tissue", name, self.findings)
         if name.key not in self.tissues:
             self.findings.stop()  # the tissue itself was found wrong
@@ -257,20 +257,3 @@ class _BodyReader:
                 hint="write mesh is explicit",
             )
         return None
-
-
-def _word(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
-    """Return the single word behind ``is``."""
-    if (
-        isinstance(item, s.Assign)
-        or item.phrase is None
-        or item.phrase.kind != "word"
-        or item.clauses
-    ):
-        scope.findings.reject(
-            "TIS312",
-            f'"{item.name.text}" is chosen with a word',
-            item.span,
-            hint=f"for example: {example}",
-        )
-    return item.phrase.words[0]

@@ -71,12 +71,7 @@ def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:
 
 
 def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLaw:
-    if item.phrase is None or item.phrase.kind != "word" or item.clauses:
-        hint = f"for example: {kind.word} is linear"
-        scope.findings.reject(
-            "TIS312", f"{kind.word} is chosen with a word", item.span, hint=hint
-        )
-    name = item.phrase.words[0]
+    name = schema.word_of(item, scope, example=f"{kind.word} is linear")
     if name.key not in kind.family:
         scope.findings.reject(
             "TIS305",

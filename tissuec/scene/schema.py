@@ -245,6 +245,23 @@ def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
     return item.phrase.words[0].key
 
 
+def word_of(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
+    """Return the single word behind ``is``."""
+    if (
+        isinstance(item, s.Assign)
+        or item.phrase is None
+        or item.phrase.kind != "word"
+        or item.clauses
+    ):
+        scope.findings.reject(
+            "TIS312",
+            f'"{item.name.text}" is chosen with a word',
+            item.span,
+            hint=f"for example: {example}",
+        )
+    return item.phrase.words[0]
+
+
 def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tuple[Any, Any]:
     if not isinstance(item, s.Sentence) or [c.word for c in item.clauses] != ["from", "to"]:
         _wrong_form(entry, item, scope)

@@ -188,14 +188,11 @@ class Balance:
             columns.append(np.broadcast_to(column, (len(column), 3, 3)).ravel())
             values.append((sign * block[moves]).ravel())
         for enclosure in self._enclosures:
-            block = enclosure.stiffness(bars.position)
-            if exact:
-                block += enclosure.bending(self._time, bars.position)
-            place = (3 * self._number[enclosure.nodes][:, None] + np.arange(3)).ravel()
-            moves = np.flatnonzero(place >= 0)
-            row, column = np.meshgrid(place[moves], place[moves], indexing="ij")
-            rows.append(row.ravel())
-            columns.append(column.ravel())
-            values.append(block[np.ix_(moves, moves)].ravel())
+            pressed = enclosure.matrix(
+                self._time, bars.position, self._number, len(self.free), exact=exact
+            )
+            rows.append(pressed.row)
+            columns.append(pressed.col)
+            values.append(pressed.data)
         parts = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         return csc_matrix(coo_matrix(parts, shape=(size, size)))

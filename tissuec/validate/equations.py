@@ -120,9 +120,13 @@ class Equations:
         moved = (position - self.drawn)[self.free]
         return np.concatenate([moved.ravel(), velocity[self.free].ravel(), [work, lost]])
 
+    def _inside(self, time: float) -> float:
+        """Return a time of the stretch at which no course is taken from outside of it [s]."""
+        return min(max(time, self.window[0]), self.window[1])
+
     def spread(self, time: float, y: Floats) -> tuple[Floats, Floats]:
         """Return displacements [m] and velocities [m/s] of all nodes, shape (node, 3) each."""
-        inside = min(max(time, self.window[0]), self.window[1])
+        inside = self._inside(time)
         moved, velocity = self._still.copy(), np.zeros((self.count, 3))
         for motion in self.motions:
             place, velocity[motion.nodes] = motion.at(inside)
@@ -151,14 +155,14 @@ class Equations:
     def inner_forces(self, time: float, moved: Floats, springs: Springs) -> Floats:
         """Return what springs and enclosed volumes do to every node [N], shape (node, 3)."""
         forces = self.node_forces(springs)
-        inside = min(max(time, self.window[0]), self.window[1])
+        inside = self._inside(time)
         for enclosure in self.enclosures:
             enclosure.add_forces(inside, self.drawn + moved, forces)
         return forces
 
     def outside(self, time: float) -> Floats:
         """Return the external forces on all nodes [N], shape (node, 3)."""
-        inside = min(max(time, self.window[0]), self.window[1])
+        inside = self._inside(time)
         total = np.zeros((self.count, 3))
         for load in self.loads:
             total[load.nodes] += load.at(inside)
@@ -170,7 +174,7 @@ class Equations:
         springs = self.pull(moved, velocity)
         forces = self.inner_forces(time, moved, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
-        inside = min(max(time, self.window[0]), self.window[1])
+        inside = self._inside(time)
         work += sum(e.pumping(inside, self.drawn + moved) for e in self.enclosures)
         own = velocity[self.free]
         acting = forces[self.free] - self.drag * own
@@ -230,7 +234,7 @@ class Equations:
 
     def energies(self, time: float, moved: Floats, velocity: Floats) -> Energies:
         """Return the energies of a state."""
-        inside = min(max(time, self.window[0]), self.window[1])
+        inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.enclosures)
         own = velocity[self.free]
         stretch = self.pull(moved, velocity).length - self.rest

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.optimize import minimize
-from scipy.sparse import coo_matrix, csr_matrix, identity
+from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
 from tissuec.network import Floats
@@ -189,11 +189,6 @@ class Field:
         number = np.full(self._equations.count, -1)
         number[self.free] = np.arange(len(self.free))
         for enclosure in self._equations.enclosures:
-            block = enclosure.stiffness(place) + enclosure.bending(self._time, place)
-            where = (3 * number[enclosure.nodes][:, None] + np.arange(3)).ravel()
-            inside = np.flatnonzero(where >= 0)
-            row, column = np.meshgrid(where[inside], where[inside], indexing="ij")
-            values = block[np.ix_(inside, inside)].ravel()
-            part = coo_matrix((values, (row.ravel(), column.ravel())), shape=matrix.shape)
+            part = enclosure.matrix(self._time, place, number, len(self.free))
             matrix = (matrix + part).tocsr()
         return matrix

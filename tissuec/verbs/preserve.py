@@ -84,18 +84,15 @@ class Inflate:
         return cls(order.nodes(), volume, course, order.duration, order.span)
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        name = next(
-            (k for k in situation.enclosures if k.lower() == self.group.name.lower()), None
-        )
-        if name is None:
+        enclosure = situation.enclosure(self.group.name)
+        if enclosure is None:
             message = f"the volume of {self.group.name} is not preserved, or it leaks"
             raise Failed(message, int(self.group.indices[0]), self.span)
-        enclosure = situation.enclosures[name]
         (course,), _ = schedule(agenda, (self.course,), situation.time, self.duration)
         amount = self.volume / float(enclosure.drawn.sum()) - 1.0
         amount -= enclosure.swell(situation.time)[0]
         swollen = enclosure.swollen(amount, course)
-        situation.enclosures = {**situation.enclosures, name: swollen}
+        situation.enclosures = {**situation.enclosures, swollen.name: swollen}
         return (Happening("inflate", (), sentence(self.span), self.span),)
 
 

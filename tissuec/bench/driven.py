@@ -1,0 +1,52 @@
+"""What solvers of other libraries share: they are driven from event to event by our forces."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from tissuec.bench.kernel import Kernel
+from tissuec.bench.problem import Problem
+from tissuec.bench.scales import Scales
+from tissuec.bench.trial import Deadline, Trial
+from tissuec.bench.walking import walk
+from tissuec.network import Floats
+
+FINEST = 1e-13
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenSolver:
+    """A method of a library on the engine's compiled forces.
+
+    Attributes:
+        library: As the tables show it.
+    """
+
+    library: ClassVar[str]
+
+    problem: Problem
+    method: str
+    scales: Scales
+    ours: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"{self.library} {self.method}"
+
+    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+        """Return a run at a tolerance; see ``Solver``."""
+
+        def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:
+            return self.integrate(kernel, times, max(tolerance, FINEST), deadline)
+
+        return walk(self.problem, integrate)
+
+    def integrate(
+        self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
+    ) -> tuple[Floats, Floats]:
+        """Return the unknowns at times within a stretch and at its stop; see ``Integrate``.
+
+        Raises:
+            Failed: It could not go on.
+            OutOfTime: The deadline has passed.
+        """
+        raise NotImplementedError
