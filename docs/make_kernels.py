@@ -91,7 +91,7 @@ def scene(net: Net, *, viscosity: str = "10 mN*s/m") -> str:
     tissue flesh {{ spring constant = 500 N/m; viscosity = {viscosity}; mass = 1 g;
       prestress = 1 %; fraction force = 1 kN }}
     body block {{ {net.body}; tissue is flesh; rupture is allowed }}
-    environment {{ gravity = (0, 0, -9.81) m/s^2 }}
+    environment {{ gravity = (0, 0, 0) m/s^2 }}
     simulate {{ duration = 1000 s; tolerance = 1e-3 }}
     """
 

@@ -98,7 +98,7 @@ class Bench:
     def keep_checkpoints(self, samples):
         """Return a list that fills while this runs: all that a later run can go on from.
 
-        Each entry: batches recorded so far, time, positions, velocities, and the engine's state.
+        Each entry: batches recorded so far, time, positions, velocities, state of the engine.
 
         Args:
             samples: Of the buffer; a small one is emptied often.

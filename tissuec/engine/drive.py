@@ -99,8 +99,8 @@ def drive(
             if IMPLICIT:
                 aim(h, displacement, speed, task, work)
             near = step(time, end, current, work, net)
-            reach = greater(displacement, distance(work.x[1 - current], work.origin))
-            pace = greater(speed, distance(work.v[1 - current], work.zero))
+            reach = greater(displacement, distance(work.x[1 - current], work.origin, work.each))
+            pace = greater(speed, distance(work.v[1 - current], work.zero, work.each))
             ratio = 0.0
             most = energy
             wrong = 0.0
@@ -273,7 +273,7 @@ def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:
 
     Its force jumps where its length vanishes, which estimates of errors may miss.
     """
-    jump = h * distance(work.a[1 - current], work.a[current])
+    jump = h * distance(work.a[1 - current], work.a[current], work.each)
     return jump / (task.jolt * max(pace, task.floor / h) + task.noise / h)
 
 
@@ -314,8 +314,8 @@ def look(
     part = (when - time) / h
     polynomials(work.dense_x, part, work.weights[0])
     polynomials(work.dense_v, part, work.weights[1])
-    combine(work.x[current], h * h, work.weights[0], work.rows, x)
-    combine(work.v[current], h, work.weights[1], work.rows, v)
+    for_x, for_v = work.weights[0], work.weights[1]
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, work.rows, x, v)
     place(when, x, v, net)
     if LEDGER:
         quadrature(work.ledger[current], h, work.weights[1], work.power, ledger)

@@ -40,6 +40,7 @@ def new_work(integrator: type[Integrator], node_count: int) -> Work:
         trial_v=np.zeros(size),
         trial_ledger=np.zeros(2),
         zero=np.zeros(size),
+        each=np.zeros(node_count),
         tableau=integrator.tableau.copy(),
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),

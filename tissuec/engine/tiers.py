@@ -27,6 +27,7 @@ SPRING_COST = 30e-9  # further, per spring [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
     "accumulate",
+    "add_rows",
     "between",
     "blended_error",
     "combine",

@@ -101,8 +101,8 @@ def solve_stage(
     then = time + h * table[2 * stages + 2, stage + 1]
     q = made[0]
     scale(1.0, work.rows[stage], a)
-    combine(work.x[current], h * h, table[stage, :last], work.rows[:last], x)
-    combine(work.v[current], h, table[stages + stage, :last], work.rows[:last], v)
+    rows, for_x, for_v = work.rows[:last], table[stage, :last], table[stages + stage, :last]
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
     place(then, x, v, net)
     before, renewals, near = 0.0, 0, False
     for _ in range(ITERATIONS):
@@ -115,7 +115,7 @@ def solve_stage(
         accumulate(1.0, change, a)
         accumulate(q * q, change, x)
         accumulate(q, change, v)
-        size = distance(change, work.zero)
+        size = distance(change, work.zero, work.each)
         # The first change of a step tells nothing yet about what is left.
         rate = made[1]
         if before > 0.0:
@@ -145,11 +145,11 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     if work.solver.made[0] == 0.0:
         return inf, inf  # Newton's method failed
     table, stages = work.tableau, work.rows.shape[0] - 3
-    rows, last, error = work.rows[: stages + 1], stages + 1, work.trial_x
-    combine(work.zero, h * h, table[2 * stages, :last], rows, error)
-    position = distance(error, work.zero)
-    combine(work.zero, h, table[2 * stages + 1, :last], rows, error)
-    return position, distance(error, work.zero)
+    rows, last, none = work.rows[: stages + 1], stages + 1, work.zero
+    of_x, of_v, each = work.trial_x, work.trial_v, work.each
+    for_x, for_v = table[2 * stages, :last], table[2 * stages + 1, :last]
+    combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v)
+    return distance(of_x, none, each), distance(of_v, none, each)
 
 
 def book(h: float, current: int, work: Work) -> float:

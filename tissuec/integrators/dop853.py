@@ -77,8 +77,8 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
         near |= evaluate_stage(time, h, stage, current, work, net)
     x, v, table = work.x[1 - current], work.v[1 - current], work.tableau
     rows, last = work.rows[: RESULT + 1], RESULT + 1
-    combine(work.x[current], h * h, table[RESULT, :last], rows, x)
-    combine(work.v[current], h, table[STAGES + RESULT, :last], rows, v)
+    for_x, for_v = table[RESULT, :last], table[STAGES + RESULT, :last]
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
     place(end, x, v, net)
     return near
 
@@ -89,22 +89,22 @@ def evaluate_stage(
     """Fill the row of one stage from those before it."""
     table, rows = work.tableau, work.rows[: stage + 1]
     x, v, then = work.trial_x, work.trial_v, time + h * table[NODES, stage + 1]
-    combine(work.x[current], h * h, table[stage, : stage + 1], rows, x)
-    combine(work.v[current], h, table[STAGES + stage, : stage + 1], rows, v)
+    for_x, for_v = table[stage, : stage + 1], table[STAGES + stage, : stage + 1]
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
     place(then, x, v, net)
     return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
-    table, rows, last = work.tableau, work.rows[: RESULT + 1], RESULT + 1
-    five, three = work.trial_x, work.trial_v
-    combine(work.zero, h * h, table[ERROR, :last], rows, five)
-    combine(work.zero, h * h, table[ERROR + 1, :last], rows, three)
-    position = blended_error(five, three)
-    combine(work.zero, h, table[ERROR + 2, :last], rows, five)
-    combine(work.zero, h, table[ERROR + 3, :last], rows, three)
-    return position, blended_error(five, three)
+    rows, weights = work.rows[: RESULT + 1], work.tableau[:, : RESULT + 1]
+    five, three, none = work.trial_x, work.trial_v, work.zero
+    fifth, third = weights[ERROR], weights[ERROR + 1]
+    combine(none, h * h, fifth, none, h * h, third, rows, five, three)
+    position = blended_error(five, three, work.each)
+    fifth, third = weights[ERROR + 2], weights[ERROR + 3]
+    combine(none, h, fifth, none, h, third, rows, five, three)
+    return position, blended_error(five, three, work.each)
 
 
 def book(h: float, current: int, work: Work) -> float:

@@ -120,7 +120,7 @@ def beside(h: float, value: Floats, rate: Floats, current: int, work: Work) -> f
     accumulate(-1.0, value[current], error)
     accumulate(-0.5 * h, rate[current], error)
     accumulate(-0.5 * h, rate[other], error)
-    return distance(error, work.zero)
+    return distance(error, work.zero, work.each)
 
 
 def book(h: float, current: int, work: Work) -> float:

@@ -125,12 +125,12 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     accumulate(-0.8, work.x[other], error)
     accumulate(0.4 * h, work.v[current], error)
     accumulate(0.4 * h, work.v[other], error)
-    position = distance(error, work.zero)
+    position = distance(error, work.zero, work.each)
     scale(0.8, work.v[current], error)
     accumulate(-0.8, work.rows[GAIN_V], error)
     accumulate(0.4 * h, work.a[current], error)
     accumulate(0.4 * h, work.a[other], error)
-    return position, distance(error, work.zero)
+    return position, distance(error, work.zero, work.each)
 
 
 def book(h: float, current: int, work: Work) -> float:

@@ -136,9 +136,9 @@ def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Vector
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
     rows, five, three = work.rows[: END + 1], work.trial_x, work.trial_v
-    combine(work.zero, h, work.tableau[3, : END + 1], rows, five)
-    combine(work.zero, h, work.tableau[4, : END + 1], rows, three)
-    speed = blended_error(five, three)
+    fifth, third = work.tableau[3, : END + 1], work.tableau[4, : END + 1]
+    combine(work.zero, h, fifth, work.zero, h, third, rows, five, three)
+    speed = blended_error(five, three, work.each)
     return h * speed, speed
 
 

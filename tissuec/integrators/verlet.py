@@ -40,7 +40,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m]; velocities follow suit."""
-    return h * h / 6.0 * distance(work.a[current], work.a[1 - current]), 0.0
+    return h * h / 6.0 * distance(work.a[current], work.a[1 - current], work.each), 0.0
 
 
 def book(h: float, current: int, work: Work) -> float:

@@ -101,6 +101,7 @@ class Work(NamedTuple):
     trial_v: Floats  # shape (3 node,)
     trial_ledger: Floats  # shape (2,)
     zero: Floats  # shape (3 node,)
+    each: Floats  # scratch, shape (node,)
     tableau: Floats  # coefficients of the method, shape (combination, row)
     dense_x: Floats  # positions within the step: powers of its part, shape (power, row)
     dense_v: Floats  # the same for velocities

@@ -205,10 +205,22 @@ def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
         v.reshape(-1, 3)[nodes] = velocity
 
 
-def combine(base: Floats, factor: float, weights: Floats, rows: Floats, out: Floats) -> None:
-    """Set out = base + factor Σ weights_j rows_j."""
-    np.dot(factor * weights, rows, out=out)
-    np.add(out, base, out=out)
+def combine(
+    x: Floats,
+    to: float,
+    weights: Floats,
+    v: Floats,
+    at: float,
+    further: Floats,
+    rows: Floats,
+    out_x: Floats,
+    out_v: Floats,
+) -> None:
+    """Set out_x = x + to Σ weights_j rows_j and out_v = v + at Σ further_j rows_j."""
+    np.dot(to * weights, rows, out=out_x)
+    np.add(out_x, x, out=out_x)
+    np.dot(at * further, rows, out=out_v)
+    np.add(out_v, v, out=out_v)
 
 
 def scale(factor: float, vector: Floats, out: Floats) -> None:
@@ -265,8 +277,8 @@ def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) 
     np.subtract((two - one) * factor, less, out=out)
 
 
-def distance(one: Floats, two: Floats) -> float:
-    """Return the largest distance between the nodes of two vectors; NaN where it is none."""
+def distance(one: Floats, two: Floats, squares: Floats) -> float:
+    """Return the largest distance between the nodes of two vectors; NaN where one is none."""
     between = (one - two).reshape(-1, 3)
     return sqrt(np.einsum("ij,ij->i", between, between).max(initial=0.0))
 
@@ -277,7 +289,7 @@ def greatest_force(a: Floats, net: VectorNet) -> float:
     return sqrt(np.einsum("ij,ij->i", mass_times, mass_times).max(initial=0.0))
 
 
-def blended_error(fifth: Floats, third: Floats) -> float:
+def blended_error(fifth: Floats, third: Floats, blend: Floats) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
     fifth, third = fifth.reshape(-1, 3), third.reshape(-1, 3)
     five = np.einsum("ij,ij->i", fifth, fifth)
