@@ -293,7 +293,9 @@ def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
 def situation_at_start(compiled: Compiled) -> Situation:
     """Return the situation after the events of the script at 0 s; nothing settles."""
     plan = compiled.plan
-    situation = Situation.start(compiled.network, gravity=plan.gravity, drag=plan.drag)
+    situation = Situation.start(
+        compiled.network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
+    )
     for event in plan.events:
         if event.time == 0.0 and not isinstance(event.action, Settle):
             event.action.apply(situation, _Forgetful())

@@ -6,6 +6,7 @@ number.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.script import Script, ScriptReader
+from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
@@ -56,7 +58,9 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
             every finding.
     """
     drawings, built = _bodies(scene, findings)
-    network = join(built)
+    tools = tuple(scene.tools.values())
+    law = scene.environment.contact
+    network = with_tools(join(built), tools, rubbed=law is not None and law.friction > 0.0)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
     groups.choose_all()
     plan = _plan(scene, network, groups, findings)
@@ -95,10 +99,13 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
 
     shifted = list(zip(bodies, nodes, strict=False))
     laws = tuple(dict.fromkeys([LINEAR, *(law for body in bodies for law in body.laws)]))
+    numbers: dict[str, Any] = {
+        name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS
+    }
     return Network(
         position=every(lambda b: b.mesh.position, (3,), np.float64),
         velocity=every(lambda b: b.velocity, (3,), np.float64),
-        **{name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS},
+        **numbers,
         law=every(lambda b: np.array([laws.index(law) for law in b.laws])[b.law], (), np.int32),
         laws=laws,
         ends=np.concatenate(
@@ -175,12 +182,18 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         )
         script = reader.read(single["script"].items)
         if script.is_whole:  # else what was left out may hold what is moved or released
-            findings.extend(check_holds(script.events, certain=not script.triggers))
+            findings.extend(
+                check_holds(script.events, network.tools, certain=not script.triggers)
+            )
         for action in (event.action for event in _events(script)):
             if isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)
+    contact = None
+    with findings.item():
+        tools = tuple(scene.tools.values())
+        contact = contact_of(network, tools, scene.environment, findings)
     outputs = OutputReader(
-        groups, conditions, scene.constants, nodes=network.node_count, duration=duration
+        groups, conditions, scene.constants, nodes=network.shown_nodes, duration=duration
     )
     output = outputs.read(single["output"].items if "output" in single else ())
     expectations: list[Expectation] = []
@@ -196,6 +209,7 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
         simulation=scene.simulation,
         gravity=scene.environment.gravity,
         drag=scene.environment.drag,
+        contact=contact,
         events=tuple(script.events),
         triggers=tuple(script.triggers),
         output=output,

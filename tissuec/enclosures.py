@@ -127,7 +127,9 @@ class Enclosure:
         parts = (np.cross(b, c), np.cross(c, a), np.cross(a, b))
         return np.stack(parts, axis=-2) / 6.0
 
-    def add_forces(self, time: Floats | float, position: Floats, to: Floats) -> None:
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
         each = np.repeat(self.pressures(time, position), np.diff(self.first), axis=-1)
         forces = each[..., None, None] * self.gradient(position)
@@ -198,6 +200,22 @@ class Enclosure:
     @property
     def _places(self) -> Indices:
         return np.searchsorted(self.nodes, self.corners)
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        return float((np.abs(self.pressures(time, position)) * self.drawn).sum())
+
+    def noise(self, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+        return self.modulus * float(np.abs(self.gradient(position)).max())
+
+    def weakening(self, time: float, position: Floats) -> float:
+        """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
+        return float(np.abs(self.bending(time, position)).sum(axis=1).max())
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is lost [W]: none."""
+        return 0.0
 
     def pumping(self, time: float, position: Floats) -> float:
         """Return the power that whoever changes the volumes puts in [W]."""

@@ -109,15 +109,15 @@ def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> F
 def inner_forces(
     situation: Situation, time: Floats | float, position: Floats, velocity: Floats
 ) -> Floats:
-    """Return what springs and enclosed volumes do to every node [N], shape (…, node, 3).
+    """Return what springs, pressure and contact do to every node [N], shape (…, node, 3).
 
     Args:
         time: [s], shape (…).
         position, velocity: [m], [m/s], shape (…, node, 3).
     """
     total = spring_forces(situation, position, velocity)
-    for enclosure in situation.enclosures.values():
-        enclosure.add_forces(time, position, total)
+    for acting in situation.fields:
+        acting.add_forces(time, position, velocity, total)
     return total
 
 
@@ -130,9 +130,9 @@ def force_on(
 ) -> Floats:
     """Return the sum of the inner forces on some nodes together [N], shape (…, 3)."""
     total = pull_on(situation, position, velocity, nodes)
-    for enclosure in situation.enclosures.values():
+    for acting in situation.fields:
         pressed = np.zeros(position.shape)
-        enclosure.add_forces(time, position, pressed)
+        acting.add_forces(time, position, velocity, pressed)
         total += pressed[..., nodes, :].sum(axis=-2)
     return total
 
@@ -197,7 +197,7 @@ def _sum_each(values: Floats) -> Floats:
 
 
 class Energies(NamedTuple):
-    """Energies at a moment [J], each of shape (…); elastic is that of pressure as well."""
+    """Energies at a moment [J], each of shape (…); pressure and contact count as elastic."""
 
     kinetic: Floats
     elastic: Floats
@@ -211,10 +211,10 @@ class Energies(NamedTuple):
 def energies(
     situation: Situation, time: Floats | float, position: Floats, velocity: Floats
 ) -> Energies:
-    """Return the energies of the free nodes, of all alive springs and of enclosed volumes."""
+    """Return the energies of the free nodes, of alive springs, of pressure and contact."""
     elastic = elastic_energy(situation, position)
-    for enclosure in situation.enclosures.values():
-        elastic = elastic + enclosure.energy(time, position)
+    for acting in situation.fields:
+        elastic = elastic + acting.energy(time, position)
     return Energies(
         kinetic_energy(situation, velocity),
         elastic,

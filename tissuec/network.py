@@ -6,7 +6,7 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,15 @@ class BodyPart:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class ToolPart:
+    """Which nodes carry the shape of an instrument."""
+
+    name: str
+    nodes: slice
+    span: Span
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Network:
     """All mass points and springs of a scene, in SI units.
@@ -67,6 +76,9 @@ class Network:
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
         spring_ids: The same for springs, shape (spring,).
         bodies: The parts of the arrays that belong to each body.
+        tools: Nodes behind those of the bodies that carry the shapes of instruments.
+        memory: Nodes behind all others whose velocities remember what friction did; they stay
+            where they are and are no unknowns of the motion.
         provenance: Origins by array name ("mass", "stiffness", …).
     """
 
@@ -85,6 +97,8 @@ class Network:
     spring_ids: Indices
     bodies: tuple[BodyPart, ...]
     provenance: Mapping[str, Provenance]
+    tools: tuple[ToolPart, ...] = ()
+    memory: slice = field(default_factory=lambda: slice(0, 0))
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -99,6 +113,16 @@ class Network:
     @property
     def spring_count(self) -> int:
         return len(self.ends)
+
+    @property
+    def shown_nodes(self) -> int:
+        """Return how many nodes belong to bodies and tools."""
+        return self.node_count - (self.memory.stop - self.memory.start)
+
+    @property
+    def body_nodes(self) -> int:
+        """Return how many nodes belong to bodies; they stand first."""
+        return self.tools[0].nodes.start if self.tools else self.shown_nodes
 
     def behaviour(self) -> Behaviour:
         """Return what the springs do at the start of a run."""

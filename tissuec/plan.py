@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.measures import Measure, Subject
 from tissuec.measures.moment import Moment
@@ -112,6 +113,7 @@ class Plan:
     simulation: Simulation
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
+    contact: Contact | None  # what tools touch
     events: tuple[Event, ...]  # ascending in time
     triggers: tuple[Trigger, ...]
     output: Output

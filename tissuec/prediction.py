@@ -10,6 +10,7 @@ from tissuec.checks import situation_at_start
 from tissuec.compiler import Compiled
 from tissuec.core.errors import counted
 from tissuec.engine.choice import choose, measured_facts
+from tissuec.engine.layout import Layout
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.network import Network
@@ -59,7 +60,9 @@ def predict(compiled: Compiled) -> Prediction:
         simulation.integrator, simulation.tolerance, simulation.step, simulation.duration,
         ledger=plan.needs_ledger, watch_strength=plan.breakable,
     )  # fmt: skip
-    choice = choose(situation, method)
+    layout = Layout(network, watched=plan.breakable, ledger=plan.needs_ledger)
+    layout.update(situation)
+    choice = choose(situation, method, layout.is_banded)
     integrator = None if choice.name == RELAXATION else INTEGRATORS[choice.name]
     facts = measured_facts(situation)
     limit = np.inf

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
@@ -113,6 +114,7 @@ class Situation:
         motions: Prescribed motions under way, by the name of the tool or set that moves.
         loads: External forces, by name.
         enclosures: Volumes that are kept by pressure, by the name of the body.
+        contact: What instruments touch, None where they touch nothing.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
@@ -136,11 +138,17 @@ class Situation:
     motions: dict[str, Motion] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
+    contact: Contact | None = None
     hold_ends: dict[str, float] = field(default_factory=dict)
 
     @classmethod
-    def start(cls, network: Network, *, gravity: Floats, drag: float) -> "Situation":
+    def start(
+        cls, network: Network, *, gravity: Floats, drag: float, contact: Contact | None = None
+    ) -> "Situation":
         """Return the situation at 0 s, before any event: everything is free and alive."""
+        tools = {
+            tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in network.tools
+        }
         return cls(
             network=network,
             time=0.0,
@@ -154,6 +162,8 @@ class Situation:
             strength=network.strength,
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
+            holders=tools,
+            contact=contact,
         )
 
     @property
@@ -162,6 +172,7 @@ class Situation:
         held = np.zeros(self.network.node_count, dtype=bool)
         for nodes in self.holders.values():
             held[nodes] = True
+        held[self.network.memory] = True
         return held
 
     def behaviour(self, springs: Indices | None = None) -> Behaviour:
@@ -187,8 +198,15 @@ class Situation:
         self.enclosures = {k: e for k, e in self.enclosures.items() if e not in torn}
         return torn
 
+    @property
+    def fields(self) -> tuple[Enclosure | Contact, ...]:
+        """Return what acts on nodes by their places, beside springs."""
+        contact = () if self.contact is None else (self.contact,)
+        return (*self.enclosures.values(), *contact)
+
     def place_held(self) -> None:
         """Put driven nodes on their paths and every other held node at rest, at ``time``."""
-        self.velocity[self.held] = 0.0
+        for nodes in self.holders.values():
+            self.velocity[nodes] = 0.0
         for motion in self.motions.values():
             self.position[motion.nodes], self.velocity[motion.nodes] = motion.at(self.time)

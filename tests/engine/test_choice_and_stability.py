@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,10 @@ from tissuec.engine.method import Method
 from tissuec.engine.numbering import SMALL, node_order
 from tissuec.engine.stability import damping_radius, spectral_radius, verlet_limit
 from tissuec.situation import Situation
+
+
+def never():
+    return False
 
 
 def start(net, fixed=(), drag=0.0):
@@ -70,16 +75,25 @@ def test_verlet_limit_of_a_pair_is_two_over_its_frequency():
 )
 def test_automatic_chooses_by_tolerance_and_damping_and_says_why(tolerance, damping, name):
     method = Method("automatic", tolerance, None, 1.0)
-    choice = choose(start(pair(damping=damping)), method)
+    choice = choose(start(pair(damping=damping)), method, never)
     assert choice.name == name
-    assert choice == choose(start(pair(damping=damping)), method)
+    assert choice == choose(start(pair(damping=damping)), method, never)
     assert len(choice.reason) > 20
+
+
+def test_creeping_net_of_narrow_band_begins_with_implicit_steps():
+    creeping, method = start(pair(damping=1e3)), Method("automatic", 1e-4, None, 100.0)
+    assert choose(creeping, method, lambda: True).name == "esdirk43"
+    assert choose(creeping, method, never).name == "dop853"
+    # Neither where few explicit steps do it, nor where the damped part hardly matters.
+    assert choose(creeping, replace(method, duration=1e-3), lambda: True).name == "dop853"
+    assert choose(start(pair(damping=0.1)), method, lambda: True).name == "dop853"
 
 
 def test_automatic_with_a_step_takes_what_is_stable_at_it():
     situation, limit = start(pair()), verlet_limit(start(pair()))
     for step, name in ((0.5 * limit, "velocity verlet"), (1.5 * limit, "dop853")):
-        assert choose(situation, Method("automatic", None, step, 1.0)).name == name
+        assert choose(situation, Method("automatic", None, step, 1.0), never).name == name
 
 
 def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():

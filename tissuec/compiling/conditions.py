@@ -18,7 +18,6 @@ from tissuec.network import Floats
 from tissuec.plan import Condition, Expectation
 from tissuec.scene.expressions import FUNCTIONS, Scope
 from tissuec.scene.model import Tool
-from tissuec.scene.settings import HOLDING
 from tissuec.scene.values import unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
@@ -176,7 +175,7 @@ class Conditions:
                 self.findings.reject(
                     "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
                 )
-            if not tool.may_be(HOLDING):
+            if not tool.holds_nodes:
                 self.findings.reject(
                     "TIS405",
                     f"{tool.name} is {tool.kind} and holds no nodes that could be measured",

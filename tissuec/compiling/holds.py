@@ -11,7 +11,7 @@ import numpy as np
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
-from tissuec.network import Indices
+from tissuec.network import Indices, ToolPart
 from tissuec.plan import Event
 from tissuec.verbs import Group, Mover
 from tissuec.verbs.free import Free
@@ -46,14 +46,17 @@ class Driven:
     span: Span
 
 
-def check_holds(events: Sequence[Event], *, certain: bool) -> Iterator[Diagnostic]:
+def check_holds(
+    events: Sequence[Event], tools: Sequence[ToolPart], *, certain: bool
+) -> Iterator[Diagnostic]:
     """Yield releases of what nothing holds, conflicting motions, and tools that move nothing.
 
     Args:
         events: In the order in which they happen.
+        tools: Those that have a shape, and so move something always.
         certain: False if conditions may add grasps, so that a missing one is no mistake.
     """
-    story = _Story(certain)
+    story = _Story(tools, certain)
     said: set[tuple[str, Span | None]] = set()  # a repeated sentence is reported once
     for event in events:
         for finding in story.tell(event):
@@ -65,8 +68,11 @@ def check_holds(events: Sequence[Event], *, certain: bool) -> Iterator[Diagnosti
 class _Story:
     """What is held and driven up to some event; a repeated sentence takes no more room."""
 
-    def __init__(self, certain: bool):
+    def __init__(self, tools: Sequence[ToolPart], certain: bool):
         self.certain = certain
+        self.shapes = {
+            tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in tools
+        }
         self.taken: dict[tuple[str, Span], Taken] = {}
         self.driven: dict[tuple[str, Span], Driven] = {}
 
@@ -78,7 +84,7 @@ class _Story:
             case Hold(group=group, span=span):
                 self._take(group.name, group.indices, event.time, span)
             case Move(mover=mover, span=span) | Turn(mover=mover, span=span) as motion:
-                nodes = _moved(mover, tuple(self.taken.values()))
+                nodes = self._moved(mover)
                 if self.certain and mover.nodes is None and not len(nodes):
                     yield _idle(mover, event.time, span)
                 self._take(mover.name, nodes, event.time, span)
@@ -101,6 +107,13 @@ class _Story:
     def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
         self.taken.setdefault((holder, span), Taken(holder, nodes, time, span))
 
+    def _moved(self, mover: Mover) -> Indices:
+        if mover.nodes is not None:
+            return mover.nodes
+        shape = self.shapes.get(mover.name, _NOTHING)
+        taken = (t.nodes for t in self.taken.values() if t.holder == mover.name)
+        return np.unique(np.concatenate([shape, *taken]))
+
     def _end(self, is_over: Callable[[Driven], bool]) -> None:
         self.driven = {key: old for key, old in self.driven.items() if not is_over(old)}
 
@@ -112,14 +125,6 @@ class _Story:
 def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
     message = f"{mover.name} has grasped nothing at {show(time, TIME)} and moves nothing"
     return Diagnostic("W401", message, span, f"write before it: grasp … with {mover.name}")
-
-
-def _moved(mover: Mover, taken: Sequence[Taken]) -> Indices:
-    if mover.nodes is not None:
-        return mover.nodes
-    return np.unique(
-        np.concatenate([_NOTHING, *(t.nodes for t in taken if t.holder == mover.name)])
-    )
 
 
 def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:

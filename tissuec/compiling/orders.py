@@ -93,7 +93,8 @@ class SentenceOrder:
         name = self._object(after)
         if name.key in self.tools:
             tool = self.tools[name.key]
-            self._check_kind(tool, HOLDING, f"{self.verb} {after}".rstrip(), name.span)
+            if not tool.holds_nodes:
+                self._check_kind(tool, HOLDING, f"{self.verb} {after}".rstrip(), name.span)
             return Mover(tool.name, None)
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):

@@ -68,3 +68,7 @@ Length = Annotated[float, Measure(units.LENGTH, above=0.0)]
 Count = Annotated[int, Whole(at_least=1)]
 Position = Annotated[NDArray[np.float64], Point(units.LENGTH)]
 Points = Annotated[Segment, FromTo(units.LENGTH)]
+
+LengthIfAny = Annotated[float | None, Measure(units.LENGTH, above=0.0)]
+PositionIfAny = Annotated[NDArray[np.float64] | None, Point(units.LENGTH)]
+PointsIfAny = Annotated[Segment | None, FromTo(units.LENGTH)]

@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from tissuec.courses import Course
-from tissuec.kernels.records import Acts, Enclosures
+from tissuec.kernels.records import Acts, Enclosures, Touches
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
 
@@ -47,6 +47,35 @@ def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enc
         drawn=np.concatenate([*(part.drawn for part in parts), np.zeros(0)]),
         modulus=np.repeat([part.modulus for part in parts], cells).astype(float),
         act=np.repeat(first_act + np.arange(len(parts)), cells).astype(np.int64),
+    )
+
+
+def pack_touches(situation: Situation, place: Indices) -> Touches:
+    """Return instruments and what they can touch; nothing without contact.
+
+    Args:
+        place: Where the engine keeps each node, shape (node,).
+    """
+    contact = situation.contact
+    none = np.zeros(0, dtype=np.int64)
+    if contact is None:
+        empty = np.zeros((0, 3))
+        return Touches(
+            none, none.reshape(0, 2), np.zeros(0), none, empty, empty, 0.0, 1.0, 0.0, 0.0, 1.0
+        )
+    home = situation.network.position[contact.memory]
+    return Touches(
+        nodes=place[contact.nodes],
+        points=place[contact.points],
+        radius=contact.radius,
+        memory=place[contact.memory],
+        home=home,
+        bent=np.zeros_like(home),
+        stiffness=contact.stiffness,
+        layer=contact.layer,
+        damping=contact.damping,
+        friction=contact.friction,
+        rate=contact.rate,
     )
 
 

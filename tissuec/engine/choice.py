@@ -5,18 +5,24 @@ T ω √(κ / tolerance) of them, DOP853 about 12 T ω (κ' / tolerance)^(1/7) /
 lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
 
 from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
+from tissuec.mechanics import lengths
 from tissuec.situation import Situation
 
 CROSSING = 2e-2
 # Radians of the fastest motion from which errors that grow in proportion to time, instead of
 # faster, make up for the shorter steps of the symplectic method.
 LONG = 1e4
+CREEPING = 4.0  # damping ratio from which implicit steps are worth beginning with
+MANY = 1000  # explicit steps at their limit from which they are
 DEFAULT_TOLERANCE = 1e-4
 
 
@@ -46,8 +52,12 @@ def measured_facts(situation: Situation) -> dict[str, float]:
     }
 
 
-def choose(situation: Situation, method: Method) -> Choice:
-    """Return the integrator for a scene; the one asked for by name, if any."""
+def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) -> Choice:
+    """Return the integrator for a scene; the one asked for by name, if any.
+
+    Args:
+        is_banded: Tells whether equations of implicit steps have a matrix of narrow band.
+    """
     if method.name != "automatic":
         return Choice(method.name, f'"{method.name}" was asked for', {})
     if method.step is not None:
@@ -62,6 +72,8 @@ def choose(situation: Situation, method: Method) -> Choice:
                 "symplectic method grow in proportion to time only"
             )
             return Choice("srkn11", reason, facts)
+    if (creeping := _creeping(situation, method, is_banded)) is not None:
+        return creeping
     if tolerance < CROSSING:
         reason = (
             f"a tolerance of {tolerance:g} is finer than {CROSSING:g}, "
@@ -77,6 +89,50 @@ def choose(situation: Situation, method: Method) -> Choice:
         return Choice("dop853", reason, facts)
     reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
     return Choice("velocity verlet", reason, facts)
+
+
+def _creeping(
+    situation: Situation, method: Method, is_banded: Callable[[], bool]
+) -> Choice | None:
+    """Return an implicit method for a net so damped that it mostly creeps, else None.
+
+    The rates are measured only where bounds of them, from the sums at each node, allow it.
+    """
+    if situation.fields or _damping_ratio_of_nodes(situation) < CREEPING:
+        return None
+    facts = measured_facts(situation)
+    limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
+    if facts["zeta"] < CREEPING or method.duration < MANY * limit or not is_banded():
+        return None
+    reason = (
+        f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), and explicit steps of "
+        f"at most {limit:.2g} s would be needed for motions that creep"
+    )
+    return Choice("esdirk43", reason, facts)
+
+
+def _damping_ratio_of_nodes(situation: Situation) -> float:
+    """Return λ / 2ω of the node with the largest Σ d/m, with its own ω² = Σ c/m."""
+    ends, alive = situation.network.ends, situation.alive
+    behaviour, count = situation.behaviour(), situation.network.node_count
+    speeds = np.zeros(len(ends))
+    sluggish = np.where(alive, behaviour.sluggishness(speeds), 0.0)
+    if not sluggish.any():
+        return 0.0
+    elongation = lengths(ends, situation.position) - behaviour.rest
+    steep = np.where(alive, behaviour.steepness(elongation), 0.0)
+    rates, squares = (
+        np.where(
+            situation.held,
+            0.0,
+            (np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count))
+            / situation.mass,
+        )
+        for each in (sluggish, steep)
+    )
+    worst = int(rates.argmax())
+    square = float(squares[worst])
+    return float(rates[worst]) / (2.0 * sqrt(square)) if square > 0.0 else 0.0
 
 
 def _by_step(situation: Situation, step: float) -> Choice:

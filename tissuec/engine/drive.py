@@ -111,7 +111,8 @@ def drive(
             if task.fixed == 0:
                 # Implicit steps may brake what is too fast for them, and lose its energy.
                 strict = near or (LEDGER and IMPLICIT)
-                ratio = judge(h, off, off_speed, reach, pace, strict, task)
+                growth = reach - displacement
+                ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
                 if LEDGER:
                     worse = judge_ledger(h, wrong, most, task)
                     ratio = greater(ratio, worse)
@@ -244,24 +245,34 @@ def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> 
 
 
 def judge(
-    h: float, off: float, off_speed: float, reach: float, pace: float, strict: bool, task: Task
+    h: float,
+    off: float,
+    off_speed: float,
+    reach: float,
+    pace: float,
+    growth: float,
+    strict: bool,
+    task: Task,
 ) -> float:
     """Return the error of a step over what it may be: error per unit step, worst node.
 
-    The estimates allowed add up to ``budget`` times the duration, relative to the largest
-    displacement and speed so far. The share of a single step is bounded as well: where
-    stability limits the steps, an error lives on for longer than the step that made it.
-    Errors of velocities are mostly those of fast motions, whose positions they move by no more
-    than they would within the step. Where a spring is near its strength, though, dashpots feel
-    them, and when it ruptures depends on them.
+    The estimates allowed add up to ``budget`` times the duration and ``growth``, relative to
+    the largest displacement and speed so far: what grows may be as wrong as it grows, for else
+    the short steps of a sudden start would get nothing. The share of a single step is bounded
+    as well: where stability limits the steps, an error lives on for longer than the step that
+    made it. Errors of velocities are mostly those of fast motions, whose positions they move by
+    no more than they would within the step. Where a spring is near its strength, though,
+    dashpots feel them, and when it ruptures depends on them.
 
     Args:
         h: Size of the step [s].
         off, off_speed: Estimated errors of positions [m] and velocities [m/s].
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
+        growth: Of the largest displacement in the step [m].
         strict: Whether errors of velocities count by themselves.
     """
-    allowed = min(task.budget * h, task.share)
+    part = growth / max(reach, task.floor)
+    allowed = min(task.budget * h + task.growth * part, task.share)
     fair = pace if strict else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)

@@ -117,9 +117,9 @@ class Engine:
 
     def restart(self, situation: Situation) -> None:
         """Take over a situation that was changed from outside, with its state and time."""
+        self._layout.update(situation)
         if self._choice is None:
             self._begin(situation)
-        self._layout.update(situation)
         if self._integrator.conservative and (refusal := self._layout.loss()):
             self._install(
                 Choice("dop853", f"{refusal}, for which {self.choice.name} is not made", {})
@@ -260,7 +260,7 @@ class Engine:
 
     def _begin(self, situation: Situation) -> None:
         """Choose the integrator and make the arrays of the run."""
-        self._install(self._choice or choose(situation, self.method))
+        self._install(self._choice or choose(situation, self.method, self._layout.is_banded))
         self._work.origin[:] = self._layout.inwards(situation.position)
         start = new_progress(situation.time)
         sample = int(np.searchsorted(self._outbox.buffer.times, situation.time))
@@ -272,6 +272,7 @@ class Engine:
         """Copy the state into the arrays; all of them hold the nodes that stand still."""
         work, layout = self._work, self._layout
         still = (layout.held & ~layout.moved)[:, None]
+        still[self.network.memory] = False
         position = layout.inwards(situation.position)
         velocity = layout.inwards(np.where(still, 0.0, situation.velocity))
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
@@ -284,7 +285,7 @@ class Engine:
         now = 0.0 if before is None else self._progress.time
         self._changes.append(Change(now, choice.name, choice.reason))
         self._choice, self._integrator = choice, INTEGRATORS[choice.name]
-        self._work = new_work(self._integrator, self.network.node_count)
+        self._work = new_work(self._integrator, self.network)
         method = self.method
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
         task = new_task(
@@ -324,12 +325,12 @@ class Engine:
             return
 
         def candidate(pace: float) -> tuple[str, float] | None:
-            if situation.enclosures:
-                return None  # their pressure is not in the matrix of implicit steps
+            if situation.fields:
+                return None  # what they do is not in the matrix of implicit steps
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
             solver = self._layout.solver()
-            step, name, banded = self._progress.step, self.choice.name, not solver.scratch.size
+            step, name, banded = self._progress.step, self.choice.name, self._layout.is_banded()
             springs = len(self._layout.springs.ids)
             evaluation = evaluation_time(self.network, springs)
             found = candidate_for(name, step, pace, self._facts, evaluation, banded=banded)
@@ -402,7 +403,7 @@ class Engine:
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
         features = layout.features
-        if features.moved or features.loaded or features.enclosed:
+        if features.moved or features.loaded or features.enclosed or features.touched:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()
@@ -480,7 +481,9 @@ class Engine:
         now, evaluations = self._progress, self._evaluations
         if evaluations < self._review:
             return
-        cost = evaluation_cost(self.network.spring_count)
+        contact = self._layout.situation.contact
+        pairs = 0 if contact is None else len(contact.nodes) * len(contact.radius)
+        cost = evaluation_cost(self.network.spring_count, pairs)
         ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
         if self._review and evaluations * cost * ahead > WORTHWHILE:
             self._tier = "compiled"

@@ -9,12 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.acts import knots, longest_step, pack_acts, pack_enclosures, pumps
+from tissuec.engine.acts import (
+    knots,
+    longest_step,
+    pack_acts,
+    pack_enclosures,
+    pack_touches,
+    pumps,
+)
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Net, Solver
+from tissuec.kernels.records import Acts, Enclosures, Net, Solver, Touches
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -65,7 +72,15 @@ class Layout:
     """
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool):
-        self.order = node_order(network.position)
+        bodies, shown, all_nodes = network.body_nodes, network.shown_nodes, network.node_count
+        # Nodes of tools stand last, where measures of motion leave them out.
+        self.order = np.concatenate(
+            [
+                node_order(network.position[:bodies]),
+                np.arange(shown, all_nodes),
+                np.arange(bodies, shown),
+            ]
+        )
         self.place = np.empty_like(self.order)
         self.place[self.order] = np.arange(len(self.order))
         self.watched, self.ledger = watched, ledger
@@ -150,6 +165,7 @@ class Layout:
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
+            touched=self.situation.contact is not None,
             laws=self._laws,
         )
 
@@ -172,6 +188,10 @@ class Layout:
             self._solver, self._solver_ids = kept, self._ids
         kept.made[:] = 0.0
         return kept
+
+    def is_banded(self) -> bool:
+        """Tell whether the matrix of implicit steps has a narrow band."""
+        return not self.solver().scratch.size
 
     def inwards(self, vector: Floats) -> Floats:
         """Return a vector of nodes as the stepping code keeps it, shape (3 node,)."""
@@ -204,11 +224,12 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            touches=self.touches(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
         """Return what acts, for the interpreted tier."""
-        springs = self.springs
+        springs, contact = self.springs, self.situation.contact
         return VectorNet(
             low=springs.low,
             high=springs.high,
@@ -222,6 +243,8 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            contact=contact and contact.renumbered(self.place),
+            home=self.touches().home,
             watched=self.watched,
             ledger=self.ledger,
         )
@@ -240,6 +263,10 @@ class Layout:
         """Return the enclosed volumes."""
         first_act = len(self.situation.motions) + len(self.timed)
         return pack_enclosures(self.situation, self.place, first_act)
+
+    def touches(self) -> Touches:
+        """Return what instruments touch."""
+        return pack_touches(self.situation, self.place)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

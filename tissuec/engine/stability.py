@@ -58,6 +58,9 @@ def spectral_radius(situation: Situation) -> float:
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
+    if (contact := situation.contact) is not None:
+        # Whatever may be touched, lest every touch changes the bound.
+        uniform[contact.nodes] = contact.stiffness * root[contact.nodes] ** 2
     pressing = tuple(_pressing(situation))
     operator = _Operator(low, high, direction, stiffness, across, root, uniform, pressing)
     return sqrt(_largest(operator))

@@ -22,12 +22,15 @@ BALANCE = 0.1  # of the tolerance, where energies are kept
 LOW_ORDER = 4
 JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero
+# Part of the tolerance that errors may use up while displacements grow, rather than in time.
+GROWTH = 0.5
 ROUNDING = 8 * float(np.finfo(float).eps)
 
 
-def new_work(integrator: type[Integrator], node_count: int) -> Work:
+def new_work(integrator: type[Integrator], network: Network) -> Work:
     """Return arrays of zeros with the coefficients of an integrator in them."""
-    size, rows = 3 * node_count, integrator.rows
+    size, rows = 3 * network.node_count, integrator.rows
+    tools = network.shown_nodes - network.body_nodes
     return Work(
         x=np.zeros((2, size)),
         v=np.zeros((2, size)),
@@ -40,7 +43,7 @@ def new_work(integrator: type[Integrator], node_count: int) -> Work:
         trial_v=np.zeros(size),
         trial_ledger=np.zeros(2),
         zero=np.zeros(size),
-        each=np.zeros(node_count),
+        each=np.zeros(network.node_count - tools),
         tableau=integrator.tableau.copy(),
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),
@@ -121,6 +124,7 @@ def new_task(
         fixed=0,
         longest=inf,
         budget=integrator.safety * tolerance / duration if duration else inf,
+        growth=GROWTH * integrator.safety * tolerance,
         share=integrator.share * tolerance,
         jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,

@@ -24,6 +24,8 @@ WORTHWHILE = 2.0
 REVIEW = 0.25  # interpreted work between two looks at how much is to come [s]
 CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s]
 SPRING_COST = 30e-9  # further, per spring [s]
+TOUCH_COST = 3e-4  # of one look at all contacts [s]
+PAIR_COST = 1e-6  # further, per node and shape [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
     "accumulate",
@@ -62,6 +64,7 @@ class Features:
     loaded: bool
     banded: bool = False
     enclosed: bool = False
+    touched: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
 
@@ -104,15 +107,20 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded", "enclosed")
+    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded", "enclosed", "touched")
     replaced |= {name.upper(): getattr(features, name) for name in flags}
     curved = code.functions(features.laws) if features.laws else {}
     return replaced | curved | {"CURVED": bool(features.laws)}
 
 
-def evaluation_cost(spring_count: int) -> float:
-    """Return the time of one interpreted evaluation of the forces [s]."""
-    return CALL_COST + SPRING_COST * spring_count
+def evaluation_cost(spring_count: int, pairs: int) -> float:
+    """Return the time of one interpreted evaluation of the forces [s].
+
+    Args:
+        pairs: Of nodes and shapes that may touch.
+    """
+    contact = TOUCH_COST + PAIR_COST * pairs if pairs else 0.0
+    return CALL_COST + SPRING_COST * spring_count + contact
 
 
 def forced_tier() -> Tier | None:

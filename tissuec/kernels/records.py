@@ -47,6 +47,22 @@ class Enclosures(NamedTuple):
     act: Integers  # whose first component is the relative change of volume, shape (cell,)
 
 
+class Touches(NamedTuple):
+    """Shapes of instruments and the nodes that they can touch; see ``tissuec.contact``."""
+
+    nodes: Integers  # shape (m,)
+    points: Integers  # nodes that carry the shapes, shape (shape, 2)
+    radius: Floats  # of capsules [m]; negative for planes, shape (shape,)
+    memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
+    home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
+    bent: Floats  # scratch, their rates [m/s²], shape as ``home``
+    stiffness: float  # [N/m]
+    layer: float  # [m]
+    damping: float  # [s/m]
+    friction: float
+    rate: float  # [1/s]
+
+
 class Net(NamedTuple):
     """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
 
@@ -65,6 +81,7 @@ class Net(NamedTuple):
     drag: float  # ambient damping [N s/m]
     acts: Acts
     enclosures: Enclosures
+    touches: Touches
 
 
 class Solver(NamedTuple):
@@ -101,7 +118,7 @@ class Work(NamedTuple):
     trial_v: Floats  # shape (3 node,)
     trial_ledger: Floats  # shape (2,)
     zero: Floats  # shape (3 node,)
-    each: Floats  # scratch, shape (node,)
+    each: Floats  # scratch of measures of motion, which leave out tools, shape (node,)
     tableau: Floats  # coefficients of the method, shape (combination, row)
     dense_x: Floats  # positions within the step: powers of its part, shape (power, row)
     dense_v: Floats  # the same for velocities
@@ -124,6 +141,7 @@ class Task(NamedTuple):
     fixed: int  # 1: keep the size of the steps
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
+    growth: float  # further, by as much as the largest displacement grows, relative to that
     share: float  # local error allowed in one step, relative to the motion
     jolt: float  # change of speeds allowed where a spring turns over, relative to the motion
     floor: float  # smallest displacement that errors are measured by [m]

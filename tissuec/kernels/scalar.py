@@ -12,6 +12,7 @@ import numpy as np
 from tissuec.kernels.acts import pull_free, put_driven
 from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
+from tissuec.kernels.touching import touch
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
 
@@ -21,6 +22,7 @@ LEDGER = True  # work and dissipation are integrated
 MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
 ENCLOSED = True  # there are enclosed volumes
+TOUCHED = True  # there are instruments that touch
 CURVED = True  # some springs have laws that are not linear
 pull, slope, brake, brake_slope = functions((LINEAR,)).values()
 
@@ -81,6 +83,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         a[i + TWO] += f2
     if ENCLOSED:
         work += press(time, x, a, net.acts, net.enclosures)
+    if TOUCHED:
+        dissipated += touch(x, v, a, net.touches)
     if LEDGER:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):
@@ -96,6 +100,11 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
                 if inverse > 0.0:
                     dissipated += drag * v[i] * v[i]
             a[i] = net.steady[i] + inverse * (a[i] - drag * v[i])
+    if TOUCHED:
+        for k in range(net.touches.memory.size):
+            i = 3 * net.touches.memory[k]
+            for c in range(3):
+                a[i + c] = net.touches.bent[k, c]
     if LEDGER:
         power[0] = work
         power[1] = dissipated
@@ -188,6 +197,11 @@ def place(time: float, x: Floats, v: Floats, net: Net) -> None:
     """Put driven nodes where their motions have them at a time."""
     if MOVED:
         put_driven(time, x, v, net.acts)
+    if TOUCHED:
+        for k in range(net.touches.memory.size):
+            i = 3 * net.touches.memory[k]
+            for c in range(3):
+                x[i + c] = net.touches.home[k, c]
 
 
 def combine(
@@ -328,7 +342,7 @@ def distance(one: Floats, two: Floats, squares: Floats) -> float:
     """Return the largest distance between the nodes of two vectors; NaN where one is none.
 
     Args:
-        one, two: Shape (3 node,).
+        one, two: Shape (3 node,), or longer.
         squares: Scratch, shape (node,).
     """
     for node in range(squares.size):

@@ -31,6 +31,8 @@ class VectorNet:
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
+        contact: What instruments touch, if they do.
+        home: Where bristles stay [m], shape (m, 3).
         watched: Whether springs may rupture.
         ledger: Whether work and dissipation are integrated.
     """
@@ -50,6 +52,8 @@ class VectorNet:
         drag: float,
         acts: Acts,
         enclosures: Enclosures,
+        contact: Any,
+        home: Floats,
         watched: bool,
         ledger: bool,
     ):
@@ -66,6 +70,7 @@ class VectorNet:
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
+        self.contact, self.home = contact, home
         self.watched, self.ledger = watched, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -118,6 +123,11 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         pumped = _press(time, x, f, net)
         if net.ledger:
             power[0] += pumped
+    if net.contact is not None:
+        at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
+        net.contact.add_forces(time, at, by, to)
+        if net.ledger:
+            power[1] += net.contact.dissipated(time, at, by)
     if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:
@@ -128,6 +138,9 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[1] += np.dot(net.node_scratch, v * (net.inverse_mass > 0.0))
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
+    if net.contact is not None and net.home.size:
+        rates = net.contact.bristle_rates(x.reshape(-1, 3), v.reshape(-1, 3))
+        a.reshape(-1, 3)[net.contact.memory] = rates
     return near
 
 
@@ -203,6 +216,8 @@ def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
             velocity = velocity + spin * np.cross(axis, turned)
         x.reshape(-1, 3)[nodes] = position + np.array(sums[:3])
         v.reshape(-1, 3)[nodes] = velocity
+    if net.contact is not None:
+        x.reshape(-1, 3)[net.contact.memory] = net.home
 
 
 def combine(
@@ -279,7 +294,7 @@ def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) 
 
 def distance(one: Floats, two: Floats, squares: Floats) -> float:
     """Return the largest distance between the nodes of two vectors; NaN where one is none."""
-    between = (one - two).reshape(-1, 3)
+    between = (one - two).reshape(-1, 3)[: squares.size]
     return sqrt(np.einsum("ij,ij->i", between, between).max(initial=0.0))
 
 
@@ -291,7 +306,7 @@ def greatest_force(a: Floats, net: VectorNet) -> float:
 
 def blended_error(fifth: Floats, third: Floats, blend: Floats) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
-    fifth, third = fifth.reshape(-1, 3), third.reshape(-1, 3)
+    fifth, third = (e.reshape(-1, 3)[: blend.size] for e in (fifth, third))
     five = np.einsum("ij,ij->i", fifth, fifth)
     three = np.einsum("ij,ij->i", third, third)
     below = np.sqrt(five + 0.01 * three)

@@ -8,6 +8,7 @@ from tissuec.compiling.tables import NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
 from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
+from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS, Integrator
 from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
@@ -40,7 +41,7 @@ def parts() -> dict[str, str]:
         "meshes": mesh_sections(),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
-        "tool entries": entry_table(entries_of(settings.ToolEntries)),
+        "tools": tool_sections(),
         "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
         "simulate entries": entry_table(settings.simulate_schema()),
         "verbs": verb_sections(),
@@ -162,6 +163,16 @@ def mesh_sections() -> str:
         if name != EXPLICIT:
             section += f"\n\n{entry_table(entries_of(mesh))}"
         sections.append(section)
+    return "\n\n".join(sections)
+
+
+def tool_sections() -> str:
+    """Return a section for each kind of tool."""
+    sections = []
+    for name, kind in INSTRUMENTS.items():
+        entries = entries_of(kind)
+        table_of = f"\n\n{entry_table(entries)}" if entries else ""
+        sections.append(f"#### `kind is {name}`\n\n{described(kind)}{table_of}")
     return "\n\n".join(sections)
 
 

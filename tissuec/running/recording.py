@@ -191,7 +191,9 @@ def wishes(network: Network, plan: Plan) -> Recording:
     output = plan.output
     shown = np.zeros(network.node_count, dtype=bool)
     shown[output.frames] = True
-    start = Moment.of(Situation.start(network, gravity=plan.gravity, drag=plan.drag))
+    start = Moment.of(
+        Situation.start(network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact)
+    )
     channels = tuple(
         LogChannel(
             log.name,

@@ -48,7 +48,9 @@ class Standing:
         agenda = Timetable(near, written=[event.time for event in plan.events])
         agenda.script(plan.events, 0.0)
         return cls(
-            Situation.start(network, gravity=plan.gravity, drag=plan.drag),
+            Situation.start(
+                network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
+            ),
             agenda,
             list(range(len(plan.triggers))),
             np.zeros(network.spring_count, dtype=bool),
@@ -78,7 +80,10 @@ def _known(network: Network, plan: Plan) -> list[object]:
     events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
     actions = [event.action for event in events]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
+    contact = [] if plan.contact is None else [plan.contact]
+    spans += [part.span for part in contact]
     spans += [plan.simulation.span, *(body.span for body in network.bodies)]
     spans += [origin.span for part in network.provenance.values() for origin in part.origins]
     sources = {id(span.source): span.source for span in spans}.values()
-    return [network, *(a for a in arrays if isinstance(a, np.ndarray)), *actions, *sources]
+    arrays = [array for array in arrays if isinstance(array, np.ndarray)]
+    return [network, *arrays, *actions, *contact, *sources]

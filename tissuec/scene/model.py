@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tissuec.core.source import Source, Span
+from tissuec.instruments import Shape
 from tissuec.lang import syntax as s
 from tissuec.laws.formula import Formula
 from tissuec.meshes import Generator
@@ -137,19 +138,51 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Tool:
+    """An instrument.
+
+    Attributes:
+        kind: A member of ``INSTRUMENTS``; "" where what was written is wrong.
+        shapes: What it touches with; empty if it acts by name only.
+    """
+
     name: str
-    kind: str  # "forceps" or "scissors"; "" where what was written is wrong
+    kind: str
+    shapes: tuple[Shape, ...]
     span: Span
+
+    @property
+    def holds_nodes(self) -> bool:
+        """Return whether it can hold nodes: those of its shape, or those that it grasps."""
+        return bool(self.shapes) or self.kind in ("forceps", "")
 
     def may_be(self, kind: str) -> bool:
         """Return whether this tool is of a kind, as far as its kind is known."""
         return self.kind in (kind, "")
 
 
+@dataclass(frozen=True, slots=True)
+class ContactLaw:
+    """What is written of contact.
+
+    Attributes:
+        stiffness: [N/m]; None where it follows from the springs.
+        layer: [m]; None where it follows from the lengths of springs.
+        damping: [s/m].
+        friction: Coefficient.
+    """
+
+    stiffness: float | None
+    layer: float | None
+    damping: float
+    friction: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Environment:
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
+    contact: ContactLaw | None  # None if nothing touches
+    span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)

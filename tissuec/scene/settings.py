@@ -8,8 +8,10 @@ from typing import Annotated
 import numpy as np
 
 from tissuec.core import units
+from tissuec.core.errors import Note, alternatives
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
+from tissuec.instruments import INSTRUMENTS, Instrument, Shape
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
@@ -19,13 +21,13 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import whole
-from tissuec.scene.model import Environment, Tool
+from tissuec.scene.model import ContactLaw, Environment, Tool
 
 DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 AUTOMATIC = "automatic"
-TOOL_KINDS = ("forceps", "scissors")
 HOLDING = "forceps"  # the kind that holds nodes, and so can move them
+CONTACTS = ("off", "tools only")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,12 +36,24 @@ class EnvironmentEntries:
 
     Attributes:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
-        contact: whether bodies touch one another; only off so far
+        contact: what can touch: nothing, or tools that have a shape
+        friction: coefficient of friction between what touches
+        contact stiffness: force by depth of what is pressed into a shape; as stiff as the
+            springs of a node if not written
+        contact layer: depth over which this stiffness sets in; a tenth of a spring's length if
+            not written
+        contact damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
     """
 
     gravity: Annotated[Floats, Point(units.ACCELERATION)]
-    contact: Annotated[str, OneOf(("off",))] = "off"
+    contact: Annotated[str, OneOf(CONTACTS)] = "off"
+    friction: Annotated[float | None, Measure(units.NUMBER, at_least=0.0)] = None
+    contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
+    contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
+    contact_damping: Annotated[
+        float | None, Measure(units.TIME / units.LENGTH, at_least=0.0)
+    ] = None
     damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
 
 
@@ -63,17 +77,6 @@ class SimulateEntries:
     step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
 
 
-@dataclass(frozen=True, slots=True)
-class ToolEntries:
-    """An instrument.
-
-    Attributes:
-        kind: what it is: forceps grasp, scissors cut
-    """
-
-    kind: Annotated[str, OneOf(TOOL_KINDS)]
-
-
 def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -> Environment:
     """Return the environment; rejects a scene without one, for gravity must be written."""
     block = _single(
@@ -83,10 +86,36 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
         main,
         scope.findings,
     )
-    entries, _ = schema.build(
+    entries, places = schema.build(
         EnvironmentEntries, block.items, scope, what="environment", where=block.head
     )
-    return Environment(np.asarray(entries.gravity, dtype=float), entries.damping)
+    gravity = np.asarray(entries.gravity, dtype=float)
+    return Environment(
+        gravity, entries.damping, _contact_law(entries, places, scope), block.head
+    )
+
+
+def _contact_law(
+    entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
+) -> ContactLaw | None:
+    """Return what is written of contact, None if it is off; then nothing may be written."""
+    numbers = (
+        entries.contact_stiffness,
+        entries.contact_layer,
+        entries.contact_damping or 0.0,
+        entries.friction or 0.0,
+    )
+    if entries.contact != "off":
+        return ContactLaw(*numbers)
+    for name in ("friction", "contact stiffness", "contact layer", "contact damping"):
+        if name in places:
+            scope.findings.reject(
+                "TIS306",
+                f"{name} says nothing while contact is off",
+                places[name],
+                hint="write: contact is tools only",
+            )
+    return None
 
 
 def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) -> Simulation:
@@ -163,13 +192,45 @@ def simulate_schema() -> dict[str, schema.Entry]:
 def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     """Return a tool from its block; one that is wrong is still known by its name."""
     assert isinstance(item, s.Block)
-    kind = ""
+    kind, shapes = "", ()
     with scope.findings.item():
-        entries, _ = schema.build(
-            ToolEntries, item.items, scope, what=f"tool {name.text}", where=item.head
+        kind, others = _kind_of(name, item, scope)
+        what = f"tool {name.text}"
+        entries, _ = schema.build(INSTRUMENTS[kind], others, scope, what=what, where=item.head)
+        shapes = _shapes(entries, what, item, scope)
+    return Tool(name.text, kind, shapes, item.head)
+
+
+def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Item]]:
+    """Return which instrument a block describes, and its other entries."""
+    written = [i for i in item.items if isinstance(i, s.Sentence) and i.name.key == "kind"]
+    if not written:
+        scope.findings.reject(
+            "TIS304",
+            f'tool {name.text} needs "kind"',
+            item.head,
+            hint=f"for example: kind is {HOLDING}",
         )
-        kind = entries.kind
-    return Tool(name.text, kind, item.head)
+    kind = schema.word_of(written[0], scope, example=f"kind is {HOLDING}")
+    if kind.key not in INSTRUMENTS:
+        scope.findings.reject(
+            "TIS305",
+            f'there is no tool of the kind "{kind.text}"',
+            kind.span,
+            hint=alternatives(kind.key, INSTRUMENTS, what="kinds"),
+        )
+    others = [i for i in item.items if i is not written[0]]
+    for again in written[1:]:
+        notes = (Note("first here", written[0].span),)
+        scope.findings.reject("TIS307", '"kind" is written twice', again.span, notes=notes)
+    return kind.key, others
+
+
+def _shapes(entries: Instrument, what: str, item: s.Block, scope: Scope) -> tuple[Shape, ...]:
+    try:
+        return entries.shapes()
+    except ValueError as error:
+        scope.findings.reject("TIS309", f"{what}: {error}", item.head)
 
 
 def _single(

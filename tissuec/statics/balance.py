@@ -67,7 +67,7 @@ class Balance:
         self.rest = self.behaviour.rest
         self.load = self._loads(situation)[self.free]
         self._number, self._time = number, situation.time
-        self._enclosures = tuple(situation.enclosures.values())
+        self._fields = situation.fields
         self._position = situation.position.copy()
         self._start = self._position[self.free]
 
@@ -102,10 +102,10 @@ class Balance:
         for end, sign in ((0, 1.0), (1, -1.0)):
             moves = self.ends[:, end] >= 0
             np.add.at(total, self.ends[moves, end], sign * pull[moves])
-        if self._enclosures:
-            pressed = np.zeros_like(bars.position)
-            for enclosure in self._enclosures:
-                enclosure.add_forces(self._time, bars.position, pressed)
+        if self._fields:
+            pressed, rest = np.zeros_like(bars.position), np.zeros_like(bars.position)
+            for acting in self._fields:
+                acting.add_forces(self._time, bars.position, rest, pressed)
             total += pressed[self.free]
         return total
 
@@ -116,13 +116,11 @@ class Balance:
         """
         elastic = self.behaviour.energy(bars.length - self.rest)
         done = self.load * (x - self._start)
-        pressed = sum(float(e.energy(self._time, bars.position)) for e in self._enclosures)
+        pressed = sum(float(e.energy(self._time, bars.position)) for e in self._fields)
         total = float(elastic.sum() - done.sum()) + pressed
         spoilt = bars.length * np.abs(bars.tension)
         sizes = elastic.sum() + np.abs(done).sum() + spoilt.sum() + pressed
-        for enclosure in self._enclosures:
-            pressure = np.abs(enclosure.pressures(self._time, bars.position))
-            sizes += float((pressure * enclosure.drawn).sum())
+        sizes += sum(acting.spread(self._time, bars.position) for acting in self._fields)
         return total, ROUNDING * float(sizes)
 
     def noise(self, bars: Bars) -> float:
@@ -131,10 +129,7 @@ class Balance:
         steep = np.abs(self.behaviour.slope(bars.length - self.rest))
         reach = bars.length + self.rest + place
         noise = ROUNDING * float((steep * reach).max(initial=0.0))
-        for enclosure in self._enclosures:
-            sides = np.abs(enclosure.gradient(bars.position)).max()
-            noise += ROUNDING * enclosure.modulus * float(sides)
-        return noise
+        return noise + ROUNDING * sum(acting.noise(bars.position) for acting in self._fields)
 
     def largest(self, bars: Bars) -> float:
         """Return the largest force of a spring or load [N], by which residuals are judged."""
@@ -155,8 +150,7 @@ class Balance:
         for end in (0, 1):
             moves = self.ends[:, end] >= 0
             np.add.at(total, self.ends[moves, end], 2.0 * pressed[moves])
-        bent = (np.abs(e.bending(self._time, bars.position)) for e in self._enclosures)
-        turning = sum(float(part.sum(axis=1).max()) for part in bent)
+        turning = sum(acting.weakening(self._time, bars.position) for acting in self._fields)
         return float(total.max(initial=0.0)) + turning
 
     def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> csc_matrix:
@@ -187,8 +181,8 @@ class Balance:
             rows.append(np.broadcast_to(row, (*row.shape[:2], 3)).ravel())
             columns.append(np.broadcast_to(column, (len(column), 3, 3)).ravel())
             values.append((sign * block[moves]).ravel())
-        for enclosure in self._enclosures:
-            pressed = enclosure.matrix(
+        for acting in self._fields:
+            pressed = acting.matrix(
                 self._time, bars.position, self._number, len(self.free), exact=exact
             )
             rows.append(pressed.row)

@@ -89,9 +89,12 @@ def _worst_position(
     return Quantity(name, float(errors[row]), bound, None, scale, units.LENGTH, time, node)
 
 
-def velocity(run: Observed, reference: Reference, valid: NDArray[np.bool_]) -> Quantity:
+def velocity(
+    run: Observed, reference: Reference, network: Network, valid: NDArray[np.bool_]
+) -> Quantity:
     """Return the error of velocities, relative to the largest speed of the run."""
-    error = _distance(run.velocity, reference.velocity) * valid[:, None]
+    shown = slice(network.shown_nodes)
+    error = _distance(run.velocity[:, shown], reference.velocity[:, shown]) * valid[:, None]
     scale = float(reference.speed[-1])
     row, node = np.unravel_index(np.argmax(error), error.shape)
     worst = relative(error[row, node], np.array(scale), 0.0)

@@ -6,10 +6,10 @@ x the positions and v the velocities of all nodes,
     r = B x,  L = |r|,  n = r / L,  w = n · (B v),  T = f(L - L0) + g(w),
     forces on the nodes = -Bᵀ (T n),    m a = forces + loads - drag v + m g.
 
-The unknowns are y = (u, v, W, D): displacements u from the drawing and velocities of the free
-nodes, the work W done by loads and by whoever drives nodes, and the energy D lost in dampers
-and by ambient damping. Displacements, because they keep the digits that positions far from the
-origin would lose.
+The unknowns are y = (u, v, z, W, D): displacements u from the drawing and velocities of the
+free nodes, what bristles of friction remember, the work W done by loads and by whoever drives
+nodes, and the energy D lost in dampers, by friction and by ambient damping. Displacements,
+because they keep the digits that positions far from the origin would lose.
 """
 
 from dataclasses import dataclass
@@ -95,7 +95,8 @@ class Equations:
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
-        self.enclosures = tuple(situation.enclosures.values())
+        self.fields, self.contact = situation.fields, situation.contact
+        self.bodies, self.memory = network.body_nodes, np.arange(self.count)[network.memory]
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
@@ -116,9 +117,10 @@ class Equations:
     # --- state --------------------------------------------------------------------------------
 
     def gather(self, position: Floats, velocity: Floats, work: float, lost: float) -> Floats:
-        """Return the unknowns of a state, shape (6 free + 2,)."""
-        moved = (position - self.drawn)[self.free]
-        return np.concatenate([moved.ravel(), velocity[self.free].ravel(), [work, lost]])
+        """Return the unknowns of a state, shape (6 free + 3 memory + 2,)."""
+        moved, bristles = (position - self.drawn)[self.free], velocity[self.memory]
+        own = velocity[self.free]
+        return np.concatenate([moved.ravel(), own.ravel(), bristles.ravel(), [work, lost]])
 
     def _inside(self, time: float) -> float:
         """Return a time of the stretch at which no course is taken from outside of it [s]."""
@@ -134,6 +136,7 @@ class Equations:
         size = 3 * len(self.free)
         moved[self.free] = y[:size].reshape(-1, 3)
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
+        velocity[self.memory] = y[2 * size : -2].reshape(-1, 3)
         return moved, velocity
 
     # --- forces -------------------------------------------------------------------------------
@@ -152,12 +155,14 @@ class Equations:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
         return -(self._backwards @ (springs.tension[:, None] * springs.direction))
 
-    def inner_forces(self, time: float, moved: Floats, springs: Springs) -> Floats:
-        """Return what springs and enclosed volumes do to every node [N], shape (node, 3)."""
+    def inner_forces(
+        self, time: float, moved: Floats, velocity: Floats, springs: Springs
+    ) -> Floats:
+        """Return what springs, pressure and contact do to every node [N], shape (node, 3)."""
         forces = self.node_forces(springs)
         inside = self._inside(time)
-        for enclosure in self.enclosures:
-            enclosure.add_forces(inside, self.drawn + moved, forces)
+        for acting in self.fields:
+            acting.add_forces(inside, self.drawn + moved, velocity, forces)
         return forces
 
     def outside(self, time: float) -> Floats:
@@ -169,13 +174,13 @@ class Equations:
         return total
 
     def rate(self, time: float, y: Floats) -> Floats:
-        """Return dy/dt, shape (6 free + 2,)."""
+        """Return dy/dt, shape (6 free + 3 memory + 2,)."""
         moved, velocity = self.spread(time, y)
-        springs = self.pull(moved, velocity)
-        forces = self.inner_forces(time, moved, springs)
+        springs, position = self.pull(moved, velocity), self.drawn + moved
+        forces = self.inner_forces(time, moved, velocity, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
         inside = self._inside(time)
-        work += sum(e.pumping(inside, self.drawn + moved) for e in self.enclosures)
+        work += sum(acting.pumping(inside, position) for acting in self.fields)
         own = velocity[self.free]
         acting = forces[self.free] - self.drag * own
         if self.loads:
@@ -184,14 +189,22 @@ class Equations:
             work += np.vdot(loads, own)
         braking = self.behaviour.brake(springs.closing)
         lost = braking @ springs.closing + self.drag * np.vdot(own, own)
+        lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
-        return np.concatenate([own.ravel(), fall.ravel(), [work, lost]])
+        parts = [own.ravel(), fall.ravel(), self._bending(position, velocity), [work, lost]]
+        return np.concatenate(parts)
+
+    def _bending(self, position: Floats, velocity: Floats) -> Floats:
+        """Return the rates of what bristles remember, shape (3 memory,)."""
+        if self.contact is None or not len(self.memory):
+            return np.zeros(0)
+        return self.contact.bristle_rates(position, velocity).ravel()
 
     def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
-        """Return ∂(dy/dt)/∂y, sparse; the rows of W and D are left empty.
+        """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are left empty.
 
-        These two follow from the others and act on nothing, so Newton's iteration converges
-        without them.
+        Work and losses follow from the others and act on nothing, so that Newton's iteration
+        converges without them; without pressure and contact it needs smaller steps.
         """
         moved, velocity = self.spread(time, y)
         springs = self.pull(moved, velocity)
@@ -207,7 +220,7 @@ class Equations:
         )
         by_speed = damping[:, None, None] * along
         lighter = sparse.diags(np.repeat(1.0 / self.mass, 3))
-        size = 3 * len(self.free)
+        size, rest = 3 * len(self.free), 3 * len(self.memory) + 2
         drag = sparse.diags(np.full(size, self.drag))
         blocks = [
             [None, sparse.identity(size), None],
@@ -216,11 +229,11 @@ class Equations:
                 -lighter @ (self.between(by_speed) + drag),
                 None,
             ],
-            [None, None, sparse.csr_matrix((2, 2))],
+            [None, None, sparse.csr_matrix((rest, rest))],
         ]
-        return (
-            sparse.csc_matrix(sparse.block_array(blocks)) if size else sparse.csc_matrix((2, 2))
-        )
+        if not size:
+            return sparse.csc_matrix((rest, rest))
+        return sparse.csc_matrix(sparse.block_array(blocks))
 
     def between(self, blocks: Floats) -> sparse.csr_matrix:
         """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes."""
@@ -235,7 +248,7 @@ class Equations:
     def energies(self, time: float, moved: Floats, velocity: Floats) -> Energies:
         """Return the energies of a state."""
         inside = self._inside(time)
-        pressed = (e.energy(inside, self.drawn + moved) for e in self.enclosures)
+        pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
         own = velocity[self.free]
         stretch = self.pull(moved, velocity).length - self.rest
         place = (self.drawn + moved)[self.free]
@@ -246,8 +259,9 @@ class Equations:
         )
 
     def scales(self, time: float, moved: Floats, velocity: Floats) -> Scales:
-        """Return how large a state is."""
+        """Return how large a state of the bodies is."""
         energies = self.energies(time, moved, velocity)
+        moved, velocity = moved[: self.bodies], velocity[: self.bodies]
         return Scales(largest(moved), largest(velocity), energies.kinetic + energies.elastic)
 
     def noise(self) -> Scales:

@@ -81,7 +81,7 @@ class Judge:
         return (
             *compare.position(run, reference, self._network, bound, judged),
             compare.energy_balance(run, bound),
-            compare.velocity(run, reference, valid),
+            compare.velocity(run, reference, self._network, valid),
             *compare.support_forces(run, reference, end, groups, valid, bound),
         )
 

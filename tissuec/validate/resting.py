@@ -149,7 +149,8 @@ class Field:
 
     def _state(self, moved: Floats) -> Floats:
         """Return displacements of all nodes, shape (node, 3)."""
-        y = np.concatenate([moved, np.zeros_like(moved), np.zeros(2)])
+        rest = np.zeros(3 * len(self._equations.memory) + 2)
+        y = np.concatenate([moved, np.zeros_like(moved), rest])
         return self._equations.spread(self._time, y)[0]
 
     def _springs(self, moved: Floats) -> Springs:
@@ -158,8 +159,9 @@ class Field:
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
+        state = self._state(moved)
         forces = self._equations.inner_forces(
-            self._time, self._state(moved), self._springs(moved)
+            self._time, state, np.zeros_like(state), self._springs(moved)
         )
         return forces[self.free].ravel() + self._load
 
@@ -168,7 +170,7 @@ class Field:
         stretch = self._springs(moved).length - self._equations.rest
         elastic = self._equations.behaviour.energy(stretch).sum()
         place = self._equations.drawn + self._state(moved)
-        pressed = sum(float(e.energy(self._time, place)) for e in self._equations.enclosures)
+        pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
         return float(elastic - self._load @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:
@@ -188,7 +190,7 @@ class Field:
         place = self._equations.drawn + self._state(moved)
         number = np.full(self._equations.count, -1)
         number[self.free] = np.arange(len(self.free))
-        for enclosure in self._equations.enclosures:
-            part = enclosure.matrix(self._time, place, number, len(self.free))
+        for acting in self._equations.fields:
+            part = acting.matrix(self._time, place, number, len(self.free))
             matrix = (matrix + part).tocsr()
         return matrix

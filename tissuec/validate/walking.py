@@ -51,7 +51,9 @@ class Walk:
         self.network, self.plan, self.track = network, plan, track
         self.method, self.rtol = method, rtol
         self.duration = plan.simulation.duration
-        self.situation = Situation.start(network, gravity=plan.gravity, drag=plan.drag)
+        self.situation = Situation.start(
+            network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
+        )
         self.calendar = Calendar(plan.events, SAME * self.duration)
         self.waiting = list(range(len(plan.triggers)))
         self.work = self.lost = self.switched = self.initial = 0.0
@@ -171,6 +173,7 @@ class Walk:
         situation.time = time
         situation.position[free] = equations.drawn[free] + moved[free]
         situation.velocity[free] = velocity[free]
+        situation.velocity[equations.memory] = velocity[equations.memory]
         situation.place_held()
         self.work, self.lost = map(float, y[-2:])
 

@@ -27,6 +27,13 @@ def held_by(situation: Situation, holder: str) -> Indices:
     return situation.holders.get(holder, _NOTHING)
 
 
+def gripped(situation: Situation, tool: str) -> Indices:
+    """Return the nodes that a tool holds beside those of its own shape, ascending."""
+    own = [t.nodes for t in situation.network.tools if t.name == tool]
+    held = held_by(situation, tool)
+    return held[held < own[0].start] if own else held
+
+
 def take(situation: Situation, holder: str, nodes: Indices) -> None:
     """Let a holder hold nodes besides those that it holds already; they rest from now on."""
     situation.place_held()

@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 from tissuec.core.source import Span
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
-from tissuec.verbs.holding import FIX, held_by, let_go, sentence
+from tissuec.verbs.holding import FIX, gripped, let_go, sentence
 
 
 @VERBS.member("release")
@@ -39,7 +39,7 @@ class Release:
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
         if self.group is None:
-            nodes = held_by(situation, self.tool or "")
+            nodes = gripped(situation, self.tool or "")
         else:
             nodes = self.group.indices
         text = sentence(self.span)

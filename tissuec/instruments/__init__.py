@@ -1,0 +1,51 @@
+"""Instruments: one file each, holding its entries and the shapes that it touches with.
+
+A member is a dataclass whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
+move rigidly with the tool, except that jaws may close.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from tissuec.core.registry import Family
+from tissuec.network import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """A capsule, all points near a line, or all that lies behind a plane.
+
+    Attributes:
+        kind: Of both.
+        points: Ends of the line of a capsule, equal for a sphere; a point of a plane and one
+            straight in front of it [m], shape (2, 3).
+        radius: Of a capsule [m].
+        part: What it is called in messages and logs, such as "upper jaw"; empty for the whole.
+    """
+
+    kind: Literal["capsule", "plane"]
+    points: Floats
+    radius: float = 0.0
+    part: str = ""
+
+
+def capsule(start: Floats, stop: Floats, radius: float, part: str = "") -> Shape:
+    """Return all points within a radius of the line between two points."""
+    return Shape("capsule", np.array([start, stop]), radius, part)
+
+
+class Instrument(Protocol):
+    """What a member of ``INSTRUMENTS`` can do; its fields are its entries in the language."""
+
+    def shapes(self) -> tuple[Shape, ...]:
+        """Return what it touches with, as drawn; nothing if it only acts on nodes by name.
+
+        Raises:
+            ValueError: The entries are impossible together, and why.
+        """
+        ...
+
+
+INSTRUMENTS: Family[type[Instrument]] = Family("tissuec.instruments", "tool")

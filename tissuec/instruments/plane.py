@@ -1,0 +1,33 @@
+"""A plane: a table, or a plate that presses."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.fields import Point, Position
+from tissuec.instruments import INSTRUMENTS, Shape
+from tissuec.network import Floats
+
+
+@INSTRUMENTS.member("plane")
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """A plane without end that lets nothing pass to behind it.
+
+    Attributes:
+        through: a point of it
+        facing: the direction in front of it
+    """
+
+    through: Position
+    facing: Annotated[Floats, Point(units.NUMBER)]
+
+    def shapes(self) -> tuple[Shape, ...]:
+        length = float(np.linalg.norm(self.facing))
+        if not length > 0.0:
+            raise ValueError('"facing" is a direction and cannot be (0, 0, 0)')
+        # A step of one metre would lose digits in small scenes; its length does not matter.
+        ahead = self.facing / length * max(float(np.abs(self.through).max()), 1e-3)
+        return (Shape("plane", np.array([self.through, self.through + ahead])),)

@@ -1,0 +1,30 @@
+"""A probe: a sphere or a rounded rod."""
+
+from dataclasses import dataclass
+
+from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
+from tissuec.instruments import INSTRUMENTS, Shape, capsule
+
+
+@INSTRUMENTS.member("probe")
+@dataclass(frozen=True, slots=True, eq=False)
+class Probe:
+    """A sphere at a point, or a rod with round ends along an axis.
+
+    Attributes:
+        radius: of the sphere or rod
+        centre: of a sphere
+        axis: the line through a rod, between the centres of its round ends
+    """
+
+    radius: Length
+    centre: PositionIfAny = None
+    axis: PointsIfAny = None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        if (self.centre is None) == (self.axis is None):
+            raise ValueError('it is a sphere with "centre" or a rod with "axis", one of them')
+        if self.axis is not None:
+            return (capsule(*self.axis, self.radius),)
+        assert self.centre is not None
+        return (capsule(self.centre, self.centre, self.radius),)
