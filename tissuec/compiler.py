@@ -28,7 +28,7 @@ from tissuec.scene.model import Scene
 from tissuec.verbs import Demanding
 from tissuec.verbs.change import ChangeParameter
 
-ARRAYS = ("mass", "stiffness", "damping", "rest", "strength")
+ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,8 +153,9 @@ def _can_break(network: Network, script: Script) -> bool:
     """Return whether a spring can rupture, from the start or after a ``change``."""
     actions = (event.action for event in _events(script))
     changes = (action for action in actions if isinstance(action, ChangeParameter))
-    return bool(np.isfinite(network.strength).any()) or any(
-        c.array == "strength" for c in changes
+    limits = (network.strength, network.crush)
+    return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
+        change.array in ("strength", "crush") for change in changes
     )
 
 

@@ -61,6 +61,8 @@ class Network:
         damping: Viscosities d [N s/m], shape (spring,).
         rest: Rest lengths L0 [m], shape (spring,).
         strength: Fraction forces [N], shape (spring,); infinite where nothing may rupture.
+        crush: Crushing forces [N], shape (spring,): the pressures that springs bear; infinite
+            where nothing is crushed.
         law: Law of each spring as a number among ``laws``, shape (spring,).
         laws: The laws of springs and dashpots; the first is the linear one.
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
@@ -78,6 +80,7 @@ class Network:
     damping: Floats
     rest: Floats
     strength: Floats
+    crush: Floats
     law: NDArray[np.int32]
     laws: tuple[Law, ...]
     skin: NDArray[np.int32]

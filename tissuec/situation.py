@@ -116,8 +116,8 @@ class Situation:
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
-        mass, stiffness, damping, rest, strength: Present values; the network's own arrays
-            until a ``change``.
+        mass, stiffness, damping, rest, strength, crush: Present values; the network's own
+            arrays until a ``change``.
     """
 
     network: Network
@@ -130,6 +130,7 @@ class Situation:
     damping: Floats
     rest: Floats
     strength: Floats
+    crush: Floats
     gravity: Floats
     drag: float
     holders: dict[str, Indices] = field(default_factory=dict)
@@ -152,6 +153,7 @@ class Situation:
             damping=network.damping,
             rest=network.rest,
             strength=network.strength,
+            crush=network.crush,
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
         )

@@ -73,7 +73,8 @@ class MaterialReader:
             "stiffness": self._per_spring("spring constant"),
             "damping": self._per_spring("viscosity"),
             "rest": self._rest(),
-            "strength": self._strength(),
+            "strength": self._limit("fraction force"),
+            "crush": self._limit("crushing force"),
         }
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
@@ -119,9 +120,10 @@ class MaterialReader:
         column = self.columns.springs.get("rest length")
         return self._from_table((1.0 - prestress) * self.length, provenance, column, "springs")
 
-    def _strength(self) -> Explained:
+    def _limit(self, name: str) -> Explained:
+        """Return the force at which each spring breaks [N]; infinite where nothing does."""
         if self.body.may_rupture:
-            return self._per_spring("fraction force")
+            return self._per_spring(name)
         origin = Origin(self.body.span, "rupture is not allowed")
         index = np.zeros(len(self.length), dtype=np.int32)
         return np.full(len(self.length), np.inf), Provenance(index, (origin,))

@@ -41,12 +41,13 @@ NODE_COLUMNS: dict[str, Dimension | None] = {
 SPRING_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "a": None, "b": None, "rest length": LENGTH,
     "spring constant": units.STIFFNESS, "viscosity": units.VISCOSITY,
-    "fraction force": units.FORCE,
+    "fraction force": units.FORCE, "crushing force": units.FORCE,
 }  # fmt: skip
 #: Columns that may leave a cell open with "-": the tissue gives what is missing.
-_OPEN = ("mass", "rest length", "spring constant", "viscosity", "fraction force")
+_LIMITS = ("fraction force", "crushing force")
+_OPEN = ("mass", "rest length", "spring constant", "viscosity", *_LIMITS)
 #: Columns whose numbers must be above zero, or may be zero.
-_ABOVE_ZERO = ("mass", "fraction force")
+_ABOVE_ZERO = ("mass", *_LIMITS)
 #: Logarithm of the ratio of rest length and drawn length from which on a unit is wrong.
 _FAR_OFF = np.log(20.0)
 _NOT_BELOW_ZERO = ("spring constant", "viscosity", "rest length")

@@ -56,6 +56,7 @@ class Features:
 
     viscous: bool
     watched: bool
+    crushed: bool
     ledger: bool
     moved: bool
     loaded: bool
@@ -103,7 +104,8 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded", "enclosed")
+    flags = ("viscous", "watched", "crushed", "ledger", "moved", "loaded")
+    flags += ("banded", "enclosed")
     replaced |= {name.upper(): getattr(features, name) for name in flags}
     curved = code.functions(features.laws) if features.laws else {}
     return replaced | curved | {"CURVED": bool(features.laws)}

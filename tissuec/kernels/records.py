@@ -56,8 +56,10 @@ class Net(NamedTuple):
     damping: Floats  # d [N s/m], shape (spring,)
     rest: Floats  # L0 [m], shape (spring,)
     strength: Floats  # [N], shape (spring,)
+    crush: Floats  # [N], shape (spring,)
     law: NDArray[np.int32]  # of each spring, 0 if linear, shape (spring,)
     near: Floats  # tension from which a closer look is needed [N], shape (spring,)
+    near_crush: Floats  # the same of pressure
     inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
     push: Floats  # constant loads on free nodes [N], shape (3 node,)

@@ -22,8 +22,9 @@ class VectorNet:
     Args:
         low, high: Lower and upper node of each spring, shape (spring,).
         behaviour: What each spring does at an elongation and a speed.
-        strength: Per spring [N], shape (spring,).
+        strength, crush: Per spring [N], shape (spring,).
         near: Tension from which a closer look is needed [N], shape (spring,).
+        near_crush: The same of pressure.
         inverse_mass: Zero for held nodes [1/kg], shape (node,).
         steady: Gravity and constant loads by mass [m/s²], shape (3 node,).
         push: Constant loads on free nodes [N], shape (3 node,).
@@ -31,7 +32,8 @@ class VectorNet:
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
-        watched: Whether springs may rupture.
+        watched: Whether springs may break.
+        crushed: Whether they do so under pressure, too.
         ledger: Whether work and dissipation are integrated.
     """
 
@@ -42,7 +44,9 @@ class VectorNet:
         high: Integers,
         behaviour: Behaviour,
         strength: Floats,
+        crush: Floats,
         near: Floats,
+        near_crush: Floats,
         inverse_mass: Floats,
         steady: Floats,
         push: Floats,
@@ -51,6 +55,7 @@ class VectorNet:
         acts: Acts,
         enclosures: Enclosures,
         watched: bool,
+        crushed: bool,
         ledger: bool,
     ):
         component = np.arange(3)[:, None]
@@ -61,12 +66,13 @@ class VectorNet:
         self.stiffness, self.damping = behaviour.stiffness, behaviour.damping
         self.rest = behaviour.rest
         self.strength, self.near = strength, near
+        self.crush, self.near_crush = crush, near_crush
         self.inverse_mass = np.repeat(inverse_mass, 3)
         is_free = self.inverse_mass > 0.0
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
-        self.watched, self.ledger = watched, ledger
+        self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
         self.end = np.empty((3, springs))
@@ -103,9 +109,11 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
-    """Set ``a`` to the accelerations; return whether a spring is near its strength."""
+    """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
     tension = _stretch(x, v, net)
     near = net.watched and bool((tension > net.near).any())
+    if net.crushed:
+        near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
         power[1] = np.dot(net.length, net.closing) if net.viscous else 0.0
         power[0] = np.dot(net.push, v)
@@ -164,8 +172,11 @@ def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
 
 
 def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: VectorNet) -> bool:
-    """Tell whether a parabola through three looks rises above ``margin`` times a strength."""
-    return bool((parabola_tops(before, here, after) > margin * net.strength).any())
+    """Tell whether a parabola through three looks rises above ``margin`` times a limit."""
+    tears = bool((parabola_tops(before, here, after) > margin * net.strength).any())
+    if tears or not net.crushed:
+        return tears
+    return bool((parabola_tops(-before, -here, -after) > margin * net.crush).any())
 
 
 def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:

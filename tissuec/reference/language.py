@@ -151,7 +151,9 @@ def _spreads(quantity: Quantity) -> str:
 
 
 def _rest(quantity: Quantity) -> str:
-    return "an error" if quantity.default is None else code(f"{quantity.default:g}")
+    if quantity.default is None:
+        return "an error"
+    return code("none" if quantity.default == quantity.none else f"{quantity.default:g}")
 
 
 def mesh_sections() -> str:

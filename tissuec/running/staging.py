@@ -14,6 +14,12 @@ from tissuec.running.recording import Recorder
 from tissuec.running.standing import Standing
 from tissuec.verbs import Failed, Happening
 
+#: How springs break by themselves: the array of the limit, and the cause in words.
+_BROKEN = {
+    "rupture": ("strength", "the tension exceeded the fraction force"),
+    "crush": ("crush", "the pressure exceeded the crushing force"),
+}
+
 
 class Stage:
     """Carries out events on a standing run and tells the recorder.
@@ -104,17 +110,24 @@ class Stage:
 
     def _rupture(self, springs: Indices) -> None:
         situation = self.standing.situation
+        state = situation.position, situation.velocity
+        is_pressed = mechanics.tension(situation, *state, springs) < 0.0
         situation.alive = situation.alive.copy()
         situation.alive[springs] = False
         self.standing.ruptured[springs] = True
-        origins = self.network.provenance.get("strength")
+        self._log_broken("rupture", springs[~is_pressed])
+        self._log_broken("crush", springs[is_pressed])
+
+    def _log_broken(self, kind: str, springs: Indices) -> None:
+        """Enter springs that broke, by the places that their limits come from."""
+        array, cause = _BROKEN[kind]
+        origins = self.network.provenance.get(array)
         by_origin: dict[Any, list[int]] = {}
         for spring in springs.tolist():
             span = self.plan.simulation.span if origins is None else origins[spring].span
             by_origin.setdefault(span, []).append(spring)
-        cause = "the tension exceeded the fraction force"
         for span, found in by_origin.items():
-            self._log(Happening("rupture", tuple(found), cause, span))
+            self._log(Happening(kind, tuple(found), cause, span))
 
     def _fire(self, triggers: list[int]) -> None:
         for number in triggers:
