@@ -40,12 +40,17 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class BodyPart:
-    """Where the nodes and springs of one body stand in the arrays."""
+    """Where the nodes and springs of one body stand in the arrays.
+
+    Attributes:
+        bending: How many of its springs, the last ones, resist bending only.
+    """
 
     name: str
     nodes: slice
     springs: slice
     span: Span
+    bending: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,6 +107,14 @@ class Network:
     @property
     def spring_count(self) -> int:
         return len(self.ends)
+
+    @property
+    def bends(self) -> NDArray[np.bool_]:
+        """Return which springs resist bending only, shape (spring,)."""
+        bends = np.zeros(self.spring_count, dtype=bool)
+        for body in self.bodies:
+            bends[body.springs.stop - body.bending : body.springs.stop] = True
+        return bends
 
     def behaviour(self) -> Behaviour:
         """Return what the springs do at the start of a run."""

@@ -29,6 +29,7 @@ class BodyArrays:
     velocity: Floats
     node_ids: Indices
     spring_ids: Indices
+    bending: int  # how many springs, the last ones, resist bending only
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -50,6 +51,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         velocity,
         drawing.columns.node_ids,
         drawing.columns.spring_ids,
+        len(drawing.length) - drawing.own,
     )
 
 

@@ -6,7 +6,7 @@ a prestress p. A spring between two regions follows the body's ``interface``. Wh
 goes before all of this.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NoReturn, TypeAlias
@@ -60,6 +60,7 @@ class MaterialReader:
         self.end_parts = drawing.part[drawing.mesh.ends]  # shape (spring, 2)
         self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
         self.length = drawing.length
+        self.ends, self.bends = drawing.mesh.ends, drawing.bends
         self.materials = [Material(body.name, body.tissue, None, body.span)]
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
@@ -68,7 +69,7 @@ class MaterialReader:
 
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
-        return {
+        arrays = {
             "mass": self._mass(),
             "stiffness": self._per_spring("spring constant"),
             "damping": self._per_spring("viscosity"),
@@ -76,6 +77,7 @@ class MaterialReader:
             "strength": self._limit("fraction force"),
             "crush": self._limit("crushing force"),
         }
+        return arrays if self.body.bending is None else arrays | self._bending(arrays)
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
         """Return the law of each spring by number, shape (spring,), and all laws."""
@@ -88,6 +90,7 @@ class MaterialReader:
             numbers.append(laws.index(law))
         ends = np.array(numbers, dtype=np.int32)[self.end_parts]
         first, second = ends.T
+        first, second = (np.where(self.bends, 0, end) for end in (first, second))
         if self.body.interface == "mean" and (mixed := np.flatnonzero(first != second)).size:
             parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
             self.findings.reject(
@@ -98,6 +101,45 @@ class MaterialReader:
             )
         softer = first if self.body.interface == "" else self._joined(first, second)
         return np.where(first == second, first, softer).astype(np.int32), tuple(laws)
+
+    def _bending(self, arrays: Mapping[str, Explained]) -> dict[str, Explained]:
+        """Return the arrays in which bending springs differ from those of the tissue.
+
+        They are linear, a part as stiff as a spring of their length, and break at the strain at
+        which springs at their ends do on average, as far as these are linear, too.
+        """
+        assert self.body.bending is not None
+        for name in ("spring constant", "viscosity"):
+            found = self._found(name)
+            for number in np.unique(self.end_parts[self.bends]):
+                if found[number] is None:
+                    needed = Note("needed by its bending springs", self.body.bending.span)
+                    self._missing(name, self.materials[number], needed)
+        part = self.body.bending.part
+        pull = arrays["stiffness"][0] * self.length  # of each spring at a strain of 1
+        own, beside = pull[self.bends], self._beside(pull)
+        known = (own > 0.0) & (beside > 0.0)
+        stronger = part * np.where(known, own, 1.0) / np.where(known, beside, 1.0)
+        changed = {"stiffness": part, "damping": part, "strength": stronger, "crush": stronger}
+        return {name: self._times(arrays[name], factor) for name, factor in changed.items()}
+
+    def _beside(self, values: Floats) -> Floats:
+        """Return the mean over the mesh's own springs at the ends of each bending spring."""
+        own, count = self.ends[~self.bends], len(self.node_part)
+        total = sum(np.bincount(end, values[~self.bends], count) for end in own.T)
+        degree = np.bincount(own.ravel(), minlength=count)
+        both = self.ends[self.bends]
+        return np.asarray(total)[both].sum(axis=1) / np.maximum(degree[both].sum(axis=1), 1)
+
+    def _times(self, explained: Explained, factor: Floats | float) -> Explained:
+        """Return an array with those of bending springs multiplied by a factor."""
+        assert self.body.bending is not None
+        values, provenance = explained
+        values = values.copy()
+        values[self.bends] *= factor
+        origins = (*provenance.origins, Origin(self.body.bending.span, "bending"))
+        index = np.where(self.bends, len(origins) - 1, provenance.index)
+        return values, Provenance(index.astype(np.int32), origins)
 
     def _mass(self) -> Explained:
         column = self.columns.nodes.get("mass")
@@ -227,7 +269,7 @@ class MaterialReader:
             ]
         return [m.tissue and m.tissue.given.get(name) for m in self.materials]
 
-    def _missing(self, name: str, material: Material) -> NoReturn:
+    def _missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
         if material.tissue is None:
             self.findings.reject(
                 "TIS304",
@@ -243,7 +285,7 @@ class MaterialReader:
             material.tissue.span,
             hint=f"write {name} = … in the tissue, a rule for it, "
             "or otherwise is … in the vocabulary",
-            notes=(Note(f"used by {material.name}", material.span),),
+            notes=(Note(f"used by {material.name}", material.span), *notes),
         )
 
 

@@ -6,9 +6,10 @@ has one; lengths without a unit take that of the table (``table nodes of net in 
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import CompileError, alternatives, did_you_mean
@@ -62,6 +63,21 @@ class ExplicitBody:
     spring_ids: Indices
     nodes: Mapping[str, Floats]
     springs: Mapping[str, Floats]
+
+    def with_springs(self, pairs: NDArray[np.int32]) -> "ExplicitBody":
+        """Return this with further springs behind its own, of which its tables say nothing."""
+        mesh, count = self.mesh, len(pairs)
+        ids = int(self.spring_ids.max(initial=0)) + 1 + np.arange(count)
+        return ExplicitBody(
+            replace(mesh, ends=np.concatenate([mesh.ends, pairs])),
+            self.node_ids,
+            np.concatenate([self.spring_ids, ids]),
+            self.nodes,
+            {
+                name: np.concatenate([column, np.full(count, np.nan)])
+                for name, column in self.springs.items()
+            },
+        )
 
     @classmethod
     def without_columns(cls, mesh: Mesh) -> "ExplicitBody":

@@ -157,6 +157,12 @@ class Lattice:
         position = self._position(crystal, cells, np.unravel_index(place, number.shape))
         return Mesh(position, springs(len(place), pairs), _skin(crystal, number))
 
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Refuse: what is solid bends against the springs inside."""
+        raise ValueError(
+            'a lattice is solid, and bends against the springs inside; choose another "reach"'
+        )
+
     def _position(
         self, crystal: Crystal, cells: Triple, index: tuple[NDArray[np.int64], ...]
     ) -> NDArray[np.float64]:

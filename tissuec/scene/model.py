@@ -104,6 +104,14 @@ class Tables:
     springs: s.Table | None
 
 
+@dataclass(frozen=True, slots=True)
+class Bending:
+    """Springs between second neighbours of a surface."""
+
+    part: float  # of the tissue's spring constant and viscosity; above zero
+    span: Span
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
     """A mesh made of tissue.
@@ -114,6 +122,7 @@ class Body:
         mass: Of the whole body [kg], overriding the tissue's; None if not written.
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
+        bending: Springs between second neighbours; None without any.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
@@ -127,6 +136,7 @@ class Body:
     regions: tuple[Region, ...]
     interface: str
     may_rupture: bool
+    bending: Bending | None
     mass: float | None
     mass_span: Span | None
     velocity: Floats
