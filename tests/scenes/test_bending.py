@@ -96,8 +96,9 @@ def test_edges_on_the_rim_have_nobody_across():
 
 
 def test_sets_can_choose_them_and_frames_leave_them_out():
-    text = scene().replace("environment", "set hinges = springs of part where bending\n"
-                           "set rest = springs of part where not bending\nenvironment")  # fmt: skip
+    sets = "set hinges = springs of part where bending\n"
+    sets += "set rest = springs of part where not bending"
+    text = scene().replace("environment", f"{sets}\nenvironment")
     compiled = compiled_scene(text)
     net = compiled.network
     found = [compiled.groups.sets.find(name).group.indices for name in ("hinges", "rest")]

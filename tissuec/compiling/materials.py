@@ -22,7 +22,7 @@ from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS
-from tissuec.scene.model import Given, Tissue
+from tissuec.scene.model import Given, Tissue, WrittenLaws
 from tissuec.scene.quantities import QUANTITIES
 
 #: An array of the network and where its numbers are from.
@@ -61,6 +61,9 @@ class MaterialReader:
         self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
         self.length = drawing.length
         self.ends, self.bends = drawing.mesh.ends, drawing.bends
+        self.typed = self.columns.springs.get("law", np.full(len(self.length), np.nan))
+        self.is_typed = ~np.isnan(self.typed)
+        self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
         self.materials = [Material(body.name, body.tissue, None, body.span)]
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
@@ -90,7 +93,7 @@ class MaterialReader:
             numbers.append(laws.index(law))
         ends = np.array(numbers, dtype=np.int32)[self.end_parts]
         first, second = ends.T
-        first, second = (np.where(self.bends, 0, end) for end in (first, second))
+        first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
         if self.body.interface == "mean" and (mixed := np.flatnonzero(first != second)).size:
             parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
             self.findings.reject(
@@ -100,7 +103,30 @@ class MaterialReader:
                 hint="write interface is softer, or stiffer",
             )
         softer = first if self.body.interface == "" else self._joined(first, second)
-        return np.where(first == second, first, softer).astype(np.int32), tuple(laws)
+        found = np.where(first == second, first, softer).astype(np.int32)
+        for number, law in enumerate(self.typed_laws):
+            if law not in laws:
+                laws.append(law)
+            found[self.typed == number] = laws.index(law)
+        return found, tuple(laws)
+
+    def _typed_law(self, name: str) -> Law:
+        assert self.body.tables is not None
+        return _as_law(self.body.tables.laws[name], name)
+
+    def _uses(self, name: str) -> NDArray[np.bool_]:
+        """Return which springs have a law from the table that uses a quantity."""
+        variable = _USES.get(name, ("", ""))[1]
+        used = np.array(
+            [
+                not variable or variable in variables(law.elastic) | variables(law.viscous)
+                for law in self.typed_laws
+            ],
+            dtype=bool,
+        )
+        found = np.zeros(len(self.length), dtype=bool)
+        found[self.is_typed] = used[self.typed[self.is_typed].astype(int)]
+        return found
 
     def _bending(self, arrays: Mapping[str, Explained]) -> dict[str, Explained]:
         """Return the arrays in which bending springs differ from those of the tissue.
@@ -173,12 +199,17 @@ class MaterialReader:
     def _per_spring(self, name: str) -> Explained:
         """Return a quantity of every spring from tables, materials and the interface."""
         column = self.columns.springs.get(name)
-        given = self._given(name, self.end_parts[_is_open(column, self.length)])
+        is_open, is_used = _is_open(column, self.length), self._uses(name)
+        self._expect(name, self.end_parts[is_open & is_used])
+        given = self._given(name, self.end_parts[is_open & ~self.is_typed])
         first, second = self._at_ends(name, given)
         value = np.where(self.is_inner, first, self._joined(first, second))
         origins = [self._origin(g) for g in given]
         origins.append(Origin(self.body.span, f"interface {self.body.interface}"))
         index = np.where(self.is_inner, self.end_parts[:, 0], len(origins) - 1)
+        if (idle := self.is_typed & ~is_used & np.isnan(value)).any():
+            value[idle], index[idle] = 1.0, len(origins)
+            origins.append(Origin(self.body.span, "no part of the law"))
         provenance = Provenance(index.astype(np.int32), tuple(origins))
         return self._from_table(value, provenance, column, "springs")
 
@@ -249,6 +280,13 @@ class MaterialReader:
                 given[number] = self._unused(name, self.materials[number])
         return given
 
+    def _expect(self, name: str, used: NDArray[np.int64]) -> None:
+        """Reject a part that has none of a quantity which laws in the table use."""
+        found = self._found(name)
+        for number in np.unique(used):
+            if found[number] is None and QUANTITIES[name].default is None:
+                self._missing(name, self.materials[number])
+
     def _unused(self, name: str, material: Material) -> Given:
         """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
 
@@ -296,11 +334,15 @@ def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.boo
 
 def _law_of(material: Material) -> Law:
     """Return the law of a part; linear where its tissue says nothing."""
-    written = material.tissue.laws if material.tissue else {}
+    return _as_law(material.tissue.laws if material.tissue else {})
+
+
+def _as_law(written: WrittenLaws, name: str = "") -> Law:
+    """Return what is written as a law, linear where nothing is."""
     spring, dashpot = written.get("spring law"), written.get("viscosity law")
     elastic = LINEAR.elastic if spring is None else spring.force
     viscous = LINEAR.viscous if dashpot is None else dashpot.force
     if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
         return LINEAR
-    name = ", ".join(law.name for law in (spring, dashpot) if law is not None)
-    return Law(name, elastic, viscous)
+    names = ", ".join(law.name for law in (spring, dashpot) if law is not None)
+    return Law(name or names, elastic, viscous)

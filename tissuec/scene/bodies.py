@@ -15,7 +15,7 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
-from tissuec.scene.model import Bending, Body, Given, Region, Tables, Tissue
+from tissuec.scene.model import Bending, Body, Given, Region, Tables, Tissue, WrittenLaws
 from tissuec.scene.tables import explicit_tables, tables_of
 
 EXPLICIT = "explicit"
@@ -59,12 +59,13 @@ def read_body(
     name: s.Name,
     item: s.Item,
     tissues: Mapping[str, Tissue],
+    laws: Mapping[str, WrittenLaws],
     declarations: Declarations,
     scope: Scope,
 ) -> Body:
     """Return a body from its block, or reject it if it cannot be drawn."""
     assert isinstance(item, s.Block)
-    return _BodyReader(name, item, tissues, declarations, scope).read()
+    return _BodyReader(name, item, tissues, laws, declarations, scope).read()
 
 
 class _BodyReader:
@@ -75,12 +76,13 @@ class _BodyReader:
         name: s.Name,
         block: s.Block,
         tissues: Mapping[str, Tissue],
+        laws: Mapping[str, WrittenLaws],
         declarations: Declarations,
         scope: Scope,
     ):
         self.name = name
         self.block = block
-        self.tissues = tissues
+        self.tissues, self.laws = tissues, laws
         self.declarations = declarations
         self.scope = scope
         self.findings = scope.findings
@@ -271,7 +273,7 @@ class _BodyReader:
     def _tables(self) -> Tables | None:
         tables = tables_of(self.name, self.declarations, self.findings)
         if self.is_explicit:
-            return explicit_tables(self.name, self.block.head, tables, self.findings)
+            return explicit_tables(self.name, self.block.head, tables, self.laws, self.findings)
         if tables:
             self.findings.reject(
                 "TIS306",

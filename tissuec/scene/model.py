@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
@@ -66,13 +67,16 @@ class WrittenLaw:
     span: Span
 
 
+#: What replaces linear springs and dashpots, by "spring law" and "viscosity law".
+WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
+
+
 @dataclass(frozen=True, slots=True)
 class Tissue:
     """A preset with everything it inherits.
 
     Attributes:
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
-        laws: What replaces linear springs and dashpots, by "spring law" and "viscosity law".
     """
 
     name: str
@@ -81,7 +85,7 @@ class Tissue:
     facts: tuple[Fact, ...]
     given: Mapping[str, Given]
     missing: Mapping[str, str]
-    laws: Mapping[str, WrittenLaw]
+    laws: WrittenLaws
     span: Span
 
 
@@ -102,6 +106,7 @@ class Tables:
 
     nodes: s.Table
     springs: s.Table | None
+    laws: Mapping[str, WrittenLaws]  # that rows may name, by lower-case name
 
 
 @dataclass(frozen=True, slots=True)
