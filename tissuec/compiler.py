@@ -21,6 +21,7 @@ from tissuec.compiling.script import Script, ScriptReader
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
+from tissuec.meshes import Celled
 from tissuec.network import BodyPart, Network, Provenance
 from tissuec.plan import Event, Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
@@ -116,6 +117,7 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
                 slice(int(p), int(p2)),
                 body.body.span,
                 body.bending,
+                mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
             )
             for body, n, n2, p, p2 in zip(
                 bodies, nodes, nodes[1:], springs, springs[1:], strict=False

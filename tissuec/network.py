@@ -5,8 +5,8 @@ may renumber inside, never visibly. The signed incidence matrix of the paper is 
 columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+CellNodes = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,9 @@ class BodyPart:
 
     Attributes:
         bending: How many of its springs, the last ones, resist bending only.
+        cells: Of a solid body, gives the cells that it is divided into, all of them alike:
+            nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),
+            counted from those of the body.
     """
 
     name: str
@@ -51,6 +55,7 @@ class BodyPart:
     springs: slice
     span: Span
     bending: int = 0
+    cells: Callable[[], CellNodes] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

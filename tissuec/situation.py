@@ -183,11 +183,22 @@ class Situation:
         found = (e for name, e in self.enclosures.items() if name.lower() == body.lower())
         return next(found, None)
 
-    def let_leak(self) -> list[Enclosure]:
-        """Give up the volumes whose surface is torn, and return them; they keep no pressure."""
-        torn = [e for e in self.enclosures.values() if not self.alive[e.edges].all()]
-        self.enclosures = {k: e for k, e in self.enclosures.items() if e not in torn}
-        return torn
+    def let_leak(self) -> list[tuple[Enclosure, int]]:
+        """Give up the cells that are torn, which keep no pressure.
+
+        Returns:
+            Enclosures as they were, each with the number of cells that it loses.
+        """
+        found, kept = [], {}
+        for name, enclosure in self.enclosures.items():
+            torn = enclosure.torn(self.alive)
+            if len(torn):
+                found.append((enclosure, len(torn)))
+                enclosure = enclosure.without(torn)
+            if enclosure.cell_count:
+                kept[name] = enclosure
+        self.enclosures = kept
+        return found
 
     def place_held(self) -> None:
         """Put driven nodes on their paths and every other held node at rest, at ``time``."""

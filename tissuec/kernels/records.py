@@ -38,9 +38,9 @@ class Acts(NamedTuple):
 
 
 class Enclosures(NamedTuple):
-    """Enclosed volumes: cells of triangles that face outwards."""
+    """Enclosed volumes: cells of faces with four corners that face outwards."""
 
-    corners: Integers  # nodes of the triangles, shape (triangle, 3)
+    corners: Integers  # nodes of the faces, shape (face, 4)
     first: Integers  # shape (cell + 1,)
     drawn: Floats  # volumes [m³], shape (cell,)
     modulus: Floats  # [Pa], shape (cell,)

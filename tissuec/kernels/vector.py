@@ -144,9 +144,10 @@ def _press(time: float, x: Floats, f: Floats, net: VectorNet) -> float:
     corners, first, drawn, modulus, act = net.enclosures
     place = x.reshape(-1, 3)
     seen = place[corners] - place[np.repeat(corners[first[:-1], 0], np.diff(first))][:, None]
-    a, b, c = seen.transpose(1, 0, 2)
-    sides = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
-    volume = np.add.reduceat(np.einsum("tk,tk->t", a, sides[:, 0]), first[:-1])
+    s, p, q = seen.sum(axis=1), seen[:, 2] - seen[:, 0], seen[:, 3] - seen[:, 1]
+    by_s, by_p, by_q = np.cross(p, q) / 24.0, np.cross(q, s) / 24.0, np.cross(s, p) / 24.0
+    sides = np.stack([by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q], axis=1)
+    volume = np.add.reduceat(np.einsum("fk,fk->f", s, by_s), first[:-1])
     swell, rate = np.array([total(which, time, net.acts) for which in act])[:, [0, 3]].T
     pressure = modulus * (drawn * (1.0 + swell) - volume) / drawn
     forces = np.repeat(pressure, np.diff(first))[:, None, None] * sides

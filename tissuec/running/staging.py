@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from tissuec import mechanics
+from tissuec.core.errors import counted
+from tissuec.enclosures import Enclosure
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
@@ -19,6 +21,16 @@ _BROKEN = {
     "rupture": ("strength", "the tension exceeded the fraction force"),
     "crush": ("crush", "the pressure exceeded the crushing force"),
 }
+
+
+def _leaking(enclosure: Enclosure, cells: int) -> str:
+    """Return what it means that some cells of an enclosure are torn."""
+    if enclosure.cell_count == 1:
+        return f"the surface of {enclosure.name} is torn: it keeps no pressure any more"
+    verb, who = ("is", "it keeps") if cells == 1 else ("are", "they keep")
+    return (
+        f"{counted(cells, 'cell')} of {enclosure.name} {verb} torn: {who} no pressure any more"
+    )
 
 
 class Stage:
@@ -104,9 +116,8 @@ class Stage:
         except Failed as failure:
             self.failure = explain_action(failure, situation)
         situation.place_held()
-        for enclosure in situation.let_leak():
-            cause = f"the surface of {enclosure.name} is torn: it keeps no pressure any more"
-            self._log(Happening("leak", (), cause, enclosure.span))
+        for enclosure, cells in situation.let_leak():
+            self._log(Happening("leak", (), _leaking(enclosure, cells), enclosure.span))
 
     def _rupture(self, springs: Indices) -> None:
         situation = self.standing.situation
