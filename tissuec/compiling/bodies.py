@@ -22,7 +22,7 @@ class BodyArrays:
 
     body: Body
     mesh: Mesh
-    arrays: dict[str, Floats]  # "mass", "stiffness", "damping", "rest", "strength", …
+    arrays: dict[str, Floats]  # by name: "mass", "stiffness", …
     provenance: dict[str, Provenance]
     law: NDArray[np.int32]  # of each spring, as a number among ``laws``
     laws: tuple[Law, ...]

@@ -65,6 +65,7 @@ class Inflate:
 
     The pump works against the pressure that there is: with soft walls the volume follows, with
     hard ones the pressure rises. The body must have its volume preserved.
+    Of a lattice, it is the volume of all cells together that still hold.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
