@@ -26,6 +26,7 @@ def make_net(
     damping=0.0,
     rest=None,
     strength=np.inf,
+    crush=np.inf,
     velocity=0.0,
     law=None,
 ):
@@ -40,7 +41,7 @@ def make_net(
 
     place = span("body net")
     names = {"mass": nodes} | dict.fromkeys(
-        ("stiffness", "damping", "rest", "strength"), springs
+        ("stiffness", "damping", "rest", "strength", "crush"), springs
     )
     return Network(
         position=position,
@@ -51,6 +52,7 @@ def make_net(
         damping=per(springs, damping),
         rest=drawn if rest is None else per(springs, rest),
         strength=per(springs, strength),
+        crush=per(springs, crush),
         law=np.full(springs, 0 if law is None else 1, dtype=np.int32),
         laws=(LINEAR,) if law is None else (LINEAR, law),
         skin=np.zeros((0, 3), dtype=np.int32),

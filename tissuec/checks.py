@@ -197,11 +197,12 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
 def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W404: the ruptures of something that cannot rupture are measured."""
     plan, groups = compiled.plan, compiled.groups
-    breakable = np.isfinite(compiled.network.strength)
+    network = compiled.network
+    breakable = np.isfinite(network.strength) | np.isfinite(network.crush)
     followed = (event for trigger in plan.triggers for event in trigger.events)
     for event in (*plan.events, *followed):
         match event.action:
-            case ChangeParameter(array="strength", is_factor=False, group=changed):
+            case ChangeParameter(array="strength" | "crush", is_factor=False, group=changed):
                 breakable[changed.indices] = True
             case _:
                 pass

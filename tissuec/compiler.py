@@ -23,6 +23,7 @@ from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
+from tissuec.meshes import Celled
 from tissuec.network import BodyPart, Network, Provenance
 from tissuec.plan import Event, Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
@@ -30,7 +31,7 @@ from tissuec.scene.model import Scene
 from tissuec.verbs import Demanding
 from tissuec.verbs.change import ChangeParameter
 
-ARRAYS = ("mass", "stiffness", "damping", "rest", "strength")
+ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +119,12 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
         spring_ids=every(lambda b: b.spring_ids, (), np.int64),
         bodies=tuple(
             BodyPart(
-                body.body.name, slice(int(n), int(n2)), slice(int(p), int(p2)), body.body.span
+                body.body.name,
+                slice(int(n), int(n2)),
+                slice(int(p), int(p2)),
+                body.body.span,
+                body.bending,
+                mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
             )
             for body, n, n2, p, p2 in zip(
                 bodies, nodes, nodes[1:], springs, springs[1:], strict=False
@@ -160,8 +166,9 @@ def _can_break(network: Network, script: Script) -> bool:
     """Return whether a spring can rupture, from the start or after a ``change``."""
     actions = (event.action for event in _events(script))
     changes = (action for action in actions if isinstance(action, ChangeParameter))
-    return bool(np.isfinite(network.strength).any()) or any(
-        c.array == "strength" for c in changes
+    limits = (network.strength, network.crush)
+    return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
+        change.array in ("strength", "crush") for change in changes
     )
 
 

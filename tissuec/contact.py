@@ -253,7 +253,7 @@ class Contact:
         """Return a force whose digits rounding spoils [N]."""
         return self.stiffness * float(np.abs(position).max(initial=0.0))
 
-    def weakening(self, time: float, position: Floats) -> float:
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
         """Return how far below zero round shapes may bring an eigenvalue [N/m]."""
         places = self.depths(position)
         each = sum(self.pressure(place.depth) * place.curvature for place in places)

@@ -1,27 +1,34 @@
-"""Enclosed volumes: surfaces that keep what they hold, by pressure.
+"""Enclosed volumes: closed surfaces that keep what they hold, by pressure.
 
 A cell of drawn volume V0 that encloses V and should enclose Vt stores
 
     E = ½ K (V - Vt)² / V0,
 
 K being its bulk modulus. Its pressure is p = -dE/dV = K (Vt - V) / V0, and the force on a node
-is p ∂V/∂x. With corners a, b, c of the triangles as seen from one of them, facing outwards,
+is p ∂V/∂x. Faces have four corners a, b, c, d, in turn as seen from outside; they are the ruled
+surfaces between opposite sides, which is the mean of both ways to split them into triangles.
+With s = a + b + c + d, p = c - a and q = d - b,
 
-    V = Σ a · (b × c) / 6,        ∂V/∂a = Σ (b × c) / 6.
+    V = Σ s · (p × q) / 24,    ∂V/∂s = p × q / 24,    ∂V/∂p = q × s / 24,    ∂V/∂q = s × p / 24.
+
+Cells that share a face share its surface, so that nothing is lost between them. A triangle is a
+face whose last two corners are one, for which V is a · (b × c) / 6.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import BodyPart, Floats, Indices, Network
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import coo_matrix, csr_matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,12 +45,14 @@ class Enclosure:
 
     Attributes:
         name: Of the body.
-        corners: Nodes of the triangles, cell by cell, shape (triangle, 3).
+        corners: Nodes of the faces, cell by cell, shape (face, 4); a triangle names its last
+            corner twice.
         first: Where each cell begins among them and, last, where all end, shape (cell + 1,).
         drawn: Drawn volumes [m³], shape (cell,); positive.
         modulus: Bulk modulus K [Pa].
         swellings: Changes that were ordered so far.
-        edges: Springs along edges of the triangles: where one is missing, it leaks.
+        walls: Springs of the cells: where one is missing, its cell leaks.
+        walled: The cell of each of them, shape of ``walls``.
         span: The sentence.
     """
 
@@ -53,34 +62,54 @@ class Enclosure:
     drawn: Floats
     modulus: float
     swellings: tuple[Swelling, ...]
-    edges: Indices
+    walls: Indices
+    walled: Indices
     span: Span
 
     @classmethod
     def of(cls, network: Network, name: str, modulus: float, span: Span) -> "Enclosure":
-        """Return what the surface of a body encloses.
+        """Return what the cells of a body enclose, or its surface if it has no cells.
 
         Raises:
-            ValueError: It has no surface, or one that is open or encloses nothing.
+            ValueError: It has neither, or a surface that is open or encloses nothing.
         """
         part = next((b for b in network.bodies if b.name.lower() == name.lower()), None)
         if part is None:
             raise ValueError(f"{name} is not a body")
-        inside = (network.skin >= part.nodes.start) & (network.skin < part.nodes.stop)
-        corners = network.skin[inside.all(axis=1)].astype(np.int64)
-        loose = open_edges(corners)
-        if not len(corners):
-            raise ValueError(f"{part.name} has no surface")
-        if len(loose):
-            raise ValueError(f"the surface of {part.name} is open: {len(loose)} edges are free")
-        first = np.array([0, len(corners)])
+        corners, first, walls, walled = _cells(network, part) or _surface(network, part)
         drawn = _volumes(network.position, corners, first)
-        if drawn[0] < 0.0:
-            corners, drawn = corners[:, ::-1].copy(), -drawn
-        if not drawn[0] > 0.0:
-            raise ValueError(f"the surface of {part.name} encloses nothing")
-        return cls(
-            part.name, corners, first, drawn, modulus, (), _edge_springs(network, corners), span
+        return cls(part.name, corners, first, drawn, modulus, (), walls, walled, span)
+
+    @property
+    def cell_count(self) -> int:
+        """Return the number of cells."""
+        return len(self.drawn)
+
+    @property
+    def owner(self) -> Indices:
+        """Return the cell of each face, shape (face,)."""
+        return np.repeat(np.arange(self.cell_count), np.diff(self.first))
+
+    def torn(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the cells that have lost a spring, ascending.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        return np.unique(self.walled[~alive[self.walls]])
+
+    def without(self, cells: Indices) -> "Enclosure":
+        """Return this enclosure with some cells left out."""
+        stays = np.ones(self.cell_count, dtype=bool)
+        stays[cells] = False
+        number, walls = np.cumsum(stays) - 1, stays[self.walled]
+        return replace(
+            self,
+            corners=self.corners[stays[self.owner]],
+            first=np.concatenate([[0], np.cumsum(np.diff(self.first)[stays])]),
+            drawn=self.drawn[stays],
+            walls=self.walls[walls],
+            walled=number[self.walled[walls]],
         )
 
     def swollen(self, amount: float, course: Course) -> "Enclosure":
@@ -122,84 +151,69 @@ class Enclosure:
         return (0.5 * pressure * pressure * self.drawn / self.modulus).sum(axis=-1)
 
     def gradient(self, position: Floats) -> Floats:
-        """Return ∂V/∂x of each cell by its corners [m²], shape (…, triangle, 3, 3)."""
-        a, b, c = _seen(position, self.corners, self.first)
-        parts = (np.cross(b, c), np.cross(c, a), np.cross(a, b))
-        return np.stack(parts, axis=-2) / 6.0
+        """Return ∂V/∂x of each cell by its corners [m²], shape (…, face, 4, 3)."""
+        s, p, q = _spans(position, self.corners, self.first)
+        by_s, by_p, by_q = np.cross(p, q), np.cross(q, s), np.cross(s, p)
+        parts = (by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q)
+        return np.stack(parts, axis=-2) / 24.0
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        each = np.repeat(self.pressures(time, position), np.diff(self.first), axis=-1)
+        each = self.pressures(time, position)[..., self.owner]
         forces = each[..., None, None] * self.gradient(position)
-        for corner in range(3):
+        for corner in range(4):
             where: Any = (..., self.corners[:, corner], slice(None))
             np.add.at(to, where, forces[..., corner, :])
 
-    def stiffness(self, position: Floats) -> Floats:
-        """Return what resists a change of volume, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m].
-
-        Returns:
-            Shape (3 m, 3 m), m being the ``nodes`` of the surface.
-        """
-        place, size = self._places, len(self.nodes)
-        sides, total = self.gradient(position), np.zeros((3 * size, 3 * size))
-        for cell, drawn in enumerate(self.drawn):
-            part = slice(self.first[cell], self.first[cell + 1])
-            way = np.zeros((size, 3))
-            np.add.at(way, place[part], sides[part])
-            total += self.modulus / drawn * np.outer(way, way)
-        return total
-
-    def bending(self, time: float, position: Floats) -> Floats:
-        """Return what pressure adds where the surface turns, -Σ p ∂²V/∂x∂x [N/m].
-
-        Of a triangle, ∂²V/∂a∂b = -[c]/6 with [c] d = c × d; the others follow in turn. Shape
-        as that of ``stiffness``.
-        """
-        size, place = len(self.nodes), self._places
-        each = np.repeat(self.pressures(time, position), np.diff(self.first))
-        seen = _seen(position, self.corners, self.first)
-        total = np.zeros((size, 3, size, 3))
-        for k in range(3):
-            turned = np.cross(np.eye(3)[None], seen[(k + 2) % 3][:, None])  # [c] by rows
-            block = each[:, None, None] / 6.0 * turned.transpose(0, 2, 1)
-            one, two = place[:, k], place[:, (k + 1) % 3]
-            there: Any = (one, slice(None), two)
-            back: Any = (two, slice(None), one)
-            np.add.at(total, there, -block)
-            np.add.at(total, back, -block.transpose(0, 2, 1))
-        return total.reshape(3 * size, 3 * size)
-
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return ``stiffness``, and ``bending`` if ``exact``, among the nodes that may move.
+    def stiffness(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
+        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m].
 
         Args:
             number: Of each node of the scene among those that may move, -1 for others.
             size: How many may move; the matrix is of shape (3 size, 3 size).
         """
+        from scipy.sparse import csr_matrix, diags
+
+        rows = 3 * number[self.corners][..., None] + np.arange(3)
+        cells = np.broadcast_to(self.owner[:, None, None], rows.shape)
+        moves = rows >= 0
+        entries = self.gradient(position)[moves], (rows[moves], cells[moves])
+        ways = csr_matrix(entries, shape=(3 * size, self.cell_count))
+        return csr_matrix(ways @ diags(self.modulus / self.drawn) @ ways.T)
+
+    def bending(
+        self, time: float, position: Floats, number: Indices, size: int
+    ) -> "csr_matrix":
+        """Return what pressure adds where surfaces turn, -Σ p ∂²V/∂x∂x [N/m].
+
+        With [c] d = c × d, the second derivatives of 24 V are [q] by p and s, [p] by s and q,
+        and [s] by q and p, of opposite sign the other way round. Arguments and shape are those
+        of ``stiffness``.
+        """
+        from scipy.sparse import csr_matrix
+
+        s, p, q = (_turning(part) for part in _spans(position, self.corners, self.first))
+        turns = np.einsum("kij,kfxy->fijxy", _TURNS, np.stack([q, p, s]))
+        values = -self.pressures(time, position)[self.owner, None, None, None, None] * turns
+        place = 3 * number[self.corners][..., None] + np.arange(3)  # (face, corner, component)
+        rows = np.broadcast_to(place[:, :, None, :, None], values.shape)
+        columns = np.broadcast_to(place[:, None, :, None, :], values.shape)
+        moves = (rows >= 0) & (columns >= 0)
+        shape = (3 * size, 3 * size)
+        return csr_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ``stiffness``, and ``bending`` if ``exact``; arguments are the same."""
         from scipy.sparse import coo_matrix
 
-        block = self.stiffness(position)
+        total = self.stiffness(position, number, size)
         if exact:
-            block += self.bending(time, position)
-        place = (3 * number[self.nodes][:, None] + np.arange(3)).ravel()
-        moves = np.flatnonzero(place >= 0)
-        row, column = np.meshgrid(place[moves], place[moves], indexing="ij")
-        values = block[np.ix_(moves, moves)].ravel()
-        return coo_matrix((values, (row.ravel(), column.ravel())), shape=(3 * size, 3 * size))
-
-    @property
-    def nodes(self) -> Indices:
-        """Return the nodes of the surface, ascending, shape (m,)."""
-        return np.unique(self.corners)
-
-    @property
-    def _places(self) -> Indices:
-        return np.searchsorted(self.nodes, self.corners)
+            total = total + self.bending(time, position, number, size)
+        return coo_matrix(total)
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
@@ -209,9 +223,9 @@ class Enclosure:
         """Return a force whose digits rounding spoils [N]."""
         return self.modulus * float(np.abs(self.gradient(position)).max())
 
-    def weakening(self, time: float, position: Floats) -> float:
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
         """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
-        return float(np.abs(self.bending(time, position)).sum(axis=1).max())
+        return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is lost [W]: none."""
@@ -235,23 +249,83 @@ def open_edges(corners: Indices) -> Indices:
     return edges[~(single & np.isin(back, there))]
 
 
-def _edge_springs(network: Network, corners: Indices) -> Indices:
-    size = network.node_count
-    pairs = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    ends = np.sort(network.ends, axis=1).astype(np.int64)
-    return np.flatnonzero(
-        np.isin(ends[:, 0] * size + ends[:, 1], pairs[:, 0] * size + pairs[:, 1])
-    )
+def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indices, Indices]:
+    """Return corners, ``first``, walls and their cell of the one cell inside a surface.
+
+    Raises:
+        ValueError: There is no surface, or it is open or encloses nothing.
+    """
+    inside = (network.skin >= part.nodes.start) & (network.skin < part.nodes.stop)
+    triangles = network.skin[inside.all(axis=1)].astype(np.int64)
+    loose = open_edges(triangles)
+    if not len(triangles):
+        raise ValueError(f"{part.name} has no surface")
+    if len(loose):
+        raise ValueError(f"the surface of {part.name} is open: {len(loose)} edges are free")
+    first = np.array([0, len(triangles)])
+    drawn = _volumes(network.position, triangles[:, [0, 1, 2, 2]], first)[0]
+    if drawn < 0.0:
+        triangles = triangles[:, ::-1]
+    if drawn == 0.0 or not np.isfinite(drawn):
+        raise ValueError(f"the surface of {part.name} encloses nothing")
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    walls = np.unique(_springs_between(network, edges)[0])
+    return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
 
-def _seen(position: Floats, corners: Indices, first: Indices) -> tuple[Floats, Floats, Floats]:
-    """Return the corners of triangles as seen from the first one of their cell."""
+def _cells(
+    network: Network, part: BodyPart
+) -> tuple[Indices, Indices, Indices, Indices] | None:
+    """Return corners, ``first``, walls and their cells of a body of cells, None without."""
+    if part.cells is None:
+        return None
+    faces, inner = (nodes.astype(np.int64) + part.nodes.start for nodes in part.cells())
+    count, sides = faces.shape[:2]
+    # All cells are alike, so that what is one node in the first is one in each.
+    corners = faces.reshape(count, -1)
+    once = np.sort(np.unique(corners[0], return_index=True)[1])
+    members = np.concatenate([corners[:, once], inner], axis=1)
+    pairs = np.array(list(combinations(range(members.shape[1]), 2)))
+    walls, which = _springs_between(network, members[:, pairs].reshape(-1, 2))
+    return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
+
+
+def _springs_between(network: Network, pairs: Indices) -> tuple[Indices, Indices]:
+    """Return the springs that join pairs of nodes, and the number of the pair of each."""
+    size, ends = network.node_count, np.sort(network.ends, axis=1).astype(np.int64)
+    keys, wanted = ends[:, 0] * size + ends[:, 1], pairs.min(axis=1) * size + pairs.max(axis=1)
+    order = np.argsort(keys, kind="stable")
+    low, high = (np.searchsorted(keys[order], wanted, side=side) for side in _SIDES)
+    count = high - low  # more than one where springs are parallel
+    which = np.repeat(np.arange(len(pairs)), count)
+    within = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    return order[low[which] + within], which
+
+
+def _spans(position: Floats, corners: Indices, first: Indices) -> Sequence[Floats]:
+    """Return s, p and q of faces, as seen from the first corner of their cell."""
     origin = np.repeat(corners[first[:-1], 0], np.diff(first))
-    a, b, c = (position[..., corners[:, k], :] - position[..., origin, :] for k in range(3))
-    return a, b, c
+    a, b, c, d = (position[..., corners[:, k], :] - position[..., origin, :] for k in range(4))
+    return a + b + c + d, c - a, d - b
 
 
-def _volumes(position: Floats, corners: Indices, first: NDArray[np.int64]) -> Floats:
-    a, b, c = _seen(position, corners, first)
-    parts = np.einsum("...k,...k->...", a, np.cross(b, c)) / 6.0
+def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
+    s, p, q = _spans(position, corners, first)
+    parts = np.einsum("...k,...k->...", s, np.cross(p, q)) / 24.0
     return np.add.reduceat(parts, first[:-1], axis=-1)
+
+
+def _turning(c: Floats) -> Floats:
+    """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
+    return np.cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
+
+
+_SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
+# How s, p and q depend on the four corners, and from it how [q], [p] and [s] enter between two.
+_S, _P, _Q = np.array([[1, 1, 1, 1], [-1, 0, 1, 0], [0, -1, 0, 1]], dtype=float)
+_TURNS = (
+    np.stack(
+        [np.outer(one, two) - np.outer(two, one) for one, two in ((_P, _S), (_S, _Q), (_Q, _P))]
+    )
+    / 24.0
+)

@@ -5,7 +5,7 @@ may renumber inside, never visibly. The signed incidence matrix of the paper is 
 columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +17,7 @@ from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+CellNodes = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +41,21 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class BodyPart:
-    """Where the nodes and springs of one body stand in the arrays."""
+    """Where the nodes and springs of one body stand in the arrays.
+
+    Attributes:
+        bending: How many of its springs, the last ones, resist bending only.
+        cells: Of a solid body, gives the cells that it is divided into, all of them alike:
+            nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),
+            counted from those of the body.
+    """
 
     name: str
     nodes: slice
     springs: slice
     span: Span
+    bending: int = 0
+    cells: Callable[[], CellNodes] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +80,8 @@ class Network:
         damping: Viscosities d [N s/m], shape (spring,).
         rest: Rest lengths L0 [m], shape (spring,).
         strength: Fraction forces [N], shape (spring,); infinite where nothing may rupture.
+        crush: Crushing forces [N], shape (spring,): the pressures that springs bear; infinite
+            where nothing is crushed.
         law: Law of each spring as a number among ``laws``, shape (spring,).
         laws: The laws of springs and dashpots; the first is the linear one.
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
@@ -90,6 +102,7 @@ class Network:
     damping: Floats
     rest: Floats
     strength: Floats
+    crush: Floats
     law: NDArray[np.int32]
     laws: tuple[Law, ...]
     skin: NDArray[np.int32]
@@ -123,6 +136,14 @@ class Network:
     def body_nodes(self) -> int:
         """Return how many nodes belong to bodies; they stand first."""
         return self.tools[0].nodes.start if self.tools else self.shown_nodes
+
+    @property
+    def bends(self) -> NDArray[np.bool_]:
+        """Return which springs resist bending only, shape (spring,)."""
+        bends = np.zeros(self.spring_count, dtype=bool)
+        for body in self.bodies:
+            bends[body.springs.stop - body.bending : body.springs.stop] = True
+        return bends
 
     def behaviour(self) -> Behaviour:
         """Return what the springs do at the start of a run."""

@@ -88,7 +88,8 @@ def predict(compiled: Compiled) -> Prediction:
 
 
 def _arrays(network: Network) -> dict[str, dict[str, Any]]:
-    names = ("position", "velocity", "mass", "ends", "stiffness", "damping", "rest", "strength")
+    names = ("position", "velocity", "mass", "ends", "stiffness", "damping", "rest")
+    names += ("strength", "crush")
     return {
         name: {
             "shape": list(getattr(network, name).shape),
@@ -107,6 +108,8 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "ambient damping: none is written"
     if not plan.breakable:
         yield "rupture: no body may rupture, so tensions are not watched"
+    elif not np.isfinite(network.crush).any():
+        yield "crushing: pressure breaks no spring, so only tensions are watched"
     if not plan.needs_ledger:
         yield "energies: not asked for, so work and dissipation are not integrated"
     if not plan.triggers:

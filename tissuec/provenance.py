@@ -51,6 +51,8 @@ def shown_value(given: Given) -> str:
     quantity = given.quantity
     if quantity.name == "prestress":
         return f"{100.0 * given.value:.3g} %"
+    if given.value == quantity.none:
+        return "none"
     shown = show(given.value, quantity.dimension)
     if given.spread == "each node":
         return f"{shown}/node"

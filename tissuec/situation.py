@@ -118,8 +118,8 @@ class Situation:
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
-        mass, stiffness, damping, rest, strength: Present values; the network's own arrays
-            until a ``change``.
+        mass, stiffness, damping, rest, strength, crush: Present values; the network's own
+            arrays until a ``change``.
     """
 
     network: Network
@@ -132,6 +132,7 @@ class Situation:
     damping: Floats
     rest: Floats
     strength: Floats
+    crush: Floats
     gravity: Floats
     drag: float
     holders: dict[str, Indices] = field(default_factory=dict)
@@ -160,6 +161,7 @@ class Situation:
             damping=network.damping,
             rest=network.rest,
             strength=network.strength,
+            crush=network.crush,
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
             holders=tools,
@@ -192,11 +194,22 @@ class Situation:
         found = (e for name, e in self.enclosures.items() if name.lower() == body.lower())
         return next(found, None)
 
-    def let_leak(self) -> list[Enclosure]:
-        """Give up the volumes whose surface is torn, and return them; they keep no pressure."""
-        torn = [e for e in self.enclosures.values() if not self.alive[e.edges].all()]
-        self.enclosures = {k: e for k, e in self.enclosures.items() if e not in torn}
-        return torn
+    def let_leak(self) -> list[tuple[Enclosure, int]]:
+        """Give up the cells that are torn, which keep no pressure.
+
+        Returns:
+            Enclosures as they were, each with the number of cells that it loses.
+        """
+        found, kept = [], {}
+        for name, enclosure in self.enclosures.items():
+            torn = enclosure.torn(self.alive)
+            if len(torn):
+                found.append((enclosure, len(torn)))
+                enclosure = enclosure.without(torn)
+            if enclosure.cell_count:
+                kept[name] = enclosure
+        self.enclosures = kept
+        return found
 
     @property
     def fields(self) -> tuple[Enclosure | Contact, ...]:

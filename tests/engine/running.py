@@ -130,7 +130,7 @@ class Bench:
         return Ran(*parts, end, self.situation, self.engine)
 
 
-def pair(damping=0.0, *, stretch=0.2, stiffness=100.0, mass=1.0, velocity=0.0, strength=np.inf):
+def pair(damping=0.0, *, stretch=0.2, stiffness=100.0, mass=1.0, velocity=0.0, **limits):
     """Return two masses on a spring of length 1 that is drawn longer."""
     return make_net(
         [[0.0, 0.0, 0.0], [1.0 + stretch, 0.0, 0.0]],
@@ -140,7 +140,7 @@ def pair(damping=0.0, *, stretch=0.2, stiffness=100.0, mass=1.0, velocity=0.0, s
         damping=damping,
         rest=1.0,
         velocity=velocity,
-        strength=strength,
+        **limits,
     )
 
 

@@ -49,6 +49,76 @@ def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier
     assert 100.0 * (length - 1.0) == pytest.approx(6.0, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("method", "tier"), [*[(m, "interpreted") for m in MEMBERS], ("dop853", "compiled")]
+)
+def test_swinging_pair_is_crushed_when_its_pressure_reaches_the_limit(method, tier):
+    # Drawn 10 % stretched, T = 10 N cos(w t) falls to -6 N at a known time.
+    tolerance = affordable(method)
+    bench = Bench(
+        pair(stretch=0.1, crush=6.0, strength=11.0),
+        1.0,
+        method=method,
+        tolerance=tolerance,
+        ruptures=True,
+        tier=tier,
+    )
+    end = bench.advance(1.0)
+    exact = np.arccos(-0.6) / np.sqrt(200.0)
+    assert (end.kind, end.springs.tolist()) == ("ruptured", [0])
+    # As above: twice the position error of 0.1 m over the speed of the elongation.
+    assert end.time == pytest.approx(exact, abs=0.2 * tolerance + 1e-12)
+    length = np.diff(bench.situation.position[:, 0])[0]
+    assert 100.0 * (length - 1.0) == pytest.approx(-6.0, rel=1e-9)
+
+
+def test_crushing_is_located_to_1e_8_of_the_period():
+    bench = Bench(pair(stretch=0.1, crush=6.0), 1.0, tolerance=1e-9, ruptures=True)
+    exact = np.arccos(-0.6) / np.sqrt(200.0)
+    assert bench.advance(1.0).time == pytest.approx(exact, rel=1e-8)
+
+
+@pytest.mark.parametrize(("tension", "pressure"), [(6.0, 5.0), (8.0, 6.0), (7.0, 7.0)])
+def test_whichever_limit_is_reached_first_breaks_the_spring(tension, pressure):
+    # T = 10 N sin(w t): first the tension, a half period later the pressure.
+    velocity = [[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    net = pair(stretch=0.0, velocity=velocity, strength=tension, crush=pressure)
+    omega = np.sqrt(200.0)
+    top = 100.0 / omega
+    end = Bench(net, 1.0, tolerance=1e-8, ruptures=True).advance(1.0)
+    swing = np.arcsin(tension / top) if tension < top else np.pi + np.arcsin(pressure / top)
+    assert end.kind == "ruptured"
+    assert end.time == pytest.approx(swing / omega, rel=1e-6)
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_lowest_pressure_between_two_ends_of_a_step_is_not_missed(tier):
+    for limit, expected in (
+        (10.0 * (1.0 - 1e-4), "ruptured"),
+        (10.0 * (1.0 + 1e-4), "reached"),
+    ):
+        net = pair(stretch=0.1, crush=limit)
+        bench = Bench(net, 1.0, tolerance=2e-5, ruptures=True, tier=tier)
+        bench.advance(0.035)
+        assert bench.advance(0.25).kind == expected
+
+
+def test_spring_above_its_crushing_force_at_the_start_breaks_at_once():
+    bench = Bench(pair(stretch=-0.2, crush=6.0), 1.0, tolerance=1e-6, ruptures=True)
+    end = bench.advance(1.0)
+    assert (end.kind, end.time, end.springs.tolist()) == ("ruptured", 0.0, [0])
+
+
+def test_nets_that_are_not_crushed_are_stepped_without_looking_for_it():
+    torn = Bench(pair(strength=60.0), 1.0, tolerance=1e-6, ruptures=True)
+    torn.advance(0.01)
+    assert torn.engine._layout.features.watched
+    assert not torn.engine._layout.features.crushed
+    both = Bench(pair(crush=60.0), 1.0, tolerance=1e-6, ruptures=True)
+    both.advance(0.01)
+    assert both.engine._layout.features.crushed
+
+
 @pytest.mark.parametrize("method", those(conservative=False))
 def test_dashpot_counts_towards_the_tension(method):
     # At constant speed the tension c v t + d v reaches the strength at (F - d v) / (c v).

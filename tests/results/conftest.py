@@ -43,6 +43,7 @@ def tube_and_rod():
         damping=np.linspace(0.1, 0.2, springs),
         rest=np.ones(springs),
         strength=np.full(springs, np.inf),
+        crush=np.full(springs, np.inf),
         law=np.arange(springs, dtype=np.int32) % 2,
         laws=(LINEAR, Law("tension only", Choice(E, C * E, ZERO), LINEAR.viscous)),
         skin=skin.astype(np.int32),

@@ -28,7 +28,7 @@ CHILD = """if True:
     count = 40
     ends = np.stack([np.arange(count - 1), np.arange(1, count)], axis=-1).astype(np.int32)
     ones, zeros, skin = np.ones(count - 1), np.zeros((count, 3)), np.zeros((0, 3), np.int32)
-    network = Network(zeros, zeros, np.ones(count), ends, ones, ones, ones, ones,
+    network = Network(zeros, zeros, np.ones(count), ends, *[ones] * 5,
                       np.zeros(count - 1, np.int32), (LINEAR,), skin, np.arange(count),
                       np.arange(count - 1), (), {})
     log = (LogChannel("log", ("x",), "N", "a log"),)

@@ -15,7 +15,7 @@ def change(situation, sentence, **clauses):
 
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_a_parameter_changes_for_the_part_and_not_in_the_network(name):
-    network = chain(5, mass=3.0, stiffness=3.0, damping=3.0, rest=3.0, strength=3.0)
+    network = chain(5, mass=3.0, stiffness=3.0, damping=3.0, rest=3.0, strength=3.0, crush=3.0)
     situation = start(network)
     array = PARAMETERS[name].array
     change(situation, f"change {name}", of="part", to=7.0)

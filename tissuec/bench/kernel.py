@@ -156,4 +156,5 @@ class Kernel:
 def bound_rate(viscous: bool, moved: bool, loaded: bool) -> Rate:
     """Return the compiled ``rate`` of what a scene needs; see ``Features``."""
     flags = {"VISCOUS": viscous, "MOVED": moved, "LOADED": loaded}
-    return Binder(flags | {"WATCHED": False, "LEDGER": False}, OPERATIONS).bind(rate)
+    flags |= {"WATCHED": False, "CRUSHED": False, "LEDGER": False}
+    return Binder(flags, OPERATIONS).bind(rate)

@@ -64,6 +64,8 @@ def _check(
         return list(warnings), ""
     network = compiled.network
     parts = [counted(network.node_count, "node"), counted(network.spring_count, "spring")]
+    if bending := int(network.bends.sum()):
+        parts[1] += f", {bending} of them against bending"
     if too_large := uncounted(compiled):
         parts.append(f"floppy modes not counted: {', '.join(too_large)} too large")
     return list(warnings), f" ({', '.join(parts)})"

@@ -22,13 +22,14 @@ class BodyArrays:
 
     body: Body
     mesh: Mesh
-    arrays: dict[str, Floats]  # "mass", "stiffness", "damping", "rest", "strength"
+    arrays: dict[str, Floats]  # by name: "mass", "stiffness", …
     provenance: dict[str, Provenance]
     law: NDArray[np.int32]  # of each spring, as a number among ``laws``
     laws: tuple[Law, ...]
     velocity: Floats
     node_ids: Indices
     spring_ids: Indices
+    bending: int  # how many springs, the last ones, resist bending only
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -50,6 +51,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         velocity,
         drawing.columns.node_ids,
         drawing.columns.spring_ids,
+        len(drawing.length) - drawing.own,
     )
 
 

@@ -34,6 +34,7 @@ class Drawing:
         regions: Membership of each node in each region, by key of its name.
         part: Number of each node's region from 1, 0 without one, shape (node,).
         length: Drawn length of each spring [m], shape (spring,).
+        own: How many springs the mesh itself has; those behind them resist bending.
     """
 
     body: Body
@@ -42,6 +43,12 @@ class Drawing:
     regions: dict[str, Mask]
     part: NDArray[np.int64]
     length: Floats
+    own: int
+
+    @property
+    def bends(self) -> Mask:
+        """Return which springs resist bending, shape (spring,)."""
+        return np.arange(len(self.length)) >= self.own
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -51,6 +58,9 @@ def draw(body: Body, scope: Scope) -> Drawing:
         columns = read_tables(body, body.tables, scope)
     else:
         columns = ExplicitBody.without_columns(_generate(body, scope.findings))
+    own = len(columns.mesh.ends)
+    if body.bending is not None:
+        columns = columns.with_springs(_bending(body, columns.mesh, scope.findings))
     mesh = columns.mesh
     regions = _select_regions(body, mesh, scope)
     part = np.zeros(len(mesh.position), dtype=np.int64)
@@ -59,7 +69,7 @@ def draw(body: Body, scope: Scope) -> Drawing:
     first, second = mesh.position[mesh.ends].swapaxes(0, 1)
     length = np.linalg.norm(second - first, axis=1)
     refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
-    return Drawing(body, mesh, columns, regions, part, length)
+    return Drawing(body, mesh, columns, regions, part, length, own)
 
 
 def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:
@@ -87,6 +97,18 @@ def _generate(body: Body, findings: Findings) -> Mesh:
         return body.mesh.build()
     except (ValueError, ArithmeticError) as error:
         findings.reject("TIS309", f"body {body.name}: {error}", body.span)
+
+
+def _bending(body: Body, mesh: Mesh, findings: Findings) -> NDArray[np.int32]:
+    """Return the pairs of nodes that bending springs join, shape (pair, 2)."""
+    from tissuec.meshes.bending import bending_springs
+
+    assert body.bending is not None
+    try:
+        return bending_springs(mesh, body.mesh)
+    except ValueError as error:
+        message = f"{body.name} cannot have bending springs: {error}"
+        findings.reject("TIS309", message, body.bending.span)
 
 
 def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:

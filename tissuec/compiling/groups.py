@@ -251,4 +251,5 @@ def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
         length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
         regions={name: inside(nodes) for name, nodes in body.regions.items()},
         surface=None if surface is None else inside(surface),
+        bends=body.bends,
     )

@@ -6,7 +6,7 @@ a prestress p. A spring between two regions follows the body's ``interface``. Wh
 goes before all of this.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NoReturn, TypeAlias
@@ -22,7 +22,7 @@ from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS
-from tissuec.scene.model import Given, Tissue
+from tissuec.scene.model import Given, Tissue, WrittenLaws
 from tissuec.scene.quantities import QUANTITIES
 
 #: An array of the network and where its numbers are from.
@@ -60,6 +60,10 @@ class MaterialReader:
         self.end_parts = drawing.part[drawing.mesh.ends]  # shape (spring, 2)
         self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
         self.length = drawing.length
+        self.ends, self.bends = drawing.mesh.ends, drawing.bends
+        self.typed = self.columns.springs.get("law", np.full(len(self.length), np.nan))
+        self.is_typed = ~np.isnan(self.typed)
+        self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
         self.materials = [Material(body.name, body.tissue, None, body.span)]
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
@@ -68,13 +72,15 @@ class MaterialReader:
 
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
-        return {
+        arrays = {
             "mass": self._mass(),
             "stiffness": self._per_spring("spring constant"),
             "damping": self._per_spring("viscosity"),
             "rest": self._rest(),
-            "strength": self._strength(),
+            "strength": self._limit("fraction force"),
+            "crush": self._limit("crushing force"),
         }
+        return arrays if self.body.bending is None else arrays | self._bending(arrays)
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
         """Return the law of each spring by number, shape (spring,), and all laws."""
@@ -87,6 +93,7 @@ class MaterialReader:
             numbers.append(laws.index(law))
         ends = np.array(numbers, dtype=np.int32)[self.end_parts]
         first, second = ends.T
+        first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
         if self.body.interface == "mean" and (mixed := np.flatnonzero(first != second)).size:
             parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
             self.findings.reject(
@@ -96,7 +103,69 @@ class MaterialReader:
                 hint="write interface is softer, or stiffer",
             )
         softer = first if self.body.interface == "" else self._joined(first, second)
-        return np.where(first == second, first, softer).astype(np.int32), tuple(laws)
+        found = np.where(first == second, first, softer).astype(np.int32)
+        for number, law in enumerate(self.typed_laws):
+            if law not in laws:
+                laws.append(law)
+            found[self.typed == number] = laws.index(law)
+        return found, tuple(laws)
+
+    def _typed_law(self, name: str) -> Law:
+        assert self.body.tables is not None
+        return _as_law(self.body.tables.laws[name], name)
+
+    def _uses(self, name: str) -> NDArray[np.bool_]:
+        """Return which springs have a law from the table that uses a quantity."""
+        variable = _USES.get(name, ("", ""))[1]
+        used = np.array(
+            [
+                not variable or variable in variables(law.elastic) | variables(law.viscous)
+                for law in self.typed_laws
+            ],
+            dtype=bool,
+        )
+        found = np.zeros(len(self.length), dtype=bool)
+        found[self.is_typed] = used[self.typed[self.is_typed].astype(int)]
+        return found
+
+    def _bending(self, arrays: Mapping[str, Explained]) -> dict[str, Explained]:
+        """Return the arrays in which bending springs differ from those of the tissue.
+
+        They are linear, a part as stiff as a spring of their length, and break at the strain at
+        which springs at their ends do on average, as far as these are linear, too.
+        """
+        assert self.body.bending is not None
+        for name in ("spring constant", "viscosity"):
+            found = self._found(name)
+            for number in np.unique(self.end_parts[self.bends]):
+                if found[number] is None:
+                    needed = Note("needed by its bending springs", self.body.bending.span)
+                    self._missing(name, self.materials[number], needed)
+        part = self.body.bending.part
+        pull = arrays["stiffness"][0] * self.length  # of each spring at a strain of 1
+        own, beside = pull[self.bends], self._beside(pull)
+        known = (own > 0.0) & (beside > 0.0)
+        stronger = part * np.where(known, own, 1.0) / np.where(known, beside, 1.0)
+        changed = {"stiffness": part, "damping": part, "strength": stronger, "crush": stronger}
+        return {name: self._times(arrays[name], factor) for name, factor in changed.items()}
+
+    def _beside(self, values: Floats) -> Floats:
+        """Return the mean over the mesh's own springs at the ends of each bending spring."""
+        own, count = self.ends[~self.bends], len(self.node_part)
+        total = sum(np.bincount(end, values[~self.bends], count) for end in own.T)
+        degree = np.bincount(own.ravel(), minlength=count)
+        both = self.ends[self.bends]
+        return np.asarray(total)[both].sum(axis=1) / np.maximum(degree[both].sum(axis=1), 1)
+
+    def _times(self, explained: Explained, factor: Floats | float) -> Explained:
+        """Return an array with those of bending springs multiplied by a factor."""
+        assert self.body.bending is not None
+        values, provenance = explained
+        values = values.copy()
+        values[self.bends] *= factor
+        origins = (*provenance.origins, Origin(self.body.bending.span, "bending"))
+        index = np.where(self.bends, len(origins) - 1, provenance.index)
+        return values, Provenance(index.astype(np.int32), origins)
 
     def _mass(self) -> Explained:
         column = self.columns.nodes.get("mass")
@@ -119,9 +188,10 @@ class MaterialReader:
         column = self.columns.springs.get("rest length")
         return self._from_table((1.0 - prestress) * self.length, provenance, column, "springs")
 
-    def _strength(self) -> Explained:
+    def _limit(self, name: str) -> Explained:
+        """Return the force at which each spring breaks [N]; infinite where nothing does."""
         if self.body.may_rupture:
-            return self._per_spring("fraction force")
+            return self._per_spring(name)
         origin = Origin(self.body.span, "rupture is not allowed")
         index = np.zeros(len(self.length), dtype=np.int32)
         return np.full(len(self.length), np.inf), Provenance(index, (origin,))
@@ -129,12 +199,17 @@ class MaterialReader:
     def _per_spring(self, name: str) -> Explained:
         """Return a quantity of every spring from tables, materials and the interface."""
         column = self.columns.springs.get(name)
-        given = self._given(name, self.end_parts[_is_open(column, self.length)])
+        is_open, is_used = _is_open(column, self.length), self._uses(name)
+        self._expect(name, self.end_parts[is_open & is_used])
+        given = self._given(name, self.end_parts[is_open & ~self.is_typed])
         first, second = self._at_ends(name, given)
         value = np.where(self.is_inner, first, self._joined(first, second))
         origins = [self._origin(g) for g in given]
         origins.append(Origin(self.body.span, f"interface {self.body.interface}"))
         index = np.where(self.is_inner, self.end_parts[:, 0], len(origins) - 1)
+        if (idle := self.is_typed & ~is_used & np.isnan(value)).any():
+            value[idle], index[idle] = 1.0, len(origins)
+            origins.append(Origin(self.body.span, "no part of the law"))
         provenance = Provenance(index.astype(np.int32), tuple(origins))
         return self._from_table(value, provenance, column, "springs")
 
@@ -205,6 +280,13 @@ class MaterialReader:
                 given[number] = self._unused(name, self.materials[number])
         return given
 
+    def _expect(self, name: str, used: NDArray[np.int64]) -> None:
+        """Reject a part that has none of a quantity which laws in the table use."""
+        found = self._found(name)
+        for number in np.unique(used):
+            if found[number] is None and QUANTITIES[name].default is None:
+                self._missing(name, self.materials[number])
+
     def _unused(self, name: str, material: Material) -> Given:
         """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
 
@@ -225,7 +307,7 @@ class MaterialReader:
             ]
         return [m.tissue and m.tissue.given.get(name) for m in self.materials]
 
-    def _missing(self, name: str, material: Material) -> NoReturn:
+    def _missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
         if material.tissue is None:
             self.findings.reject(
                 "TIS304",
@@ -241,7 +323,7 @@ class MaterialReader:
             material.tissue.span,
             hint=f"write {name} = … in the tissue, a rule for it, "
             "or otherwise is … in the vocabulary",
-            notes=(Note(f"used by {material.name}", material.span),),
+            notes=(Note(f"used by {material.name}", material.span), *notes),
         )
 
 
@@ -252,11 +334,15 @@ def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.boo
 
 def _law_of(material: Material) -> Law:
     """Return the law of a part; linear where its tissue says nothing."""
-    written = material.tissue.laws if material.tissue else {}
+    return _as_law(material.tissue.laws if material.tissue else {})
+
+
+def _as_law(written: WrittenLaws, name: str = "") -> Law:
+    """Return what is written as a law, linear where nothing is."""
     spring, dashpot = written.get("spring law"), written.get("viscosity law")
     elastic = LINEAR.elastic if spring is None else spring.force
     viscous = LINEAR.viscous if dashpot is None else dashpot.force
     if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
         return LINEAR
-    name = ", ".join(law.name for law in (spring, dashpot) if law is not None)
-    return Law(name, elastic, viscous)
+    names = ", ".join(law.name for law in (spring, dashpot) if law is not None)
+    return Law(name or names, elastic, viscous)

@@ -27,6 +27,7 @@ class PointScope(Scope):
         length: Lengths of springs [m], shape (point,); None for nodes.
         regions: Membership of each point in each region, by key of its name.
         surface: Which points lie on the surface, shape (point,); None where there is none.
+        bends: Which springs resist bending only, shape (point,); None for nodes.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class PointScope(Scope):
         length: Floats | None = None,
         regions: Mapping[str, Mask] | None = None,
         surface: Mask | None = None,
+        bends: Mask | None = None,
     ):
         super().__init__(constants.findings)
         self.constants = constants
@@ -50,7 +52,7 @@ class PointScope(Scope):
         if length is not None:
             self.columns["length"] = Value(length, LENGTH)
         self.regions = regions or {}
-        self.surface = surface
+        self.surface, self.bends = surface, bends
 
     def name(self, name: s.Name) -> Value:
         if name.key in self.columns:
@@ -80,6 +82,8 @@ class PointScope(Scope):
                         hint="choose its nodes by their places or their ids",
                     )
                 return self.surface
+            case s.Name() if node.key == "bending" and self.bends is not None:
+                return self.bends
             case _:
                 return super().test(node)
 

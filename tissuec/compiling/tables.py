@@ -5,10 +5,12 @@ has one; lengths without a unit take that of the table (``table nodes of net in 
 """
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import CompileError, alternatives, did_you_mean
@@ -32,6 +34,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Body, Tables
 
 ID = "id"
+LAW = "law"
 REST = "rest length"
 _WORD = re.compile(r"[^\s,]+")
 NODE_COLUMNS: dict[str, Dimension | None] = {
@@ -41,12 +44,13 @@ NODE_COLUMNS: dict[str, Dimension | None] = {
 SPRING_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "a": None, "b": None, "rest length": LENGTH,
     "spring constant": units.STIFFNESS, "viscosity": units.VISCOSITY,
-    "fraction force": units.FORCE,
+    "fraction force": units.FORCE, "crushing force": units.FORCE, LAW: None,
 }  # fmt: skip
 #: Columns that may leave a cell open with "-": the tissue gives what is missing.
-_OPEN = ("mass", "rest length", "spring constant", "viscosity", "fraction force")
+_LIMITS = ("fraction force", "crushing force")
+_OPEN = ("mass", "rest length", "spring constant", "viscosity", *_LIMITS, LAW)
 #: Columns whose numbers must be above zero, or may be zero.
-_ABOVE_ZERO = ("mass", "fraction force")
+_ABOVE_ZERO = ("mass", *_LIMITS)
 #: Logarithm of the ratio of rest length and drawn length from which on a unit is wrong.
 _FAR_OFF = np.log(20.0)
 _NOT_BELOW_ZERO = ("spring constant", "viscosity", "rest length")
@@ -54,13 +58,33 @@ _NOT_BELOW_ZERO = ("spring constant", "viscosity", "rest length")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExplicitBody:
-    """What the tables of a body say; NaN where a cell was left open."""
+    """What the tables of a body say; NaN where a cell was left open.
+
+    The law of a spring is its number among ``laws``, the names that rows give.
+    """
 
     mesh: Mesh
     node_ids: Indices
     spring_ids: Indices
     nodes: Mapping[str, Floats]
     springs: Mapping[str, Floats]
+    laws: Sequence[str] = ()
+
+    def with_springs(self, pairs: NDArray[np.int32]) -> "ExplicitBody":
+        """Return this with further springs behind its own, of which its tables say nothing."""
+        mesh, count = self.mesh, len(pairs)
+        ids = int(self.spring_ids.max(initial=0)) + 1 + np.arange(count)
+        return ExplicitBody(
+            replace(mesh, ends=np.concatenate([mesh.ends, pairs])),
+            self.node_ids,
+            np.concatenate([self.spring_ids, ids]),
+            self.nodes,
+            {
+                name: np.concatenate([column, np.full(count, np.nan)])
+                for name, column in self.springs.items()
+            },
+            self.laws,
+        )
 
     @classmethod
     def without_columns(cls, mesh: Mesh) -> "ExplicitBody":
@@ -92,11 +116,18 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     except TableError as error:
         table = springs if error.table == "springs" and springs is not None else nodes
         scope.findings.reject("TIS313", str(error), cell_span(table.table, error.row, 0))
-    if springs is not None:
-        springs.warn_of_lengths(mesh)
-    return ExplicitBody(
-        mesh, node_ids, spring_ids, nodes.columns, springs.columns if springs else {}
-    )
+    if springs is None:
+        return ExplicitBody(mesh, node_ids, spring_ids, nodes.columns, {})
+    springs.warn_of_lengths(mesh)
+    laws = springs.number_laws(tables.laws)
+    return ExplicitBody(mesh, node_ids, spring_ids, nodes.columns, springs.columns, laws)
+
+
+def _kind(name: str, dimension: Dimension | None) -> Literal["number", "whole", "word"]:
+    """Return what the cells of a column hold."""
+    if name == LAW:
+        return "word"
+    return "whole" if dimension is None else "number"
 
 
 class _Reader:
@@ -121,9 +152,7 @@ class _Reader:
         """Read header and rows."""
         factors = self._header()
         wanted = [
-            Column(
-                name, "whole" if self.known[name] is None else "number", optional=name in _OPEN
-            )
+            Column(name, _kind(name, self.known[name]), optional=name in _OPEN)
             for name in factors
         ]
         try:
@@ -176,6 +205,28 @@ class _Reader:
                 hint=f"ids run from {node_ids.min()} to {node_ids.max()}",
             )
         return found
+
+    def number_laws(self, known: Collection[str]) -> Sequence[str]:
+        """Make the names of laws numbers; return the names that they are numbers of."""
+        if LAW not in self.columns:
+            return ()
+        keys = [s.key_of(word) for word in self.columns[LAW].tolist()]
+        named = list(dict.fromkeys(key for key in keys if key))
+        for key in named:
+            if key not in known:
+                place = self._cell(keys.index(key), LAW)
+                self.findings.pass_over_doubtful(key)
+                self.findings.reject(
+                    "TIS301",
+                    f'there is no law called "{place.text.strip(chr(34))}"',
+                    place,
+                    hint=alternatives(key, known, what="laws")
+                    if known
+                    else "declare it: law NAME { spring law is … }",
+                )
+        numbers = {"": np.nan} | {key: float(number) for number, key in enumerate(named)}
+        self.columns[LAW] = np.array([numbers[key] for key in keys], dtype=float)
+        return named
 
     def warn_of_lengths(self, mesh: Mesh) -> None:
         """W306: rest lengths that no prestress explains; mostly a slip of units."""

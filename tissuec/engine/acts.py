@@ -38,12 +38,12 @@ def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enc
     """
     parts = list(situation.enclosures.values())
     cells = [len(part.drawn) for part in parts]
-    triangles = _offsets([len(part.corners) for part in parts])
-    firsts = [part.first[:-1] + t for part, t in zip(parts, triangles, strict=False)]
+    faces = _offsets([len(part.corners) for part in parts])
+    firsts = [part.first[:-1] + face for part, face in zip(parts, faces, strict=False)]
     corners = [place[part.corners] for part in parts]
     return Enclosures(
-        corners=np.concatenate([*corners, np.zeros((0, 3), dtype=np.int64)]),
-        first=np.concatenate([*firsts, triangles[-1:]]).astype(np.int64),
+        corners=np.concatenate([*corners, np.zeros((0, 4), dtype=np.int64)]),
+        first=np.concatenate([*firsts, faces[-1:]]).astype(np.int64),
         drawn=np.concatenate([*(part.drawn for part in parts), np.zeros(0)]),
         modulus=np.repeat([part.modulus for part in parts], cells).astype(float),
         act=np.repeat(first_act + np.arange(len(parts)), cells).astype(np.int64),

@@ -416,7 +416,7 @@ class Engine:
         """Return what interrupts at the start already, before any step."""
         time = situation.time
         if self.method.watch_strength:
-            broken = failures.overstretched(situation)
+            broken = failures.overloaded(situation)
             if len(broken):
                 self._stale = True
                 return Interruption("ruptured", time, springs=broken)

@@ -11,9 +11,10 @@ from tissuec.situation import Situation
 MONSTROUS = 1e6  # lengths of a spring over the size of the drawing that no tissue reaches
 
 
-def overstretched(situation: Situation) -> Indices:
-    """Return the living springs whose tension is above their strength now, ascending."""
-    able = np.flatnonzero(situation.alive & np.isfinite(situation.strength))
+def overloaded(situation: Situation) -> Indices:
+    """Return the living springs that tension or pressure breaks now, ascending."""
+    breaks = np.isfinite(situation.strength) | np.isfinite(situation.crush)
+    able = np.flatnonzero(situation.alive & breaks)
     low, high = situation.network.ends[able].T
     r = situation.position[high] - situation.position[low]
     w = situation.velocity[high] - situation.velocity[low]
@@ -21,7 +22,8 @@ def overstretched(situation: Situation) -> Indices:
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
     behaviour = situation.behaviour(able)
     tension = behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
-    return able[tension > situation.strength[able]]
+    torn, crushed = tension > situation.strength[able], -tension > situation.crush[able]
+    return able[torn | crushed]
 
 
 def is_flight(work: Work, progress: Progress, layout: Layout) -> bool:

@@ -39,7 +39,8 @@ class Springs:
     Attributes:
         ids: Their numbers in the network, shape (spring,).
         low, high: Their ends as places of nodes, shape (spring,).
-        stiffness, damping, rest, strength: Present values; zero and infinite for dead ones.
+        stiffness, damping, rest, strength, crush: Present values; zero and infinite for dead
+            ones.
         law: Numbers among ``laws``, shape (spring,).
         laws: All of the net; the first is linear.
     """
@@ -51,6 +52,7 @@ class Springs:
     damping: Floats
     rest: Floats
     strength: Floats
+    crush: Floats
     law: Laws
     laws: tuple[Law, ...]
 
@@ -67,7 +69,7 @@ class Layout:
 
     Args:
         network: The network of the run.
-        watched: Whether springs may rupture.
+        watched: Whether springs may break.
         ledger: Whether work and dissipation are integrated.
     """
 
@@ -139,12 +141,14 @@ class Layout:
             # Without a force that could jump, it does not matter when one turns over.
             rest=np.where((stiffness > 0.0) | (law > 0), situation.rest[ids], 0.0),
             strength=np.where(alive, situation.strength[ids], np.inf),
+            crush=np.where(alive, situation.crush[ids], np.inf),
             law=law,
             laws=situation.network.laws,
         )
         # Kept, because features are asked for at every call of the stepping code.
         self._viscous = self.springs.behaviour().is_viscous
         self._laws = self.springs.laws if law.any() else ()
+        self._crushed = self.watched and bool(np.isfinite(self.springs.crush).any())
 
     def _select(self, situation: Situation) -> Bools:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
@@ -160,6 +164,7 @@ class Layout:
         return Features(
             viscous=self._viscous,
             watched=self.watched,
+            crushed=self._crushed,
             ledger=self.ledger,
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
@@ -201,9 +206,10 @@ class Layout:
         """Return flat vectors in the order of the network, shape (…, node, 3)."""
         return flat.reshape(*flat.shape[:-1], -1, 3)[..., self.place, :]
 
-    def near(self, integrator: type[Integrator]) -> Floats:
-        """Return the tension from which each spring deserves a closer look [N]."""
-        return integrator.nearness * self.springs.strength
+    def near(self, integrator: type[Integrator]) -> dict[str, Floats]:
+        """Return the tension and the pressure from which springs deserve a closer look [N]."""
+        part, springs = integrator.nearness, self.springs
+        return {"near": part * springs.strength, "near_crush": part * springs.crush}
 
     def compiled_net(self, integrator: type[Integrator]) -> Net:
         """Return what acts, for the compiled tier."""
@@ -215,8 +221,9 @@ class Layout:
             damping=springs.damping,
             rest=springs.rest,
             strength=springs.strength,
+            crush=springs.crush,
             law=springs.law,
-            near=self.near(integrator),
+            **self.near(integrator),
             inverse_mass=self.inverse_mass,
             steady=self.steady,
             push=self.push,
@@ -235,7 +242,8 @@ class Layout:
             high=springs.high,
             behaviour=springs.behaviour(),
             strength=springs.strength,
-            near=self.near(integrator),
+            crush=springs.crush,
+            **self.near(integrator),
             inverse_mass=self.inverse_mass,
             steady=self.steady,
             push=self.push,
@@ -246,6 +254,7 @@ class Layout:
             contact=contact and contact.renumbered(self.place),
             home=self.touches().home,
             watched=self.watched,
+            crushed=self._crushed,
             ledger=self.ledger,
         )
 

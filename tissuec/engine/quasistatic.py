@@ -157,7 +157,7 @@ class QuasiStatic:
             message = f"forces still change by {left} after {SWEEPS} sweeps"
             return Interruption("stuck", time, node=node, message=message)
         self._book(before, self._look(situation))
-        broken = failures.overstretched(situation) if self.method.watch_strength else ()
+        broken = failures.overloaded(situation) if self.method.watch_strength else ()
         if len(broken):
             return Interruption("ruptured", time, springs=np.asarray(broken))
         if watch is not None and watch(time, situation.position, situation.velocity):

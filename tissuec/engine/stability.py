@@ -4,18 +4,33 @@ Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 
 M^-1/2 D M^-1/2, found by power iteration from a fixed start, without forming a matrix.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
 
+from tissuec.enclosures import Enclosure
 from tissuec.integrators.verlet import VelocityVerlet
 from tissuec.network import Floats
 from tissuec.situation import Situation
 
 MARGIN = 1.05  # a power iteration that stops early lies a little low
 ROUNDS = 50
+
+
+class _Pressing:
+    """What resists a change of the volumes of an enclosure, Σ K/V0 ∂V/∂x ∂V/∂xᵀ."""
+
+    def __init__(self, enclosure: Enclosure, position: Floats):
+        self._corners, self._owner = enclosure.corners, enclosure.owner
+        self._sides = enclosure.gradient(position)
+        self._modulus = enclosure.modulus / enclosure.drawn
+
+    def add(self, moved: Floats, to: Floats) -> None:
+        """Add the operator applied to a vector of shape (node, 3)."""
+        swell = np.einsum("fkc,fkc->f", self._sides, moved[self._corners])
+        pressure = self._modulus * np.bincount(self._owner, swell, len(self._modulus))
+        np.add.at(to, self._corners, pressure[self._owner, None, None] * self._sides)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +44,7 @@ class _Operator:
     across: Floats
     root: Floats  # 1/√mass, zero for held nodes, shape (node, 1)
     uniform: Floats  # added to the diagonal, shape (node, 1)
-    pressing: tuple[Floats, ...] = ()  # √(K/V0) ∂V/∂x of enclosed volumes, shape (node, 3)
+    pressing: tuple["_Pressing", ...] = ()  # of enclosed volumes
 
     def __call__(self, z: Floats) -> Floats:
         """Return the operator applied to a vector of shape (node, 3)."""
@@ -41,8 +56,8 @@ class _Operator:
         for k in range(3):
             out[:, k] = np.bincount(self.high, force[:, k], len(z))
             out[:, k] -= np.bincount(self.low, force[:, k], len(z))
-        for way in self.pressing:
-            out += np.vdot(way, y) * way
+        for pressing in self.pressing:
+            pressing.add(y, out)
         return out * self.root + self.uniform * z
 
 
@@ -61,20 +76,10 @@ def spectral_radius(situation: Situation) -> float:
     if (contact := situation.contact) is not None:
         # Whatever may be touched, lest every touch changes the bound.
         uniform[contact.nodes] = contact.stiffness * root[contact.nodes] ** 2
-    pressing = tuple(_pressing(situation))
+    volumes = situation.enclosures.values()
+    pressing = tuple(_Pressing(volume, situation.position) for volume in volumes)
     operator = _Operator(low, high, direction, stiffness, across, root, uniform, pressing)
     return sqrt(_largest(operator))
-
-
-def _pressing(situation: Situation) -> Iterator[Floats]:
-    """Yield √(K/V0) ∂V/∂x of each enclosed volume [√N/m], shape (node, 3)."""
-    for enclosure in situation.enclosures.values():
-        sides = enclosure.gradient(situation.position)
-        for cell, drawn in enumerate(enclosure.drawn):
-            part = slice(enclosure.first[cell], enclosure.first[cell + 1])
-            way = np.zeros_like(situation.position)
-            np.add.at(way, enclosure.corners[part], sides[part])
-            yield sqrt(enclosure.modulus / drawn) * way
 
 
 def damping_radius(situation: Situation) -> float:

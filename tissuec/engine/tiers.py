@@ -59,6 +59,7 @@ class Features:
 
     viscous: bool
     watched: bool
+    crushed: bool
     ledger: bool
     moved: bool
     loaded: bool
@@ -107,7 +108,8 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    flags = ("viscous", "watched", "ledger", "moved", "loaded", "banded", "enclosed", "touched")
+    flags = ("viscous", "watched", "crushed", "ledger", "moved", "loaded")
+    flags += ("banded", "enclosed", "touched")
     replaced |= {name.upper(): getattr(features, name) for name in flags}
     curved = code.functions(features.laws) if features.laws else {}
     return replaced | curved | {"CURVED": bool(features.laws)}

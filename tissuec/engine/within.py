@@ -1,8 +1,10 @@
 """What happens within an accepted step: ruptures and triggers, found on its dense output."""
 
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.tiers import Inside
@@ -12,8 +14,8 @@ from tissuec.kernels.vector import VectorNet, parabola_tops
 from tissuec.network import Floats, Indices
 
 FINE = 32  # pieces in which a suspect spring is followed
-TOGETHER = 1e-11  # springs this near to their strength, relative to it, rupture together
-SUSPECT = 0.99  # of the strength: springs whose course over the step is followed
+TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
+SUSPECT = 0.99  # of the limit: springs whose course over the step is followed
 RESOLUTION = 1e-12  # of the step, to which times are located
 
 Watch = Callable[[float, Floats, Floats], bool]
@@ -50,91 +52,114 @@ class Within:
         self._inside.look(when, self.start, self.end, now, x, v, ledger, work, self._net)
         return x, v, ledger
 
-    def tension(self, when: float, springs: Springs, chosen: Indices) -> Floats:
-        """Return the tension of chosen springs at a time in the step [N]."""
+    def loads(self, when: float, limits: "Limits") -> Floats:
+        """Return how strongly springs pull or press towards their limits at a time [N]."""
         x, v, _ = self.state(when)
-        low, high = springs.low[chosen], springs.high[chosen]
+        springs = self._layout.springs
+        low, high = springs.low[limits.spring], springs.high[limits.spring]
         x, v = x.reshape(-1, 3), v.reshape(-1, 3)
         r = x[high] - x[low]
         length = np.sqrt(np.einsum("sk,sk->s", r, r))
         closing = np.einsum("sk,sk->s", r, v[high] - v[low]) / (length + TINY)
-        behaviour = springs.behaviour(chosen)
-        return behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
+        behaviour = springs.behaviour(limits.spring)
+        return limits.sign * (
+            behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
+        )
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
-        """Return when the first spring surpasses its strength, and which do at that time."""
-        springs = self._layout.springs
-        suspects = self._suspects(springs, looks)
-        if not len(suspects):
+        """Return when the first spring surpasses a limit, and which do at that time."""
+        limits = self._suspects(Limits.of(self._layout.springs), looks)
+        if not len(limits.spring):
             return None
         times = np.linspace(self.start, self.end, FINE + 1)
-        tension = np.array([self.tension(t, springs, suspects) for t in times])
-        strength = springs.strength[suspects]
+        loads = np.array([self.loads(t, limits) for t in times])
         found: list[float] = []
-        for column, spring in enumerate(suspects):
-            bracket = self._bracket(times, tension[:, column], strength[column], spring)
+        for row in range(len(limits.spring)):
+            limit = limits.some([row])
+            bracket = self._bracket(times, loads[:, row], limit)
             if bracket is not None and (not found or bracket[0] < found[0]):
-                found = [min([*found, self._crossing(*bracket, strength[column], spring)])]
+                found = [min([*found, self._crossing(*bracket, limit)])]
         if not found:
             return None
-        at_rupture = self.tension(found[0], springs, suspects)
-        broken = suspects[at_rupture >= strength * (1.0 - TOGETHER)]
-        return found[0], np.sort(springs.ids[broken])
+        broken = self.loads(found[0], limits) >= limits.force * (1.0 - TOGETHER)
+        return found[0], np.sort(self._layout.springs.ids[limits.spring[broken]])
 
-    def _suspects(self, springs: Springs, looks: int) -> Indices:
-        """Return the springs that come close to their strength at any look."""
-        able = np.flatnonzero(np.isfinite(springs.strength))
+    def _suspects(self, limits: "Limits", looks: int) -> "Limits":
+        """Return the limits that springs come close to at any look."""
         times = np.linspace(self.start, self.end, looks + 1)
-        tension = np.array([self.tension(t, springs, able) for t in times])
-        tops = parabola_tops(tension[:-2], tension[1:-1], tension[2:]).max(axis=0)
-        return able[tops > SUSPECT * springs.strength[able]]
+        loads = np.array([self.loads(t, limits) for t in times])
+        tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:]).max(axis=0)
+        return limits.some(tops > SUSPECT * limits.force)
 
     def _bracket(
-        self, times: Floats, tension: Floats, strength: float, spring: int
+        self, times: Floats, loads: Floats, limit: "Limits"
     ) -> tuple[float, float] | None:
-        """Return times below and above the first crossing, None if there is none."""
-        above = np.flatnonzero(tension > strength)
+        """Return times below and above the first crossing of one limit, None without one."""
+        above = np.flatnonzero(loads > limit.force)
         first = int(above[0]) if len(above) else len(times)
         if first == 0:
             return times[0], times[0]
-        tops = parabola_tops(tension[:-2], tension[1:-1], tension[2:])
-        for peak in np.flatnonzero(tops > strength * (1.0 - 1e-4)) + 1:
+        tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:])
+        for peak in np.flatnonzero(tops > limit.force * (1.0 - 1e-4)) + 1:
             if peak >= first:
                 break
-            if tension[peak] < max(tension[peak - 1], tension[peak + 1]):
+            if loads[peak] < max(loads[peak - 1], loads[peak + 1]):
                 continue
-            summit = self._summit(times[peak - 1], times[peak + 1], spring)
-            if self._one(summit, spring) > strength:
+            summit = self._summit(times[peak - 1], times[peak + 1], limit)
+            if self._exceeds(summit, limit):
                 return times[peak - 1], summit
         return (times[first - 1], times[first]) if first < len(times) else None
 
-    def _summit(self, low: float, high: float, spring: int) -> float:
-        """Return when a spring's tension is largest, by golden section."""
+    def _summit(self, low: float, high: float, limit: "Limits") -> float:
+        """Return when the load of one limit is largest, by golden section."""
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         left, right = high - ratio * (high - low), low + ratio * (high - low)
-        value_left, value_right = self._one(left, spring), self._one(right, spring)
+        value_left, value_right = self.loads(left, limit)[0], self.loads(right, limit)[0]
         while high - low > 1e-8 * (self.end - self.start):
             if value_left > value_right:
                 high, right, value_right = right, left, value_left
                 left = high - ratio * (high - low)
-                value_left = self._one(left, spring)
+                value_left = self.loads(left, limit)[0]
             else:
                 low, left, value_left = left, right, value_right
                 right = low + ratio * (high - low)
-                value_right = self._one(right, spring)
+                value_right = self.loads(right, limit)[0]
         return left if value_left > value_right else right
 
-    def _one(self, when: float, spring: int) -> float:
-        return float(self.tension(when, self._layout.springs, np.array([spring]))[0])
+    def _exceeds(self, when: float, limit: "Limits") -> bool:
+        return bool(self.loads(when, limit)[0] > limit.force[0])
 
-    def _crossing(self, below: float, above: float, strength: float, spring: int) -> float:
-        """Return the first time with the tension above the strength, by bisection."""
-        return bisect(
-            lambda when: self._one(when, spring) > strength,
-            below,
-            above,
-            RESOLUTION * (self.end - self.start),
-        )
+    def _crossing(self, below: float, above: float, limit: "Limits") -> float:
+        """Return the first time with a load above its limit, by bisection."""
+        resolution = RESOLUTION * (self.end - self.start)
+        return bisect(lambda when: self._exceeds(when, limit), below, above, resolution)
+
+
+class Limits(NamedTuple):
+    """Forces at which springs break, by tension or by pressure.
+
+    Attributes:
+        spring: Places among the springs that act, shape (limit,).
+        sign: 1 for tension, -1 for pressure.
+        force: Limits of the tension times ``sign`` [N].
+    """
+
+    spring: Indices
+    sign: Floats
+    force: Floats
+
+    @classmethod
+    def of(cls, springs: Springs) -> "Limits":
+        """Return all limits that there are."""
+        torn = np.flatnonzero(np.isfinite(springs.strength))
+        crushed = np.flatnonzero(np.isfinite(springs.crush))
+        sign = np.repeat([1.0, -1.0], [len(torn), len(crushed)])
+        force = np.concatenate([springs.strength[torn], springs.crush[crushed]])
+        return cls(np.concatenate([torn, crushed]), sign, force)
+
+    def some(self, chosen: NDArray[np.bool_] | list[int]) -> "Limits":
+        """Return the chosen ones."""
+        return Limits(self.spring[chosen], self.sign[chosen], self.force[chosen])
 
 
 def glances(progress: Progress, work: Work) -> Iterator[tuple[float, Floats, Floats]]:

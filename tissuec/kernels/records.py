@@ -38,9 +38,9 @@ class Acts(NamedTuple):
 
 
 class Enclosures(NamedTuple):
-    """Enclosed volumes: cells of triangles that face outwards."""
+    """Enclosed volumes: cells of faces with four corners that face outwards."""
 
-    corners: Integers  # nodes of the triangles, shape (triangle, 3)
+    corners: Integers  # nodes of the faces, shape (face, 4)
     first: Integers  # shape (cell + 1,)
     drawn: Floats  # volumes [m³], shape (cell,)
     modulus: Floats  # [Pa], shape (cell,)
@@ -72,8 +72,10 @@ class Net(NamedTuple):
     damping: Floats  # d [N s/m], shape (spring,)
     rest: Floats  # L0 [m], shape (spring,)
     strength: Floats  # [N], shape (spring,)
+    crush: Floats  # [N], shape (spring,)
     law: NDArray[np.int32]  # of each spring, 0 if linear, shape (spring,)
     near: Floats  # tension from which a closer look is needed [N], shape (spring,)
+    near_crush: Floats  # the same of pressure
     inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
     push: Floats  # constant loads on free nodes [N], shape (3 node,)

@@ -17,7 +17,8 @@ from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
 
 VISCOUS = True  # springs have dashpots
-WATCHED = True  # springs may rupture
+WATCHED = True  # springs may break
+CRUSHED = True  # and do so under pressure, too
 LEDGER = True  # work and dissipation are integrated
 MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
@@ -39,9 +40,10 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
-    """Set ``a`` to the accelerations; return whether a spring is near its strength."""
+    """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
     first, other, law = net.first, net.other, net.law
-    stiffness, damping, rest, limit = net.stiffness, net.damping, net.rest, net.near
+    stiffness, damping, rest = net.stiffness, net.damping, net.rest
+    limit, limit_pressed = net.near, net.near_crush
     near = False
     work = dissipated = 0.0
     for i in range(a.size):
@@ -71,6 +73,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
                     dissipated += braking * closing
             if WATCHED:
                 near |= tension > limit[s]
+            if CRUSHED:
+                near |= tension < -limit_pressed[s]
             tension *= inverse
             f0 += tension * r0
             f1 += tension * r1
@@ -157,15 +161,21 @@ def resistance(
 
 
 def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) -> bool:
-    """Tell whether a parabola through three looks rises above ``margin`` times a strength."""
+    """Tell whether a parabola through three looks rises above ``margin`` times a limit."""
     for s in range(here.size):
-        low, mid, high = before[s], here[s], after[s]
-        top = max(low, mid, high)
-        if mid >= low and mid >= high and mid + mid > low + high:
-            top += (high - low) * (high - low) / (8.0 * (mid + mid - low - high))
-        if top > margin * net.strength[s]:
+        if parabola_top(before[s], here[s], after[s]) > margin * net.strength[s]:
+            return True
+        if CRUSHED and parabola_top(-before[s], -here[s], -after[s]) > margin * net.crush[s]:
             return True
     return False
+
+
+def parabola_top(low: float, mid: float, high: float) -> float:
+    """Return the highest value of a parabola through three equidistant looks."""
+    top = max(low, mid, high)
+    if mid >= low and mid >= high and mid + mid > low + high:
+        top += (high - low) * (high - low) / (8.0 * (mid + mid - low - high))
+    return top
 
 
 def slack(x: Floats, x_end: Floats, net: Net) -> float:

@@ -179,5 +179,6 @@ def slide(
     s1 = float(v[i + 1] - near * v[p + 1] - far * v[q + 1])
     s2 = float(v[i + 2] - near * v[p + 2] - far * v[q + 2])
     turning = l0 * (v[q] - v[p]) + l1 * (v[q + 1] - v[p + 1]) + l2 * (v[q + 2] - v[p + 2])
+    turning = float(turning)
     s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
     return s0, s1, s2, s0 * n0 + s1 * n1 + s2 * n2

@@ -22,8 +22,9 @@ class VectorNet:
     Args:
         low, high: Lower and upper node of each spring, shape (spring,).
         behaviour: What each spring does at an elongation and a speed.
-        strength: Per spring [N], shape (spring,).
+        strength, crush: Per spring [N], shape (spring,).
         near: Tension from which a closer look is needed [N], shape (spring,).
+        near_crush: The same of pressure.
         inverse_mass: Zero for held nodes [1/kg], shape (node,).
         steady: Gravity and constant loads by mass [m/s²], shape (3 node,).
         push: Constant loads on free nodes [N], shape (3 node,).
@@ -33,7 +34,8 @@ class VectorNet:
         enclosures: Volumes that are kept by pressure.
         contact: What instruments touch, if they do.
         home: Where bristles stay [m], shape (m, 3).
-        watched: Whether springs may rupture.
+        watched: Whether springs may break.
+        crushed: Whether they do so under pressure, too.
         ledger: Whether work and dissipation are integrated.
     """
 
@@ -44,7 +46,9 @@ class VectorNet:
         high: Integers,
         behaviour: Behaviour,
         strength: Floats,
+        crush: Floats,
         near: Floats,
+        near_crush: Floats,
         inverse_mass: Floats,
         steady: Floats,
         push: Floats,
@@ -55,6 +59,7 @@ class VectorNet:
         contact: Any,
         home: Floats,
         watched: bool,
+        crushed: bool,
         ledger: bool,
     ):
         component = np.arange(3)[:, None]
@@ -65,13 +70,14 @@ class VectorNet:
         self.stiffness, self.damping = behaviour.stiffness, behaviour.damping
         self.rest = behaviour.rest
         self.strength, self.near = strength, near
+        self.crush, self.near_crush = crush, near_crush
         self.inverse_mass = np.repeat(inverse_mass, 3)
         is_free = self.inverse_mass > 0.0
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
         self.contact, self.home = contact, home
-        self.watched, self.ledger = watched, ledger
+        self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
         self.end = np.empty((3, springs))
@@ -108,9 +114,11 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
-    """Set ``a`` to the accelerations; return whether a spring is near its strength."""
+    """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
     tension = _stretch(x, v, net)
     near = net.watched and bool((tension > net.near).any())
+    if net.crushed:
+        near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
         power[1] = np.dot(net.length, net.closing) if net.viscous else 0.0
         power[0] = np.dot(net.push, v)
@@ -149,9 +157,10 @@ def _press(time: float, x: Floats, f: Floats, net: VectorNet) -> float:
     corners, first, drawn, modulus, act = net.enclosures
     place = x.reshape(-1, 3)
     seen = place[corners] - place[np.repeat(corners[first[:-1], 0], np.diff(first))][:, None]
-    a, b, c = seen.transpose(1, 0, 2)
-    sides = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
-    volume = np.add.reduceat(np.einsum("tk,tk->t", a, sides[:, 0]), first[:-1])
+    s, p, q = seen.sum(axis=1), seen[:, 2] - seen[:, 0], seen[:, 3] - seen[:, 1]
+    by_s, by_p, by_q = np.cross(p, q) / 24.0, np.cross(q, s) / 24.0, np.cross(s, p) / 24.0
+    sides = np.stack([by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q], axis=1)
+    volume = np.add.reduceat(np.einsum("fk,fk->f", s, by_s), first[:-1])
     swell, rate = np.array([total(which, time, net.acts) for which in act])[:, [0, 3]].T
     pressure = modulus * (drawn * (1.0 + swell) - volume) / drawn
     forces = np.repeat(pressure, np.diff(first))[:, None, None] * sides
@@ -177,8 +186,11 @@ def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
 
 
 def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: VectorNet) -> bool:
-    """Tell whether a parabola through three looks rises above ``margin`` times a strength."""
-    return bool((parabola_tops(before, here, after) > margin * net.strength).any())
+    """Tell whether a parabola through three looks rises above ``margin`` times a limit."""
+    tears = bool((parabola_tops(before, here, after) > margin * net.strength).any())
+    if tears or not net.crushed:
+        return tears
+    return bool((parabola_tops(-before, -here, -after) > margin * net.crush).any())
 
 
 def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:

@@ -13,7 +13,10 @@ from tissuec.network import Floats
 
 @MEASURES.member("ruptured")
 class Ruptured(Scalar):
-    """The number of springs of A that ruptured until then; true where it is not 0."""
+    """The number of springs of A that broke by themselves until then; true where it is not 0.
+
+    Torn by tension or crushed by pressure; the event log tells them apart.
+    """
 
     form = "ruptured(A)"
     dimension = units.NUMBER

@@ -12,7 +12,10 @@ from tissuec.network import Floats
 
 @MEASURES.member("volume")
 class Volume(Scalar):
-    """What the closed surface of the body A encloses now; 0 where it is open."""
+    """What the closed surface of the body A encloses now; 0 where it is open.
+
+    Of a lattice it is the sum over all cells, whether they keep their volume or not.
+    """
 
     form = "volume(A)"
     dimension = units.VOLUME
@@ -21,7 +24,7 @@ class Volume(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        enclosure = surface_of(subjects[0], moment)
+        enclosure = surface_of(moment.situation.network, subjects[0].name)
         if enclosure is None:
             return one_column(0.0, moment)
         return one_column(enclosure.volumes(moment.position).sum(axis=-1), moment)

@@ -1,7 +1,7 @@
 """Mesh generators: a member is one file with a dataclass of parameters and its ``build``."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,15 @@ class Generator(Protocol):
 
     def size(self) -> tuple[int, int]:
         """Return upper bounds of (nodes, springs) without building, to refuse absurd counts."""
+        ...
+
+
+@runtime_checkable
+class Celled(Protocol):
+    """A generator of solid bodies that are divided into cells."""
+
+    def cell_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Return nodes of faces, shape (cell, face, 4), and inside, shape (cell, inner)."""
         ...
 
 

@@ -157,6 +157,51 @@ class Lattice:
         position = self._position(crystal, cells, np.unravel_index(place, number.shape))
         return Mesh(position, springs(len(place), pairs), _skin(crystal, number))
 
+    def cell_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Return the nodes of the cubic cells: on their faces, and inside.
+
+        Faces have four corners each, or of diamond four triangles round the node in the middle.
+        They face outwards; a triangle names its last node twice. Cells are numbered along z
+        first, then y, then x.
+
+        Returns:
+            Nodes of the faces, shape (cell, face, 4), and inside, shape (cell, inner).
+        """
+        crystal, cells = CRYSTALS[self.kind], self.cells()
+        number = _numbered(crystal, cells)[(slice(_MARGIN, -_MARGIN),) * 3]
+        step = crystal.divisions
+
+        def at(*site: int) -> NDArray[np.int32]:
+            """Return the node of each cell at a place of the fine grid, -1 for none."""
+            parts = (
+                slice(s, s + step * (n - 1) + 1, step) for s, n in zip(site, cells, strict=True)
+            )
+            return number[tuple(parts)].ravel()
+
+        faces = []
+        for axis, high in product(range(3), (False, True)):
+            turns = [(0, 0), (1, 0), (1, 1), (0, 1)]
+            around = [
+                at(*np.roll((high * step, u * step, v * step), axis).tolist())
+                for u, v in (turns if high else turns[::-1])
+            ]
+            middle = at(*np.roll((high * step, step // 2, step // 2), axis).tolist())
+            if step > 1 and middle[0] >= 0:
+                triangles = [(around[k], around[(k + 1) % 4], middle, middle) for k in range(4)]
+                faces += [np.stack(triangle, axis=1) for triangle in triangles]
+            else:
+                faces.append(np.stack(around, axis=1))
+        inside = [at(*site) for site in crystal.sites if min(site) > 0]
+        none = np.zeros((len(faces[0]), 0), dtype=np.int32)
+        inner = np.stack(inside, axis=1) if inside else none
+        return np.stack(faces, axis=1), inner
+
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Refuse: what is solid bends against the springs inside."""
+        raise ValueError(
+            'a lattice is solid, and bends against the springs inside; choose another "reach"'
+        )
+
     def _position(
         self, crystal: Crystal, cells: Triple, index: tuple[NDArray[np.int64], ...]
     ) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.fields import OneOf, Position, Whole
 from tissuec.meshes import MESHES, Mesh
-from tissuec.meshes.joining import grid_pairs, grid_triangles, springs
+from tissuec.meshes.joining import Pairs, grid_pairs, grid_triangles, springs
 from tissuec.meshes.limits import require_limits
 
 
@@ -75,6 +75,12 @@ class Sheet:
         if self.second_neighbours == "yes":
             steps += [(0, 2), (2, 0)]
         return steps
+
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Return the pairs that bending springs join: two steps along rows or columns."""
+        steps = ([(0, 2)] if self.columns > 2 else []) + ([(2, 0)] if self.rows > 2 else [])
+        pairs = [grid_pairs((self.rows, self.columns), step) for step in steps]
+        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
 
     def _position(self) -> NDArray[np.float64]:
         corner = np.asarray(self.corner, dtype=np.float64)

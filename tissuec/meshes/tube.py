@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.fields import Length, OneOf, Points, Whole
 from tissuec.meshes import MESHES, Mesh
-from tissuec.meshes.joining import grid_pairs, grid_triangles, springs
+from tissuec.meshes.joining import Pairs, grid_pairs, grid_triangles, springs
 from tissuec.meshes.limits import require_limits
 
 
@@ -86,6 +86,12 @@ class Tube:
         if self.interior == "spokes":
             steps.append((0, self.sides // 2))
         return steps
+
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Return the pairs that bending springs join: two steps along or round the tube."""
+        shape = (self.rings, self.sides)
+        steps = [(0, 2)] + ([(2, 0)] if self.rings > 2 else [])
+        return np.concatenate([grid_pairs(shape, step, wrap=True) for step in steps])
 
     def _position(self) -> NDArray[np.float64]:
         start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)

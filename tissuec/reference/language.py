@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from math import isfinite
 
 from tissuec.compiling.courses import PROFILES
-from tissuec.compiling.tables import NODE_COLUMNS, SPRING_COLUMNS
+from tissuec.compiling.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
 from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
@@ -152,7 +152,9 @@ def _spreads(quantity: Quantity) -> str:
 
 
 def _rest(quantity: Quantity) -> str:
-    return "an error" if quantity.default is None else code(f"{quantity.default:g}")
+    if quantity.default is None:
+        return "an error"
+    return code("none" if quantity.default == quantity.none else f"{quantity.default:g}")
 
 
 def mesh_sections() -> str:
@@ -188,11 +190,15 @@ def law_sections(word: str, family: Mapping[str, type]) -> str:
 
 def column_table(columns: Mapping[str, Dimension | None]) -> str:
     """Return the columns of a table of nodes or springs."""
-    rows = [
-        (code(name), "a whole number" if dimension is None else describe(dimension))
-        for name, dimension in columns.items()
-    ]
+    rows = [(code(name), _cells(name, dimension)) for name, dimension in columns.items()]
     return table(("column", "is"), rows)
+
+
+def _cells(name: str, dimension: Dimension | None) -> str:
+    """Return what the cells of a column hold."""
+    if name == LAW:
+        return "the name of a [law](#laws)"
+    return "a whole number" if dimension is None else describe(dimension)
 
 
 def verb_sections() -> str:

@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from tissuec import mechanics
+from tissuec.core.errors import counted
+from tissuec.enclosures import Enclosure
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
@@ -13,6 +15,22 @@ from tissuec.running.failing import explain_action
 from tissuec.running.recording import Recorder
 from tissuec.running.standing import Standing
 from tissuec.verbs import Failed, Happening
+
+#: How springs break by themselves: the array of the limit, and the cause in words.
+_BROKEN = {
+    "rupture": ("strength", "the tension exceeded the fraction force"),
+    "crush": ("crush", "the pressure exceeded the crushing force"),
+}
+
+
+def _leaking(enclosure: Enclosure, cells: int) -> str:
+    """Return what it means that some cells of an enclosure are torn."""
+    if enclosure.cell_count == 1:
+        return f"the surface of {enclosure.name} is torn: it keeps no pressure any more"
+    verb, who = ("is", "it keeps") if cells == 1 else ("are", "they keep")
+    return (
+        f"{counted(cells, 'cell')} of {enclosure.name} {verb} torn: {who} no pressure any more"
+    )
 
 
 class Stage:
@@ -98,23 +116,29 @@ class Stage:
         except Failed as failure:
             self.failure = explain_action(failure, situation)
         situation.place_held()
-        for enclosure in situation.let_leak():
-            cause = f"the surface of {enclosure.name} is torn: it keeps no pressure any more"
-            self._log(Happening("leak", (), cause, enclosure.span))
+        for enclosure, cells in situation.let_leak():
+            self._log(Happening("leak", (), _leaking(enclosure, cells), enclosure.span))
 
     def _rupture(self, springs: Indices) -> None:
         situation = self.standing.situation
+        state = situation.position, situation.velocity
+        is_pressed = mechanics.tension(situation, *state, springs) < 0.0
         situation.alive = situation.alive.copy()
         situation.alive[springs] = False
         self.standing.ruptured[springs] = True
-        origins = self.network.provenance.get("strength")
+        self._log_broken("rupture", springs[~is_pressed])
+        self._log_broken("crush", springs[is_pressed])
+
+    def _log_broken(self, kind: str, springs: Indices) -> None:
+        """Enter springs that broke, by the places that their limits come from."""
+        array, cause = _BROKEN[kind]
+        origins = self.network.provenance.get(array)
         by_origin: dict[Any, list[int]] = {}
         for spring in springs.tolist():
             span = self.plan.simulation.span if origins is None else origins[spring].span
             by_origin.setdefault(span, []).append(spring)
-        cause = "the tension exceeded the fraction force"
         for span, found in by_origin.items():
-            self._log(Happening("rupture", tuple(found), cause, span))
+            self._log(Happening(kind, tuple(found), cause, span))
 
     def _fire(self, triggers: list[int]) -> None:
         for number in triggers:

@@ -15,7 +15,7 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
-from tissuec.scene.model import Body, Given, Region, Tables, Tissue
+from tissuec.scene.model import Bending, Body, Given, Region, Tables, Tissue, WrittenLaws
 from tissuec.scene.tables import explicit_tables, tables_of
 
 EXPLICIT = "explicit"
@@ -49,19 +49,23 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
         ),
     )
 }
-ENTRIES = ("mesh", "tissue", "region", "rupture", *BODY_ENTRIES)
+_PART = Measure(units.NUMBER, at_least=0.0, at_most=100.0)
+#: How stiff bending springs are in words, as parts of the tissue's springs.
+BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
+ENTRIES = ("mesh", "tissue", "region", "rupture", "bending", *BODY_ENTRIES)
 
 
 def read_body(
     name: s.Name,
     item: s.Item,
     tissues: Mapping[str, Tissue],
+    laws: Mapping[str, WrittenLaws],
     declarations: Declarations,
     scope: Scope,
 ) -> Body:
     """Return a body from its block, or reject it if it cannot be drawn."""
     assert isinstance(item, s.Block)
-    return _BodyReader(name, item, tissues, declarations, scope).read()
+    return _BodyReader(name, item, tissues, laws, declarations, scope).read()
 
 
 class _BodyReader:
@@ -72,12 +76,13 @@ class _BodyReader:
         name: s.Name,
         block: s.Block,
         tissues: Mapping[str, Tissue],
+        laws: Mapping[str, WrittenLaws],
         declarations: Declarations,
         scope: Scope,
     ):
         self.name = name
         self.block = block
-        self.tissues = tissues
+        self.tissues, self.laws = tissues, laws
         self.declarations = declarations
         self.scope = scope
         self.findings = scope.findings
@@ -87,6 +92,7 @@ class _BodyReader:
         self.tissue: Tissue | None = None
         self.regions: list[Region] = []
         self.may_rupture = False
+        self.bending: Bending | None = None
         self.rest: dict[str, Any] = {}
 
     def read(self) -> Body:
@@ -125,6 +131,7 @@ class _BodyReader:
             regions=tuple(self.regions),
             interface=self.rest.get("interface", ""),
             may_rupture=self.may_rupture,
+            bending=self.bending,
             mass=self.rest.get("mass"),
             mass_span=self.once.get("mass"),
             velocity=self.rest.get("velocity", zero),
@@ -155,6 +162,9 @@ class _BodyReader:
             self.tissue = self._tissue(item)
         elif key == "rupture":
             self.may_rupture = self._rupture(item)
+        elif key == "bending":
+            part = self._bending(item)
+            self.bending = Bending(part, item.span) if part else None
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
@@ -209,6 +219,21 @@ class _BodyReader:
             )
         return phrase.kind == "word"
 
+    def _bending(self, item: s.Assign | s.Sentence | s.Block) -> float:
+        """Return how stiff bending springs are beside those of the tissue."""
+        entry = schema.Entry("bending", "bending", _PART, 0.0, "")
+        if isinstance(item, s.Assign):
+            return schema.read_entry(entry, item, self.scope)
+        word = schema.word_of(item, self.scope, example="bending is soft, or bending = 20 %")
+        if word.key not in BENDING:
+            self.findings.reject(
+                "TIS305",
+                f'bending cannot be "{word.text}"',
+                word.span,
+                hint=f"{alternatives(word.key, BENDING, what='choices')}, or bending = 20 %",
+            )
+        return BENDING[word.key]
+
     def _region(self, name: s.Name, block: s.Block) -> Region:
         if [clause.word for clause in block.clauses] != ["where"]:
             self.findings.reject(
@@ -248,7 +273,7 @@ class _BodyReader:
     def _tables(self) -> Tables | None:
         tables = tables_of(self.name, self.declarations, self.findings)
         if self.is_explicit:
-            return explicit_tables(self.name, self.block.head, tables, self.findings)
+            return explicit_tables(self.name, self.block.head, tables, self.laws, self.findings)
         if tables:
             self.findings.reject(
                 "TIS306",

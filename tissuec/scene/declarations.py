@@ -14,7 +14,7 @@ from tissuec.scene.library import Library
 T = TypeVar("T")
 
 #: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
-NAMED = ("property", "quantity", "rules", "tissue", "body", "tool", "learn")
+NAMED = ("property", "quantity", "rules", "law", "tissue", "body", "tool", "learn")
 #: Blocks that stand once in a scene.
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
@@ -28,7 +28,10 @@ _EXAMPLES = {
     "hedge": "hedge very = shift(50 %, outward)",
     "property": "property NAME from 0 to 1 { … }",
     "quantity": "quantity NAME from 1 N/m to 9 N/m { … }",
-    **{kind: f"{kind} NAME {{ … }}" for kind in ("rules", "tissue", "body", "tool", "learn")},
+    **{
+        kind: f"{kind} NAME {{ … }}"
+        for kind in ("rules", "law", "tissue", "body", "tool", "learn")
+    },
 }
 
 
@@ -186,7 +189,7 @@ def _declare(
     kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings
 ) -> None:
     clauses = getattr(item, "clauses", ())
-    if kind in ("tissue", "body", "tool", "rules", "learn") and clauses:
+    if kind in ("tissue", "body", "tool", "rules", "law", "learn") and clauses:
         clause = clauses[0]
         if not (kind == "tissue" and clause.word == "like" and len(clauses) == 1):
             quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"

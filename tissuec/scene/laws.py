@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import Note, alternatives
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
@@ -14,8 +14,9 @@ from tissuec.lang import syntax as s
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.laws.formula import Constant, Formula, Quotient, Variable, apply
 from tissuec.scene import schema
+from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
-from tissuec.scene.model import WrittenLaw
+from tissuec.scene.model import WrittenLaw, WrittenLaws
 from tissuec.scene.values import Value
 
 TRIED = (1e-4, 1e-2, 0.3)  # of a metre, or metres per second, to either side
@@ -54,6 +55,55 @@ LAW_KINDS = (
 )
 #: The kind of law that an entry of a tissue writes, by its name.
 BY_ENTRY = {name: kind for kind in LAW_KINDS for name in (kind.word, kind.formula)}
+
+
+def read_laws(declarations: Declarations, scope: Scope) -> dict[str, WrittenLaws]:
+    """Return every ``law`` block by lower-case name; a mistake rejects one only."""
+    laws = declarations.read_each("law", lambda d: _read_block(d, scope), scope.findings)
+    for key, declared in declarations.of("law").items():
+        if key not in laws:
+            scope.findings.doubt(declared.name)
+    return laws
+
+
+def _read_block(declared: Declared, scope: Scope) -> WrittenLaws:
+    """Return the laws of springs and dashpots that a block writes."""
+    block, findings = declared.item, scope.findings
+    assert isinstance(block, s.Block)
+    found: dict[str, WrittenLaw] = {}
+    with findings.together():
+        for item in block.items:
+            with findings.item():
+                _read_entry(item, found, scope)
+    if not block.items:
+        findings.reject(
+            "TIS304",
+            f"law {declared.name.text} says nothing",
+            block.head,
+            hint="for example: spring law is toe { strain = 3 % }",
+        )
+    return found
+
+
+def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> None:
+    """Enter one law of a block, or reject it."""
+    named = isinstance(item, s.Sentence | s.Assign | s.Block | s.Function)
+    kind = BY_ENTRY.get(item.name.key) if named else None
+    if kind is None:
+        scope.findings.reject(
+            "TIS303",
+            "this cannot stand in a law",
+            item.span,
+            hint=f"entries: {', '.join(BY_ENTRY)}",
+        )
+    if kind.word in found:
+        scope.findings.reject(
+            "TIS307",
+            f'"{kind.word}" is written twice',
+            item.span,
+            notes=(Note("first here", found[kind.word].span),),
+        )
+    found[kind.word] = read_law(kind, item, scope)
 
 
 def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:

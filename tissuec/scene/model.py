@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from tissuec.core.source import Source, Span
 from tissuec.instruments import Shape
@@ -67,13 +68,16 @@ class WrittenLaw:
     span: Span
 
 
+#: What replaces linear springs and dashpots, by "spring law" and "viscosity law".
+WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
+
+
 @dataclass(frozen=True, slots=True)
 class Tissue:
     """A preset with everything it inherits.
 
     Attributes:
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
-        laws: What replaces linear springs and dashpots, by "spring law" and "viscosity law".
     """
 
     name: str
@@ -82,7 +86,7 @@ class Tissue:
     facts: tuple[Fact, ...]
     given: Mapping[str, Given]
     missing: Mapping[str, str]
-    laws: Mapping[str, WrittenLaw]
+    laws: WrittenLaws
     span: Span
 
 
@@ -103,6 +107,15 @@ class Tables:
 
     nodes: s.Table
     springs: s.Table | None
+    laws: Mapping[str, WrittenLaws]  # that rows may name, by lower-case name
+
+
+@dataclass(frozen=True, slots=True)
+class Bending:
+    """Springs between second neighbours of a surface."""
+
+    part: float  # of the tissue's spring constant and viscosity; above zero
+    span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +128,7 @@ class Body:
         mass: Of the whole body [kg], overriding the tissue's; None if not written.
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
+        bending: Springs between second neighbours; None without any.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
@@ -128,6 +142,7 @@ class Body:
     regions: tuple[Region, ...]
     interface: str
     may_rupture: bool
+    bending: Bending | None
     mass: float | None
     mass_span: Span | None
     velocity: Floats

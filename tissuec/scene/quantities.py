@@ -1,6 +1,7 @@
 """The physical quantities a tissue can give to a network; rules may conclude only these."""
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal
 
 from tissuec.core import units
@@ -21,6 +22,7 @@ class Quantity:
         scales: How a value "of 1 mm" changes with a spring's length: -1 for spring constant and
             viscosity (two springs in a row are half as stiff); 0 where length has no influence.
         default: The value that means "none", for quantities that may be left out.
+        none: The value of the word "none", for limits that there need not be.
         may_be_zero: Whether zero is a sensible value.
     """
 
@@ -30,6 +32,7 @@ class Quantity:
     spreads: tuple[Spread, ...]
     scales: int = 0
     default: float | None = None
+    none: float | None = None
     may_be_zero: bool = False
 
 
@@ -53,7 +56,10 @@ QUANTITIES: dict[str, Quantity] = {
             may_be_zero=True,
         ),
         Quantity("mass", units.MASS, "mass", ("each node", "whole body")),
-        Quantity("fraction force", units.FORCE, "strength", ("each spring",)),
+        Quantity("fraction force", units.FORCE, "strength", ("each spring",), none=inf),
+        Quantity(
+            "crushing force", units.FORCE, "crush", ("each spring",), default=inf, none=inf
+        ),
         Quantity(
             "prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True
         ),

@@ -11,7 +11,8 @@ from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
-from tissuec.scene.model import Environment, Scene, Tissue
+from tissuec.scene.laws import read_laws
+from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
 from tissuec.scene.parameters import Constants, read_overrides
 from tissuec.scene.settings import AUTOMATIC, read_environment, read_simulation, read_tool
 from tissuec.scene.tables import check_table
@@ -21,11 +22,12 @@ from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """What a program says without any body: numbers, vocabulary, tissues."""
+    """What a program says without any body: numbers, vocabulary, laws, tissues."""
 
     declarations: Declarations
     constants: Constants
     vocabulary: Vocabulary
+    laws: dict[str, WrittenLaws]
     tissues: dict[str, Tissue]
 
 
@@ -36,8 +38,9 @@ def resolve_words(program: Program, findings: Findings, overrides: Sequence[str]
         declarations, read_overrides(overrides, declarations, findings), findings
     )
     vocabulary = read_vocabulary(declarations, constants)
+    laws = read_laws(declarations, constants)
     tissues = read_tissues(declarations, vocabulary, constants)
-    return Words(declarations, constants, vocabulary, tissues)
+    return Words(declarations, constants, vocabulary, laws, tissues)
 
 
 def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Scene:
@@ -49,7 +52,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     declarations, scope = words.declarations, words.constants
     bodies = declarations.read_each(
         "body",
-        lambda d: read_body(d.name, d.item, words.tissues, declarations, scope),
+        lambda d: read_body(d.name, d.item, words.tissues, words.laws, declarations, scope),
         findings,
     )
     tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)

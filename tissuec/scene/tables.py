@@ -1,11 +1,13 @@
 """Which body a table belongs to, and which tables a body has."""
 
+from collections.abc import Mapping
+
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Tables
+from tissuec.scene.model import Tables, WrittenLaws
 
 TABLES = ("nodes", "springs")
 
@@ -53,7 +55,11 @@ def tables_of(
 
 
 def explicit_tables(
-    body: s.Name, head: Span, tables: dict[str, s.Table], findings: Findings
+    body: s.Name,
+    head: Span,
+    tables: dict[str, s.Table],
+    laws: Mapping[str, WrittenLaws],
+    findings: Findings,
 ) -> Tables:
     """Return the tables of an explicit body, or reject it at its ``head``."""
     if "nodes" not in tables:
@@ -63,7 +69,7 @@ def explicit_tables(
             head,
             hint=f'table nodes of {body.text} in mm with columns "id x y z" {{ 1 0 0 0 }}',
         )
-    return Tables(tables["nodes"], tables.get("springs"))
+    return Tables(tables["nodes"], tables.get("springs"), laws)
 
 
 def _owner(table: s.Table) -> s.Name | None:

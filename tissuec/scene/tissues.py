@@ -192,9 +192,18 @@ class TissueReader:
         return self.vocabulary.rules[clause.value.key]
 
     def _number(self, item: s.Sentence | s.Assign, key: str, written: _Written) -> None:
+        quantity = QUANTITIES[key]
+        if is_none(item) and quantity.none is not None:
+            spread = quantity.spreads[0]
+            written.numbers[key] = Given(
+                quantity, quantity.none, spread, None, "written", item.span
+            )
+            return
         if not isinstance(item, s.Assign):
-            kind = Measure(QUANTITIES[key].dimension)
+            kind = Measure(quantity.dimension)
             example = schema.Entry(key, key, kind, None, "").example
+            if quantity.none is not None:
+                example += f", or {key} is none"
             self.findings.reject(
                 "TIS312",
                 f"{key} is a number, not a word",
@@ -326,6 +335,13 @@ class TissueReader:
             unsaid = ", ".join(answer.missing)
             return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
         return f"no rule of {rules.name} fires for these words"
+
+
+def is_none(item: s.Sentence | s.Assign) -> bool:
+    """Tell whether an entry says that there is none of it: ``fraction force is none``."""
+    if not isinstance(item, s.Sentence) or item.phrase is None or item.clauses:
+        return False
+    return item.phrase.kind == "word" and item.phrase.words[0].key == "none"
 
 
 def _properties(answer: Inference | NoRule) -> set[str]:

@@ -140,6 +140,18 @@ class Balance:
         """Return the largest entry on the diagonal of K, its clamped part counted [N/m]."""
         return float(self.matrix(bars, exact=False).diagonal().max(initial=0.0))
 
+    def pressing(self, bars: Bars) -> Floats:
+        """Return how strongly enclosed volumes may resist each free node [N/m], shape (free,).
+
+        Gershgorin's bound by the rows of their part of K.
+        """
+        size = len(self.free)
+        total = np.zeros(3 * size)
+        for acting in self._fields:
+            part = acting.matrix(self._time, bars.position, self._number, size)
+            total += np.asarray(abs(part).sum(axis=1)).ravel()
+        return total.reshape(-1, 3).max(axis=1)
+
     def weakening(self, bars: Bars) -> float:
         """Return how far below zero pressed springs may bring an eigenvalue of K [N/m].
 
@@ -150,7 +162,8 @@ class Balance:
         for end in (0, 1):
             moves = self.ends[:, end] >= 0
             np.add.at(total, self.ends[moves, end], 2.0 * pressed[moves])
-        turning = sum(acting.weakening(self._time, bars.position) for acting in self._fields)
+        where = bars.position, self._number, len(self.free)
+        turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
         return float(total.max(initial=0.0)) + turning
 
     def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> csc_matrix:

@@ -8,10 +8,10 @@ more than a threshold. (Nürnberger, Radetzky & Kruse 1998, section 3.1.4.)
 The paper does not say how a node gives way. Here it moves by F / Σ c, where springs to a node
 of the same layer count twice: the minimum of Σ ½ c |r' - L0 u|² with the present directions u.
 That function is nowhere below the energy and equals it here, so that the energy falls in every
-layer, however stiff the net. But soft motions of large nets come slowly, so that a sweep begins
-ahead of where the last one ended, along what it has moved, unless that leads uphill. (Y.
-Nesterov, Soviet Math. Dokl. 27:372, 1983; B. O'Donoghue, E. Candès, Found. Comput. Math.
-15:715, 2015.)
+layer, however stiff the net. Where volumes are enclosed, Σ c has a bound of what they resist.
+But soft motions of large nets come slowly, so that a sweep begins ahead of where the last one
+ended, along what it has moved, unless that leads uphill. (Y. Nesterov, Soviet Math. Dokl.
+27:372, 1983; B. O'Donoghue, E. Candès, Found. Comput. Math. 15:715, 2015.)
 """
 
 from collections.abc import Iterator
@@ -87,7 +87,7 @@ class Layer:
 
     Attributes:
         nodes: Shape (node,).
-        weight: Spring constants that resist each of them [N/m], shape (node,).
+        weight: What resists each of them [N/m], shape (node,).
     """
 
     def __init__(self, nodes: Indices, weight: Floats):
@@ -100,8 +100,9 @@ class Layers:
     def __init__(self, balance: Balance):
         self._count = len(balance.free)
         self._ends = balance.ends
-        drawn = balance.bars(balance.start).length - balance.rest
-        self._stiffness = balance.behaviour.steepness(drawn)
+        bars = balance.bars(balance.start)
+        self._stiffness = balance.behaviour.steepness(bars.length - balance.rest)
+        self._pressing = balance.pressing(bars)
         inner = (balance.ends >= 0).all(axis=1)
         low, high = balance.ends[inner].T
         joined = np.ones(len(low), dtype=np.int8)
@@ -132,8 +133,11 @@ class Layers:
             yield Layer(nodes, weight[nodes])
 
     def _weights(self, depth: Floats) -> Floats:
-        """Return Σ c of each node, springs within a layer counted twice, shape (free,)."""
-        total = np.zeros(self._count)
+        """Return Σ c of each node, springs within a layer counted twice, shape (free,).
+
+        What volumes add is a bound that holds for all nodes at once.
+        """
+        total = self._pressing.copy()
         inner = (self._ends >= 0).all(axis=1)
         within = inner & (depth[self._ends[:, 0]] == depth[self._ends[:, 1]])
         counted = np.where(within, 2.0, 1.0) * self._stiffness

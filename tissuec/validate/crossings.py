@@ -15,8 +15,8 @@ from tissuec.validate.equations import Equations
 from tissuec.validate.stepping import Step
 
 COARSE, FINE = 8, 64  # pieces in which a step is looked at
-SUSPECT = 0.97  # of the fraction force: springs that are looked at closely
-TOGETHER = 1e-11  # springs this near to their fraction force break with the one that breaks
+SUSPECT = 0.97  # of what breaks them: springs that are looked at closely
+TOGETHER = 1e-11  # springs this near to their limits break with the one that breaks
 ROUNDING = np.float64(4.0 * np.finfo(float).eps)  # the finest that brentq takes
 NEAR = 1e-6  # of the step: crossings this near to the first one may be the first
 
@@ -34,19 +34,19 @@ class Strains:
 
     Attributes:
         able: Their places among the living springs, shape (able,).
-        highest: Largest tension over fraction force so far, shape (able,).
+        highest: Largest load so far, shape (able,).
     """
 
     def __init__(self, equations: Equations):
         self._equations = equations
-        self.able = np.flatnonzero(np.isfinite(equations.strength))
+        breaks = np.isfinite(equations.strength) | np.isfinite(equations.crush)
+        self.able = np.flatnonzero(breaks)
         self.highest = np.zeros(len(self.able))
 
     def at(self, time: float, y: Floats) -> Floats:
-        """Return tension over fraction force, shape (able,)."""
+        """Return tensions and pressures over the forces that break, shape (able,)."""
         equations = self._equations
-        tension = equations.pull(*equations.spread(time, y)).tension
-        return tension[self.able] / equations.strength[self.able]
+        return equations.burdens(equations.pull(*equations.spread(time, y)))[self.able]
 
     def first_break(self, step: Step) -> Break | None:
         """Return the first break within a step, with all springs that break at that time."""
@@ -99,7 +99,7 @@ class Strains:
         return None
 
     def _top(self, step: Step, low: float, high: float, spring: int) -> float | None:
-        """Return when the tension is largest, if it is above the fraction force then."""
+        """Return when the load is largest, if it is above what breaks the spring then."""
         best = minimize_scalar(
             lambda t: -self.at(t, step.near(t))[spring],
             bounds=(low, high),
@@ -111,7 +111,7 @@ class Strains:
     def _root(
         self, state: Callable[[float], Floats], bracket: tuple[float, float, int]
     ) -> float:
-        """Return when one spring reaches its fraction force."""
+        """Return when one spring reaches what breaks it."""
         low, high, spring = bracket
 
         def excess(time: float) -> float:

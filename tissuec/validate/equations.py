@@ -104,6 +104,7 @@ class Equations:
         self.behaviour = situation.behaviour(self.springs)
         self.rest = self.behaviour.rest
         self.strength = situation.strength[self.springs]
+        self.crush = situation.crush[self.springs]
         self.incidence = incidence_matrix(network.ends[self.springs], self.count)
         self._backwards = self.incidence.T.tocsr()
         self._reach = self.incidence @ network.position
@@ -150,6 +151,10 @@ class Equations:
         closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
         tension = self.behaviour.pull(length - self.rest) + self.behaviour.brake(closing)
         return Springs(direction, length, closing, np.where(length > 0.0, tension, 0.0))
+
+    def burdens(self, springs: Springs) -> Floats:
+        """Return tensions and pressures over the forces that break, shape (spring,)."""
+        return np.maximum(springs.tension / self.strength, -springs.tension / self.crush)
 
     def node_forces(self, springs: Springs) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
@@ -292,6 +297,6 @@ def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((signs, (rows, ends.ravel())), shape=(count, nodes))
 
 
-def overstretched(equations: Equations, springs: Springs) -> Indices:
-    """Return the numbers of the living springs above their fraction force, ascending."""
-    return equations.springs[springs.tension > equations.strength]
+def overloaded(equations: Equations, springs: Springs) -> Indices:
+    """Return the numbers of the living springs above what breaks them, ascending."""
+    return equations.springs[equations.burdens(springs) > 1.0]

@@ -23,7 +23,7 @@ class Miss:
         time: When it happened [s].
         in_run: Whether in the run rather than in the reference.
         strain: Of a spring, how near the other solution came to breaking it: largest tension
-            over fraction force; of a trigger 0.
+            or pressure over the force that breaks; of a trigger 0.
         is_tie: Whether an error of positions as large as the promise can explain it.
     """
 
@@ -98,8 +98,8 @@ def near_ties(
     """Return missed breaks with how near the other solution came to them.
 
     Args:
-        strains: Largest tension over fraction force of each spring in the run and in the
-            reference, shape (spring,) each.
+        strains: Largest tension or pressure over the force that breaks, of each spring in the
+            run and in the reference, shape (spring,) each.
         shift: Error of positions that the promise allows [m]; two ends give twice the change
             of length.
     """
@@ -108,7 +108,8 @@ def near_ties(
     for miss in misses:
         spring = miss.number
         strain = float((reference if miss.in_run else run)[spring])
-        allowed = 2.0 * network.stiffness[spring] * shift / network.strength[spring]
+        limit = min(network.strength[spring], network.crush[spring])
+        allowed = 2.0 * network.stiffness[spring] * shift / limit
         tie = abs(1.0 - strain) <= allowed
         found.append(Miss(spring, miss.time, miss.in_run, strain, bool(tie)))
     return found

@@ -31,8 +31,8 @@ class Observed:
         imbalance: Energy that is there and should not be [J], shape (row,).
         scale: Largest energy so far [J], shape (row,).
         breaks, firings: What happened.
-        strain: Largest tension over fraction force of each spring at any output time, shape
-            (spring,).
+        strain: Largest tension or pressure over the force that breaks, of each spring at any
+            output time, shape (spring,).
         outcome: How the run ended.
     """
 
@@ -107,7 +107,8 @@ class _Tap(Recorder):
         none = np.zeros(self.network.spring_count, dtype=bool)
         moment = Moment(situation, samples.time, samples.position, samples.velocity, none)
         ledger = replace(ledger, work=samples.work, dissipated=samples.dissipated)
-        strain = moment.tension / situation.strength
+        tension = moment.tension
+        strain = np.maximum(tension / situation.strength, -tension / situation.crush)
         self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
         self._rows.append(
             (
@@ -147,6 +148,6 @@ def _breaks(outcome: Outcome) -> tuple[Break, ...]:
     """Return what broke, joined by time: a run reports it by tissues."""
     found: dict[float, list[int]] = {}
     for time, happening in outcome.happenings:
-        if happening.kind == "rupture":
+        if happening.kind in ("rupture", "crush"):
             found.setdefault(time, []).extend(happening.springs)
     return tuple(Break(time, np.sort(np.array(springs))) for time, springs in found.items())

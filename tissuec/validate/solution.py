@@ -38,7 +38,8 @@ class Reference:
         initial: Energy after the events at 0 s [J].
         breaks: Springs that broke.
         firings: Triggers that fired.
-        strain: Largest tension over fraction force that each spring came to, shape (spring,).
+        strain: Largest tension or pressure over the force that breaks, of each spring, shape
+            (spring,).
         effort: What it cost.
     """
 

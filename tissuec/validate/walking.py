@@ -18,7 +18,7 @@ from tissuec.plan import Plan
 from tissuec.situation import Situation
 from tissuec.validate.calendar import Calendar
 from tissuec.validate.crossings import Break, Strains, first_true
-from tissuec.validate.equations import Equations, Scales, overstretched
+from tissuec.validate.equations import Equations, Scales, overloaded
 from tissuec.validate.resting import rest
 from tissuec.validate.solution import Firing, Track, standing_energy
 from tissuec.validate.stepping import ONE_STEP, Effort, Step, Stepper
@@ -43,7 +43,8 @@ class Walk:
     Attributes:
         initial: Energy after the events at 0 s [J].
         breaks, firings: What happened.
-        strain: Largest tension over fraction force that each spring came to, shape (spring,).
+        strain: Largest tension or pressure over the force that breaks, of each spring, shape
+            (spring,).
         effort: What it cost.
     """
 
@@ -80,7 +81,7 @@ class Walk:
     def _at_once(self, equations: Equations) -> Ending | None:
         """Return what breaks before any time passes."""
         time = self.situation.time
-        broken = overstretched(
+        broken = overloaded(
             equations, equations.pull(*equations.spread(time, self._y(equations)))
         )
         if not len(broken):

@@ -69,7 +69,7 @@ def _rupture(miss: Miss, run: Observed) -> str:
     return (
         f"{describe_spring(run.outcome.situation, miss.number)}, breaks at "
         f"{show(miss.time, TIME, digits=6)} in the {here} only; in the {there} it came to "
-        f"{100.0 * miss.strain:.6g} % of its fraction force, {why}"
+        f"{100.0 * miss.strain:.6g} % of what breaks it, {why}"
     )
 
 

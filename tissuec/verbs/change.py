@@ -19,7 +19,7 @@ from tissuec.verbs.holding import sentence
 class Parameter(NamedTuple):
     """A parameter array of a situation that can be changed."""
 
-    array: Literal["stiffness", "damping", "strength", "rest", "mass"]
+    array: Literal["stiffness", "damping", "strength", "crush", "rest", "mass"]
     dimension: Dimension
     may_be_zero: bool
 
@@ -28,6 +28,7 @@ PARAMETERS = {
     "spring constant": Parameter("stiffness", units.STIFFNESS, True),
     "viscosity": Parameter("damping", units.VISCOSITY, True),
     "fraction force": Parameter("strength", units.FORCE, False),
+    "crushing force": Parameter("crush", units.FORCE, False),
     "rest length": Parameter("rest", units.LENGTH, True),
     "mass": Parameter("mass", units.MASS, False),
 }
@@ -97,10 +98,10 @@ class Change:
     """Gives something another value from this time on.
 
     ``gravity`` and ``damping`` are those of the surroundings; ``spring constant``,
-    ``viscosity``, ``fraction force`` and ``rest length`` belong to every spring of a set or
-    body, ``mass`` to every node. ``by`` a factor multiplies what each of them has. ``velocity``
-    and ``spin`` act on nodes that nobody holds: a velocity is the same for all of them, a spin
-    turns them about their centre of mass, which keeps its velocity.
+    ``viscosity``, ``fraction force``, ``crushing force`` and ``rest length`` belong to every
+    spring of a set or body, ``mass`` to every node. ``by`` a factor multiplies what each of
+    them has. ``velocity`` and ``spin`` act on nodes that nobody holds: a velocity is the same
+    for all of them, a spin turns them about their centre of mass, which keeps its velocity.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
