@@ -11,6 +11,7 @@ from tissuec.compiling.tables import ExplicitBody, read_tables
 from tissuec.core.errors import Note, counted
 from tissuec.lang.syntax import key_of
 from tissuec.meshes import Mesh
+from tissuec.meshes.imported import Imported, MeshFileError
 from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -84,13 +85,31 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             )
         if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
             findings.stop()
-        return body.mesh.build()
+        mesh = body.mesh.build()
+    except MeshFileError as error:
+        place = body.mesh.file.span if isinstance(body.mesh, Imported) else body.span
+        findings.reject("TIS605", str(error), place, hint=error.hint)
     except (ValueError, ArithmeticError) as error:
         findings.reject("TIS309", f"body {body.name}: {error}", body.span)
+    if mesh.origin is not None:
+        for remark in mesh.remarks:
+            text = f'"{mesh.origin.file.name}": {remark}'
+            findings.add("W602", text, mesh.origin.file.span)
+    return mesh
+
+
+def group_masks(mesh: Mesh) -> dict[str, Mask]:
+    """Return which nodes belong to each group of a file, by its name."""
+    masks = {}
+    for name, nodes in mesh.groups.items():
+        masks[name] = np.zeros(len(mesh.position), dtype=bool)
+        masks[name][nodes] = True
+    return masks
 
 
 def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
-    points = PointScope(scope, mesh.position)
+    groups = group_masks(mesh)
+    points = PointScope(scope, mesh.position, groups=groups)
     chosen: dict[str, Mask] = {}
     for region in body.regions:
         inside = points.select(region.where)

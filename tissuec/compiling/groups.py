@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiling.drawing import Drawing
+from tissuec.compiling.drawing import Drawing, group_masks
 from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
@@ -238,6 +238,7 @@ def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
             ids=body.columns.node_ids,
             regions=body.regions,
             surface=surface,
+            groups=group_masks(mesh),
         )
     ends = mesh.position[mesh.ends]
 
@@ -251,4 +252,5 @@ def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
         length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
         regions={name: inside(nodes) for name, nodes in body.regions.items()},
         surface=None if surface is None else inside(surface),
+        groups={name: inside(nodes) for name, nodes in group_masks(mesh).items()},
     )
