@@ -164,7 +164,7 @@ def _facts(outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]
 
 
 def _digests(compiled: Compiled) -> Mapping[str, str]:
-    """Return the SHA-256 digests of the mesh files, by the names that the scene has for them."""
+    """Return the SHA-256 digests of mesh files, by the names that the scene has for them."""
     meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
     origins = (mesh.origin for mesh in meshes if mesh.origin is not None)
     return {origin.file.name: origin.digest for origin in origins}

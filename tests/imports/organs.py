@@ -18,7 +18,7 @@ def blob(subdivisions: int):
     thick = 1.0 - 0.55 * left
     lower = np.where(z < 0.0, 0.8 - 0.25 * np.exp(-8.0 * ((x - 0.2) ** 2 + y**2)), 1.0)
     position = np.stack([100 * x, 60 * y * (1 - 0.3 * left), 45 * z * thick * lower], axis=1)
-    return position + (7.0, -3.0, 110.0), triangles
+    return position + np.array([7.0, -3.0, 110.0]), triangles
 
 
 def box_of_tetrahedra(cells: int = 2):
@@ -44,7 +44,7 @@ def box_of_hexahedra(cells: int = 2):
     grid = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     low = grid[(grid < cells).all(axis=1)]
     flat = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
-    corner = np.concatenate([flat, flat + (0, 0, 1)])
+    corner = np.concatenate([flat, flat + np.array([0, 0, 1])])
     return 10.0 * grid, (low[:, None] + corner) @ (side * side, side, 1)
 
 

@@ -146,8 +146,8 @@ def numbered_parts(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[
 
     Args:
         name: Of the array.
-        values: Of each cell, shape (cell,). An array of several columns, of numbers that are not
-            whole, or of very many different ones is no such array and gives nothing.
+        values: Of each cell, shape (cell,). An array of several columns, of numbers that are
+            not whole, or of very many different ones is no such array and gives nothing.
     """
     if values.ndim != 1 or values.dtype.kind not in "iuf" or not len(values):
         return {}

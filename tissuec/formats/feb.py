@@ -1,7 +1,7 @@
 """FEBio's XML, versions 2 to 4: nodes, elements, and the sets that are named there.
 
-Groups are the parts (blocks of elements with a name), element sets, surfaces, node sets, and the
-materials of older files as "material 2". Node and element numbers may have gaps.
+Groups are the parts (blocks of elements with a name), element sets, surfaces, node sets, and
+the materials of older files as "material 2". Node and element numbers may have gaps.
 """
 
 from collections.abc import Iterator

@@ -62,6 +62,8 @@ def raw_mesh(found: Any, names: dict[tuple[int, int], str] | None = None) -> Raw
     for block in found.cells:
         kind = block.type.rstrip("0123456789")
         nodes = block.data
+        if not len(nodes):
+            continue
         if kind in ("vertex", "line"):
             word = {"vertex": "point"}.get(kind, kind)
             ignored[word] = ignored.get(word, 0) + len(nodes)

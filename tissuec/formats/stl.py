@@ -1,7 +1,7 @@
 """STL: triangles one by one, as text or in 50 bytes each.
 
-Every triangle writes its corners anew. Corners that are equal to the last bit are one node here,
-which loses nothing; those that are only nearly equal are for the repair to judge.
+Every triangle writes its corners anew. Corners that are equal to the last bit are one node
+here, which loses nothing; those that are only nearly equal are for the repair to judge.
 """
 
 import re
@@ -24,7 +24,9 @@ def read(data: bytes, path: Path) -> RawMesh:
     is_text = data.lstrip().startswith(b"solid") and b"facet" in data[:4096]
     if is_text and len(data) != _HEAD + 50 * count:
         return _read_text(data)
-    if len(data) < _HEAD + 50 * count or len(data) < _HEAD:
+    if len(data) < _HEAD:
+        raise FormatError(f"it is no STL: it has {len(data)} bytes and no triangle")
+    if len(data) < _HEAD + 50 * count:
         whole = max(0, len(data) - _HEAD) // 50
         raise FormatError(
             f"it is cut off: {count} triangles are announced, and {whole} are there"
@@ -48,7 +50,8 @@ def _read_text(data: bytes) -> RawMesh:
         raise FormatError(f"a coordinate is no number: {error}") from None
     # Each solid reaches to the next; the corners before its end tell which are its own.
     starts = [(place.start(), place[1]) for place in _SOLID.finditer(data)]
-    bounds = [len(_VERTEX.findall(text[:start])) for start, _ in starts] if starts[1:] else [0]
+    places = [place.start() for place in _VERTEX.finditer(text)] if starts[1:] else []
+    bounds = np.searchsorted(places, [start for start, _ in starts]).tolist()
     names = {}
     for (_, name), low, high in zip(starts, bounds, [*bounds[1:], len(corners)], strict=True):
         key = name.decode("utf-8", "replace").strip()
@@ -69,7 +72,7 @@ def one_each(points: Floats) -> tuple[Floats, np.ndarray]:
     first = np.ones(len(points), dtype=bool)
     first[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
     lowest = np.minimum.reduceat(order, np.flatnonzero(first)) if len(order) else order
-    # lexsort is stable, so the first of each run is the lowest; that gives the order of the file.
+    # Numbered by the first of each run in the file, so that nodes keep its order.
     rank = np.argsort(np.argsort(lowest))
     number = np.empty(len(points), dtype=np.int64)
     number[order] = rank[np.cumsum(first) - 1]

@@ -74,6 +74,7 @@ class _File:
 
     def mesh(self) -> RawMesh:
         count = None  # of cells or points that arrays are about, None before there are any
+        is_of_cells = False
         while self.left.strip():
             words = self._line().split()
             if not words:
@@ -238,7 +239,9 @@ def of_types(
         elif kind == _POLYGON:
             if short := int((sizes[here] < 3).sum()):
                 raise FormatError(f"{short} polygons have fewer than three corners")
-            rows = np.concatenate([flat[a : a + n] for a, n in zip(first[here], sizes[here])])
+            rows = np.concatenate(
+                [flat[a : a + n] for a, n in zip(first[here], sizes[here], strict=True)]
+            )
             found, many = faces(rows, sizes[here])
             cells += found
             polygons += many

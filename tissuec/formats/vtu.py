@@ -21,7 +21,8 @@ def read(data: bytes, path: Path) -> RawMesh:
     cells = sum(len(block.data) for block in found.cells)
     if sum(announced) != cells:  # of several pieces the library keeps the last one
         raise FormatError(
-            f"{sum(announced)} cells in {len(announced)} pieces are announced, and {cells} were read",
+            f"{sum(announced)} cells in {len(announced)} pieces are announced, "
+            f"and {cells} were read",
             "write it as one piece",
         )
     return raw_mesh(found)

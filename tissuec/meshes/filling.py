@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
 from tissuec.formats import FormatError
-from tissuec.meshes.lattice import REACH, CRYSTALS, LARGEST, Lattice
+from tissuec.meshes.lattice import CRYSTALS, LARGEST, REACH, Lattice
 from tissuec.shapes.edges import Edges, Floats, Indices, volume
 from tissuec.shapes.inside import inside
 
@@ -72,7 +72,7 @@ class Interior:
         whole = sum(crystal.neighbours[: REACH.index(reach) + 1])
         degree = np.bincount(bonds.ravel(), minlength=len(sites))
         border = np.flatnonzero(degree < whole)
-        bonds = self._within(sites, bonds, np.isin(bonds, border).any(axis=1))
+        bonds = self._within(sites, bonds, np.asarray(np.isin(bonds, border).any(axis=1)))
         joints, remarks = self._joints(sites, border)
         count = len(self.position)
         pairs = np.concatenate([bonds + count, joints])
@@ -108,8 +108,8 @@ class Interior:
         remarks = ()
         if abs(part - 1.0) > _TOO_EMPTY:
             remarks = (
-                f"tetrahedra take {100 * part:.0f} % of the volume inside: the triangles of the "
-                "surface are coarse for its shape, or the cell is large for it",
+                f"tetrahedra take {100 * part:.0f} % of the volume inside: the triangles of "
+                "the surface are coarse for its shape, or the cell is large for it",
             )
         return Filling(sites, edges, cells, remarks)
 
@@ -123,11 +123,11 @@ class Interior:
             sites: All of the box [m], shape (site, 3).
             neighbour: Distance of nearest neighbours in cells.
         """
-        from scipy.spatial import cKDTree
+        from scipy.spatial import KDTree
 
         clear = 0.5 * neighbour * self.cell
         found = np.flatnonzero(self._holds(sites))
-        surface = cKDTree(self._sampled(clear / 2.0))
+        surface = KDTree(self._sampled(clear / 2.0))
         far, _ = surface.query(sites[found], distance_upper_bound=clear)
         found = found[far >= clear]
         if not len(found):
@@ -163,21 +163,24 @@ class Interior:
 
     def _joints(self, sites: Floats, border: Indices) -> tuple[Indices, tuple[str, ...]]:
         """Return springs between surface and inside, numbered as in the whole body."""
-        from scipy.spatial import cKDTree
+        from scipy.spatial import KDTree
 
         count = len(self.position)
-        found = []
+        joints = []
         for here, there, first, second in (
             (np.arange(count), np.arange(len(sites)), self.position, sites),
             (border, np.arange(count), sites[border], self.position),
         ):
             near = min(NEAREST, len(there))
-            far, which = cKDTree(second).query(
-                first, k=np.arange(1, near + 1), distance_upper_bound=_FARTHEST * self.cell
+            far, which = (
+                np.reshape(found, (len(first), near))
+                for found in KDTree(second).query(
+                    first, k=near, distance_upper_bound=_FARTHEST * self.cell
+                )
             )
             row, column = np.nonzero(np.isfinite(far))
-            found.append(np.stack([here[row], there[which[row, column]]], axis=1))
-        outer, inner = found
+            joints.append(np.stack([here[row], there[which[row, column]]], axis=1))
+        outer, inner = joints
         pairs = np.concatenate(
             [
                 np.stack([outer[:, 0], outer[:, 1] + count], 1),
@@ -190,7 +193,7 @@ class Interior:
         if not bare:
             return pairs, ()
         remark = (
-            f"{counted(bare, 'node')} of the surface not joined to the inside: the body is thin "
-            "there beside the cell"
+            f"{counted(bare, 'node')} of the surface not joined to the inside: the body is "
+            "thin there beside the cell"
         )
         return pairs, (remark,)

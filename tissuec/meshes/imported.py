@@ -6,6 +6,7 @@ from hashlib import sha256
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.fields import InFile, Measure, OneOf
@@ -13,9 +14,9 @@ from tissuec.formats import FormatError, read
 from tissuec.meshes import MESHES, FileOrigin, Mesh
 from tissuec.meshes.filling import NEAREST, Filling, Interior
 from tissuec.meshes.joining import springs
-from tissuec.meshes.lattice import REACH, CRYSTALS
+from tissuec.meshes.lattice import CRYSTALS, REACH
 from tissuec.meshes.limits import require_limits
-from tissuec.shapes.edges import Edges, Floats, Indices
+from tissuec.shapes.edges import Edges, Floats
 from tissuec.shapes.repair import Shape, repair
 from tissuec.shapes.sharing import area_shares, volume_shares
 
@@ -41,8 +42,9 @@ class Imported:
     corners gets its shorter diagonal as well, so that it does not shear freely. The skin is the
     surface; of volume cells it is what only one cell has.
 
-    A closed surface can be filled: with a lattice, whose reach is that of a lattice mesh, or with
-    tetrahedra. The lattice is centred on the body; its nodes come behind those of the file.
+    A closed surface can be filled: with a lattice, whose reach is that of a lattice mesh, or
+    with tetrahedra. The lattice is centred on the body; its nodes come behind those of the
+    file.
 
     Attributes:
         file: A file beside the scene or in a library, and the unit of its coordinates.
@@ -139,9 +141,9 @@ class Imported:
         if not edges.is_closed:
             free, many = (int(n) for n in ((edges.count == 1).sum(), (edges.count > 2).sum()))
             raise FormatError(
-                f"the surface is not closed and cannot be filled: {free} edges of one triangle, "
-                f"{many} of more than two",
-                "close its holes in the program it comes from, or set a larger merging distance",
+                f"the surface is not closed and cannot be filled: {free} edges of one "
+                f"triangle, {many} of more than two",
+                "close its holes where it was made, or write a larger merging distance",
             )
         return Interior(shape.position, shape.skin, self.cell)
 
@@ -153,7 +155,9 @@ class Imported:
             return self._interior().with_tetrahedra()
         return self._interior().with_lattice(self.filling, self.reach)
 
-    def _shares(self, position: Floats, ends: Indices, filling: Filling) -> Floats | None:
+    def _shares(
+        self, position: Floats, ends: NDArray[np.int32], filling: Filling
+    ) -> Floats | None:
         shape = self.shape
         if self.stiffness == EVEN:
             return None

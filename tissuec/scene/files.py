@@ -56,8 +56,9 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
             span,
             hint="put the file beside the scene",
         )
-    library = Library.of(span.source)
-    places = [folder / path for folder in (library.beside, *library.folders)]
+    here = Library.of(span.source)
+    folders = (here.beside, *here.folders[:1], *(scope.library or here).folders)
+    places = [folder / path for folder in dict.fromkeys(folders)]
     for place in places:
         if os.path.isfile(place):
             return place
@@ -65,6 +66,6 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
         "TIS604",
         f'there is no file "{wanted}"',
         span,
-        hint=nearby(places[0], path.suffix).replace(f"{library.beside}/", ""),
+        hint=nearby(places[0], path.suffix).replace(f"{here.beside}/", ""),
         notes=tuple(Note(f"searched {place}") for place in places),
     )

@@ -56,23 +56,23 @@ class Edges:
         triangle = order // 3
         return triangle[start], triangle[start + 1], upward[start] != upward[start + 1]
 
-    def facing_alike(self) -> tuple[NDArray[np.bool_], NDArray[np.int32], int]:
+    def facing_alike(self) -> tuple[NDArray[np.bool_], Indices, int]:
         """Return how to make the triangles agree with their neighbours.
 
-        Each triangle stands twice in a graph, as it is and turned, and is joined to those states
-        of its neighbours that agree. Then the states that go together are one piece.
+        Each triangle stands twice in a graph, as it is and turned, and is joined to those
+        states of its neighbours that agree. Then the states that go together are one piece.
 
         Returns:
-            Which triangles are to be turned, shape (triangle,), so that the lowest of each patch
-            stays; the number of the patch that each belongs to; and how many patches cannot
-            agree at all, as a Moebius strip.
+            Which triangles are to be turned, shape (triangle,), so that the lowest of each
+            patch stays; the number of the patch that each belongs to; and how many patches
+            cannot agree at all, as a Moebius strip.
         """
         one, other, agrees = self.pairs
         size, turn = len(self.triangles), np.where(agrees, 0, len(self.triangles))
         joined = np.concatenate(
             [np.stack([one, other + turn], 1), np.stack([one + size, other + size - turn], 1)]
         )
-        label = pieces(2 * size, joined.astype(np.int64))
+        label = pieces(2 * size, joined).astype(np.int64)
         kept, turned = label[:size], label[size:]
         patch = np.minimum(kept, turned)
         return turned < kept, patch, len(np.unique(patch[kept == turned]))

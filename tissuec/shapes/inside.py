@@ -174,7 +174,7 @@ def _crossings(plane: Floats, corners: Floats, triangles: Indices) -> tuple[Indi
         )
         sides[:, k] = left == (one == low)
         areas[:, k] = np.where(one == low, area, -area)
-    turn = sides.all(axis=1).astype(np.int64) - (~sides).all(axis=1)
+    turn = np.where(sides.all(axis=1), 1, np.where((~sides).all(axis=1), -1, 0))
     total = areas.sum(axis=1, keepdims=True)
     share = np.divide(areas, total, out=np.full_like(areas, 1.0 / 3.0), where=total != 0.0)
     return turn, share

@@ -1,7 +1,7 @@
 """From what a mesh file says to a shape that springs can follow: repaired, or refused.
 
 Repaired, and told with counts: nodes that nothing uses, nodes at one place, triangles without
-an extent, triangles that are there twice, triangles that face another way than their neighbours.
+an extent, cells that are there twice, triangles that face another way than their neighbours.
 Refused: coordinates that are not finite, corners that do not exist, cells that fold up, and
 files without any surface or cell.
 """
@@ -29,8 +29,8 @@ FACES = {
     ),
 }  # fmt: skip
 _CLOSE = 1e-6  # of the diagonal of the mesh: nodes that are no further apart are one node
-#: A diagonal of a face counts as the shorter one if it is so by more than this part. Rounding in
-#: a file must not decide, for the same mesh may come in another format.
+#: A diagonal of a face counts as the shorter one if it is so by more than this part. Rounding
+#: in a file must not decide, for the same mesh may come in another format.
 _SHORTER = 1e-3
 
 
@@ -40,7 +40,8 @@ class Shape:
 
     Attributes:
         position: Nodes [m], shape (node, 3).
-        pairs: Node pairs that an edge or a diagonal of a face joins, shape (pair, 2); may repeat.
+        pairs: Node pairs that an edge or a diagonal of a face joins, shape (pair, 2); may
+            repeat.
         skin: The surface as triangles, shape (triangle, 3), facing outwards where it is closed.
         tetrahedra: Corners, shape (tetrahedron, 4).
         others: How many volume cells there are that are no tetrahedra.
@@ -88,6 +89,8 @@ def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> Shape:
     _drop_unused(draft, raw)
     _merge(draft, close)
     _check_folded(draft)
+    if not any(len(cells.nodes) for cells in draft.cells):
+        raise FormatError(f"nothing is left of its surface: {'; '.join(draft.remarks)}")
     triangles, pairs, tetrahedra, others = _take_apart(draft)
     if raw.polygons:
         draft.remarks.append(f"{counted(raw.polygons, 'face')} of five corners or more divided")
@@ -170,7 +173,7 @@ def _merge(draft: _Draft, close: float | None) -> None:
     pairs = close_pairs(draft.position, close)
     if not len(pairs):
         return
-    label = pieces(len(draft.position), pairs)
+    label = pieces(len(draft.position), pairs).astype(np.int64)
     _, first = np.unique(label, return_index=True)
     draft.remarks.append(
         f"{counted(len(label) - len(first), 'node')} merged with another one that is no more "
@@ -349,7 +352,7 @@ def _wrong_way(
     triangles: Indices,
     edges: Edges,
     turned: NDArray[np.bool_],
-    patch: NDArray[np.int32],
+    patch: Indices,
 ) -> NDArray[np.bool_]:
     """Return which triangles to turn, patch by patch, all those of a patch facing alike.
 
@@ -360,7 +363,8 @@ def _wrong_way(
     a, b, c = (position[triangles] - position.mean(axis=0)).swapaxes(0, 1)
     content = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)), size)
     is_open = np.bincount(patch, (edges.count[edges.of] != 2).any(axis=1), size) > 0
-    wrong = np.where(is_open, 2 * np.bincount(patch, turned, size) > np.bincount(patch), False)
+    most = 2 * np.bincount(patch, turned, size) > np.bincount(patch, minlength=size)
+    wrong = is_open & most
     closed = np.unique(patch)[~is_open[np.unique(patch)]]
     wrong[closed] = content[closed] < 0.0
     if len(closed) > 1:

@@ -12,22 +12,23 @@ triangles has k = E h √3/2. So the share of a spring, relative to that,
     s = 2/√3 Σ A / L²,
 
 makes a membrane of E h = 2 c/√3 of a spring constant c, whatever its triangles are like and
-however fine. Solids have no such measure, because k grows with L there: their shares are relative
-to their mean, so that c is the mean spring constant.
+however fine. Solids have no such measure, because k grows with L there: their shares are
+relative to their mean, so that c is the mean spring constant.
 
 Stretched evenly by ε, the springs of a triangle store 3/2 E h A ε² and those of a tetrahedron
-3 E V ε², whatever their shape: exactly as much as a membrane of Poisson's ratio 1/3 and a solid of
-1/4. Other strains are met on average only.
+3 E V ε², whatever their shape: exactly as much as a membrane of Poisson's ratio 1/3 and a solid
+of 1/4. Other strains are met on average only.
 """
 
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.shapes.edges import Floats, Indices
 
 
-def area_shares(position: Floats, triangles: Indices, ends: Indices) -> Floats:
+def area_shares(position: Floats, triangles: Indices, ends: NDArray[np.int32]) -> Floats:
     """Return the share of each spring by the area rule; 1 where no triangle has it.
 
     Args:
@@ -41,7 +42,7 @@ def area_shares(position: Floats, triangles: Indices, ends: Indices) -> Floats:
     return np.where(found, 2.0 / np.sqrt(3.0) * total, 1.0)
 
 
-def volume_shares(position: Floats, tetrahedra: Indices, ends: Indices) -> Floats:
+def volume_shares(position: Floats, tetrahedra: Indices, ends: NDArray[np.int32]) -> Floats:
     """Return the share of each spring by the volume rule; 1 where no tetrahedron has it."""
     a, b, c, d = position[tetrahedra].swapaxes(0, 1)
     volume = np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / 6.0
@@ -50,7 +51,7 @@ def volume_shares(position: Floats, tetrahedra: Indices, ends: Indices) -> Float
 
 
 def _summed(
-    position: Floats, cells: Indices, content: Floats, ends: Indices
+    position: Floats, cells: Indices, content: Floats, ends: NDArray[np.int32]
 ) -> tuple[Floats, np.ndarray]:
     """Return the sum of content / L² over the cells of each spring, and which have any."""
     size = len(position)
