@@ -1,4 +1,4 @@
-"""Organs from files: the same from every format, filled, repaired, or refused with the reason."""
+"""Organs from files: the same from every format, filled, repaired, or refused with a reason."""
 
 import re
 import time
@@ -170,7 +170,7 @@ def test_a_cavity_stays_empty_and_faces_inwards(tmp_path):
     shells = np.concatenate([triangles, triangles + len(position)])  # both face outwards
     write_obj(tmp_path / "hollow.obj", both, shells)
     mesh = imported(tmp_path / "hollow.obj", filling="sodium chloride", cell=0.01)
-    assert mesh.remarks == ("320 triangles turned round to face the same way as the others",)
+    assert mesh.remarks[0] == "320 triangles turned round to face the same way as the others"
     enclosed = volume(mesh.position, mesh.skin.astype(np.int64))
     assert enclosed == pytest.approx(1e-9 * volume(position, triangles) * (1 - 0.125), rel=1e-9)
     inner = 1000 * mesh.position[len(both) :]
@@ -194,7 +194,7 @@ def test_the_skin_of_a_box_of_cells_is_its_surface(name, writer, box, tmp_path):
     assert len(skin) == 2 * 6 * 9
     assert Edges.among(skin).is_closed
     assert volume(mesh.position, skin) == pytest.approx(27e-6, rel=1e-12)
-    # Edges of the grid, and one diagonal in each of its faces; tetrahedra have one in each cube.
+    # Edges of the grid and a diagonal of each of its faces; tetrahedra have one in each cube.
     grid, squares = 3 * 3 * 16, 3 * 4 * 9
     assert len(mesh.ends) == grid + squares + (27 if box is box_of_tetrahedra else 0)
 
@@ -314,7 +314,7 @@ def test_repairs_are_counted_and_give_the_clean_organ(tmp_path):
         f"{5 + (30 - used) + lost} nodes of no surface or cell left out",
         f"{used - lost} nodes merged with another one that is no more than 0.238 um away",
         "3 triangles with two corners in one node left out",
-        "7 triangles there twice, and left out once",
+        "7 triangles left out, being there twice",
         "40 triangles turned round to face the same way as the others",
     )
     assert Edges.among(mesh.skin.astype(np.int64)).is_closed
@@ -453,7 +453,8 @@ def test_exact_refusals(tmp_path):
         ),
         "organ.step": (
             "x",
-            'the format ".step" is not read | formats: .feb, .msh, .obj, .ply, .stl, .vtk, .vtu',
+            'the format ".step" is not read | '
+            "formats: .feb, .msh, .obj, .ply, .stl, .vtk, .vtu",
         ),
         "grid.vtk": (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n",
@@ -569,3 +570,33 @@ def test_files_of_vtk_itself_are_read(tmp_path):
             mesh = imported(tmp_path / "a.vtk")
             assert len(mesh.skin) == len(triangles), (version, binary)
             assert {"label 0", "label 1"} <= set(mesh.groups), (version, binary)
+
+
+@pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended"])
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
+def test_grids_of_vtk_itself_are_read(mode, compressor, tmp_path):
+    vtk = pytest.importorskip("vtkmodules.all")
+    pytest.importorskip("meshlane", reason="needs the mesh extra")
+    position, cells = box_of_tetrahedra(2)
+    write_vtk(tmp_path / "a.vtk", position, cells)
+    reader = vtk.vtkUnstructuredGridReader()
+    reader.SetFileName(str(tmp_path / "a.vtk"))
+    reader.Update()
+    writer = vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(tmp_path / "a.vtu"))
+    writer.SetInputData(reader.GetOutput())
+    getattr(writer, f"SetDataModeTo{mode}")()
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    for encoded in (0, 1):
+        writer.SetEncodeAppendedData(encoded)
+        writer.Write()
+        mesh = imported(tmp_path / "a.vtu")
+        assert len(mesh.position) == 27 and len(mesh.skin) == 48
+    for version in (42, 51):
+        legacy = vtk.vtkUnstructuredGridWriter()
+        legacy.SetFileName(str(tmp_path / "b.vtk"))
+        legacy.SetInputData(reader.GetOutput())
+        legacy.SetFileVersion(version)
+        legacy.SetFileTypeToBinary()
+        legacy.Write()
+        assert len(imported(tmp_path / "b.vtk").ends) == len(mesh.ends)

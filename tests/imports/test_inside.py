@@ -52,7 +52,7 @@ def test_a_blob_agrees_with_its_solid_angle():
     assert np.abs(winding - np.rint(winding)).max() < 1e-9
     found = inside(points, position, triangles)
     assert np.array_equal(found, np.rint(winding) == 1)
-    # Binomial: the part of 3000 points scatters by less than 0.9 %; five times of it are allowed.
+    # Binomial: the part of 3000 points scatters by less than 0.9 %; five times that may be.
     part = volume(position, triangles) / np.prod(high - low)
     assert found.mean() == pytest.approx(part, abs=0.045)
 

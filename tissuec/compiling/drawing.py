@@ -91,11 +91,23 @@ def _generate(body: Body, findings: Findings) -> Mesh:
         findings.reject("TIS605", str(error), place, hint=error.hint)
     except (ValueError, ArithmeticError) as error:
         findings.reject("TIS309", f"body {body.name}: {error}", body.span)
-    if mesh.origin is not None:
-        for remark in mesh.remarks:
-            text = f'"{mesh.origin.file.name}": {remark}'
-            findings.add("W602", text, mesh.origin.file.span)
+    if mesh.origin is not None and mesh.remarks:
+        findings.add(
+            "W602",
+            f'"{mesh.origin.file.name}" is not as it should be',
+            mesh.origin.file.span,
+            notes=tuple(map(Note, mesh.remarks)),
+        )
     return mesh
+
+
+def surface_mask(mesh: Mesh) -> Mask | None:
+    """Return which nodes lie on the skin; None where there is none."""
+    if not len(mesh.skin):
+        return None
+    mask = np.zeros(len(mesh.position), dtype=bool)
+    mask[mesh.skin.ravel()] = True
+    return mask
 
 
 def group_masks(mesh: Mesh) -> dict[str, Mask]:
@@ -108,8 +120,9 @@ def group_masks(mesh: Mesh) -> dict[str, Mask]:
 
 
 def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
-    groups = group_masks(mesh)
-    points = PointScope(scope, mesh.position, groups=groups)
+    points = PointScope(
+        scope, mesh.position, surface=surface_mask(mesh), groups=group_masks(mesh)
+    )
     chosen: dict[str, Mask] = {}
     for region in body.regions:
         inside = points.select(region.where)

@@ -158,12 +158,11 @@ class PointScope(Scope):
         if name.text in self.groups:
             alike = [name.text]
         if len(alike) != 1:
-            listed = {f'"{group}"': group for group in self.groups}
             self.findings.reject(
                 "TIS301",
                 f'there is no group called "{name.text}"',
                 name.span,
-                hint=alternatives(f'"{name.text}"', listed, what="groups of the mesh file")
+                hint=alternatives(name.text, self.groups, what="groups of the mesh file")
                 or "groups are those of a mesh file, and this mesh has none",
             )
         inside = self.groups[alike[0]]

@@ -277,7 +277,7 @@ def _once(cells: Indices, kind: str, remarks: list[str]) -> Indices:
     """Return cells without those that are there twice, whichever way they face."""
     _, first = np.unique(np.sort(cells, axis=1), axis=0, return_index=True)
     if again := len(cells) - len(first):
-        remarks.append(f"{_many(again, kind)} there twice, and left out once")
+        remarks.append(f"{_many(again, kind)} left out, being there twice")
     return cells[np.sort(first)]
 
 
