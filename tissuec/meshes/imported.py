@@ -88,7 +88,8 @@ class Imported:
         """Return what the file holds, repaired; raises MeshFileError."""
         try:
             raw = read(self._bytes, self.file.path)
-            return repair(raw, self.file.factor, close=self.merging_distance)
+            with np.errstate(over="ignore"):  # numbers out of range merge into one node
+                return repair(raw, self.file.factor, close=self.merging_distance)
         except FormatError as error:
             raise self._error(str(error), error.hint) from error
 

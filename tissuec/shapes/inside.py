@@ -29,7 +29,7 @@ def inside(points: Floats, position: Floats, triangles: Indices) -> NDArray[np.b
     middle = position[triangles[0, 0]] if len(triangles) else np.zeros(3)
     points, position = points - middle, position - middle
     along = np.stack([_winding(points, position, triangles, axis) for axis in range(3)])
-    result = along[0] != 0
+    result = along[0] > 0
     doubtful = np.flatnonzero((along != along[0]).any(axis=0))
     result[doubtful] = winding_numbers(points[doubtful], position, triangles) > 0.5
     return result
