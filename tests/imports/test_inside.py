@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull
 
 from tests.imports.organs import blob
 from tissuec.shapes.edges import Edges, volume
-from tissuec.shapes.inside import inside, winding_numbers
+from tissuec.shapes.inside import _winding, inside, winding_numbers
 
 CUBE = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 
@@ -40,6 +40,19 @@ def test_rays_through_corners_agree_with_the_hull_of_the_same_corners():
     clear = np.abs(beyond) > 1e-9  # on the surface itself either answer is right
     assert clear.sum() > 2000
     assert np.array_equal(inside(points, corners, triangles)[clear], (beyond < 0)[clear])
+
+
+def test_rays_alone_are_right_where_whole_numbers_leave_no_rounding():
+    random = np.random.default_rng(8)
+    corners = np.unique(random.integers(-4, 5, (40, 3)), axis=0).astype(float)
+    triangles, hull = hull_of(corners)
+    line = np.arange(-5.0, 6.0)
+    points = np.stack(np.meshgrid(line, line, line), axis=-1).reshape(-1, 3)
+    beyond = (points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+    clear = np.abs(beyond) > 1e-9
+    for axis in range(3):
+        winding = _winding(points, corners, triangles, axis)
+        assert np.array_equal(winding[clear], (beyond < 0)[clear].astype(int))
 
 
 def test_a_blob_agrees_with_its_solid_angle():

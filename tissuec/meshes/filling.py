@@ -3,8 +3,8 @@
 Sites of the lattice that lie inside become nodes, but for those nearer to the surface than half
 the distance of neighbours. Bonds between them are springs. Where the surface cuts bonds, the
 inside is joined to it: each node of the surface to the three nearest inner ones, and each inner
-node that lost a bond to the three nearest of the surface. No spring is drawn whose middle lies
-outside, across a fold or a notch.
+node that lost a bond to the three nearest of the surface. No spring is drawn through the
+outside, across a fold or a notch, as far as some places along it show.
 """
 
 from dataclasses import dataclass
@@ -21,6 +21,9 @@ from tissuec.shapes.inside import inside
 
 NEAREST = 3  # nodes that each node at the border of inside and surface is joined to
 _FARTHEST = 2.0  # cells: no spring joins nodes that are further apart
+#: Places along a spring that must lie inside: of one from the surface to an inner node, of a
+#: bond between inner nodes, and of an edge between nodes of the surface.
+_JOINT, _BOND, _CHORD = (0.05, 0.3, 0.6), (0.5,), (0.05, 0.5, 0.95)
 _TOO_EMPTY = 0.05  # part of the volume that tetrahedra may miss before it is told
 _FLAT = 1e-9  # of the cube of its longest edge: a tetrahedron of less volume is left out
 
@@ -72,7 +75,9 @@ class Interior:
         whole = sum(crystal.neighbours[: REACH.index(reach) + 1])
         degree = np.bincount(bonds.ravel(), minlength=len(sites))
         border = np.flatnonzero(degree < whole)
-        bonds = self._within(sites, bonds, np.asarray(np.isin(bonds, border).any(axis=1)))
+        bonds = self._within(
+            sites, bonds, np.asarray(np.isin(bonds, border).any(axis=1)), _BOND
+        )
         joints, remarks = self._joints(sites, border)
         count = len(self.position)
         pairs = np.concatenate([bonds + count, joints])
@@ -82,8 +87,8 @@ class Interior:
         """Return body-centred sites and the Delaunay tetrahedra of them and the surface.
 
         Delaunay's tetrahedra know nothing of the surface. Those whose centre lies outside are
-        left out, and edges whose middle does; where triangles are large beside the curvature or
-        the thickness, tetrahedra cross the surface all the same, or leave gaps.
+        left out, and edges that pass through the outside; where triangles are large beside the
+        curvature or the thickness, tetrahedra cross the surface all the same, or leave gaps.
         """
         from scipy.spatial import Delaunay
 
@@ -103,7 +108,7 @@ class Interior:
         edges = np.stack(np.divmod(keys, size), axis=1)
         drawn = Edges.among(self.triangles).ends @ (size, 1)
         doubtful = (edges < len(self.position)).all(axis=1) & ~np.isin(keys, drawn)
-        edges = self._within(points, edges, doubtful)
+        edges = self._within(points, edges, doubtful, _CHORD)
         part = float(content.sum()) / volume(self.position, self.triangles)
         remarks = ()
         if abs(part - 1.0) > _TOO_EMPTY:
@@ -154,12 +159,22 @@ class Interior:
             )
         return np.concatenate(found)
 
-    def _within(self, points: Floats, pairs: Indices, doubtful: NDArray[np.bool_]) -> Indices:
-        """Return pairs without those doubtful ones whose middle lies outside."""
-        middle = points[pairs[doubtful]].mean(axis=1)
+    def _within(
+        self,
+        points: Floats,
+        pairs: Indices,
+        doubtful: NDArray[np.bool_],
+        places: tuple[float, ...],
+    ) -> Indices:
+        """Return pairs without those doubtful ones that pass through the outside."""
         keep = ~doubtful
-        keep[doubtful] = self._holds(middle)
-        return pairs[keep]
+        for part in places:
+            rest = np.flatnonzero(doubtful)
+            first, second = points[pairs[rest]].swapaxes(0, 1)
+            held = self._holds((1.0 - part) * first + part * second)
+            doubtful = doubtful.copy()
+            doubtful[rest[~held]] = False
+        return pairs[keep | doubtful]
 
     def _joints(self, sites: Floats, border: Indices) -> tuple[Indices, tuple[str, ...]]:
         """Return springs between surface and inside, numbered as in the whole body."""
@@ -188,7 +203,7 @@ class Interior:
             ]
         )
         points = np.concatenate([self.position, sites])
-        pairs = self._within(points, pairs, np.ones(len(pairs), dtype=bool))
+        pairs = self._within(points, pairs, np.ones(len(pairs), dtype=bool), _JOINT)
         bare = count - len(np.unique(pairs[:, 0]))
         if not bare:
             return pairs, ()
