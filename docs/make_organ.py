@@ -2,8 +2,9 @@
 
 It is made of formulas, not of anybody's scan: an ellipsoid from a divided icosahedron, whose
 left lobe is thinner and whose underside is hollow. Coordinates are in millimetres, x to the
-left of the body, y to the front, z up. The triangles at the back, where a liver is grown together with
-the diaphragm, are the group "bare area"; those at the end of the left lobe are "left tip".
+left of the body, y to the front, z up. The triangles at the back, where a liver is grown
+together with the diaphragm, are the group "bare area"; those at the end of the left lobe are
+"left tip".
 
     python docs/make_organ.py
 """

@@ -307,8 +307,7 @@ def _boundary(
     )
     if many := int((count > 2).sum()):
         raise FormatError(f"{counted(many, 'face')} shared by more than two cells")
-    quads, diagonals = _halved(position, faces[first[~is_three[first]]])
-    del quads
+    _, diagonals = _halved(position, faces[first[~is_three[first]]])
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     outer = count[number.ravel()] == 1
     triangles = np.concatenate(
@@ -328,7 +327,7 @@ def _faced(position: Floats, triangles: Indices) -> tuple[Indices, list[str]]:
     edges = Edges.among(triangles)
     turned, patch, twisted = edges.facing_alike()
     if twisted:
-        remarks.append(f"{counted(twisted, 'patch')} of the surface with one side only")
+        remarks.append(f"{counted(twisted, 'piece')} of the surface with one side only")
     if many := int((edges.count > 2).sum()):
         first = edges.ends[edges.count > 2][0]
         remarks.append(
