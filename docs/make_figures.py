@@ -4,7 +4,7 @@
 
 needs matplotlib (``pip install matplotlib``) and takes about ten seconds. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
-``sterilisation.tis`` and ``bladder.tis`` in ``library/scenes``, words from
+``sterilisation.tis``, ``bladder.tis`` and ``liver.tis`` in ``library/scenes``, words from
 ``library/fuzzy/soft_tissue.tis``, and laws from their formulas.
 """
 
@@ -64,6 +64,9 @@ def main() -> None:
         path = run(library() / "scenes" / "bladder.tis", Path(folder) / "bladder.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(bladder(trajectory), "bladder.png")
+        path = run(library() / "scenes" / "liver.tis", Path(folder) / "liver.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(liver(trajectory), "liver.png")
     save(laws(), "laws.png")
     save(words(), "words.png")
 
@@ -211,6 +214,30 @@ def bladder(trajectory: Trajectory) -> plt.Figure:
     wall.autoscale()
     wall.set(xlabel="x in mm", ylabel="z in mm")
     wall.legend(frameon=False, loc="center")
+    return figure
+
+
+def liver(trajectory: Trajectory) -> plt.Figure:
+    """Return a slice of the filled surface as drawn and as lifted, by tension."""
+    figure, rows = plt.subplots(2, figsize=(8.0, 4.6), layout="constrained", sharex=True)
+    ends = trajectory.network.ends
+    near = np.abs(trajectory.position[0][:, 1]) < 0.013
+    shown = np.flatnonzero(near[ends].all(axis=1))
+    norm = Normalize(-0.02, 0.02)
+    for axes, time in zip(rows, (0.0, 0.58), strict=True):
+        frame = int(np.argmin(np.abs(trajectory.times - time)))
+        force, springs = trajectory.spring_force(frame)
+        tension = np.zeros(len(ends))
+        tension[springs] = force
+        lines = 1e3 * trajectory.position[frame][ends[shown]][:, :, [0, 2]]
+        collection = LineCollection(list(lines), cmap=TENSION, norm=norm, linewidths=0.8)
+        collection.set_array(tension[shown])
+        axes.add_collection(collection)
+        axes.set(aspect="equal", ylabel="z in mm")
+        axes.set_title(f"{time:g} s", loc="left")
+        axes.autoscale()
+    rows[1].set_xlabel("x in mm")
+    figure.colorbar(collection, ax=rows, label="tension in N", shrink=0.7)
     return figure
 
 

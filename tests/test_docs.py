@@ -29,6 +29,7 @@ import pytest
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.formats import FORMATS
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.render import render
 from tissuec.laws import SPRING_LAWS
@@ -214,7 +215,7 @@ def pattern_of(line: str) -> str:
 @pytest.fixture
 def families_stay():
     """Undo what a page adds to the families."""
-    families = (MESHES, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS)
+    families = (MESHES, FORMATS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS)
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]
     yield

@@ -163,6 +163,13 @@ def _facts(outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]
     return facts if likeness is None else facts | {"twin": likeness.as_dict()}
 
 
+def _digests(compiled: Compiled) -> Mapping[str, str]:
+    """Return the SHA-256 digests of mesh files, by the names that the scene has for them."""
+    meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
+    origins = (mesh.origin for mesh in meshes if mesh.origin is not None)
+    return {origin.file.name: origin.digest for origin in origins}
+
+
 def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     """Return what a result says of its origin: the whole text, what was set, and the plan."""
     from tissuec.prediction import skipped
@@ -172,6 +179,7 @@ def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "scene": request.source.name,
         "about": compiled.scene.about,
         "sources": {source.name: source.text for source in compiled.scene.imports},
+        "files": _digests(compiled),
         "overrides": list(request.overrides),
         "integrator": simulation.integrator,
         "tolerance": simulation.tolerance,

@@ -5,6 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tissuec.core.fields import LocatedFile
+from tissuec.core.resources import library
 from tissuec.meshes import MESHES
 from tissuec.topology import pieces
 
@@ -42,6 +44,13 @@ def samples():
         yield "lattice", {"kind": kind, "cell": 0.01, "box": box, "reach": reach}
     ring = np.array([[0, 1], [2, 1], [2, 3], [3, 0]])
     yield "explicit", {"position": np.eye(4, 3), "ends": ring}
+    liver = LocatedFile("liver.obj", library() / "meshes" / "liver.obj", 1e-3)
+    yield "imported", {"file": liver}
+    for filling in ("sodium chloride", "caesium chloride", "diamond", "tetrahedra"):
+        yield "imported", {"file": liver, "filling": filling, "cell": 0.018}
+
+
+SOLIDS = ("sphere", "lattice", "imported")
 
 
 def label(value):
@@ -88,12 +97,13 @@ def test_a_mesh_is_one_piece(kind, entries):
 
 
 @every_sample
-def test_size_is_a_bound_and_exact_but_for_the_springs_of_lattices(kind, entries):
+def test_size_is_a_bound_and_exact_but_for_lattices_and_files(kind, entries):
     generator = MESHES[kind](**entries)
     mesh = generator.build()
     nodes, springs = generator.size()
-    assert nodes == len(mesh.position)
-    if kind == "lattice":
+    assert nodes == len(mesh.position) or "filling" in entries
+    assert nodes >= len(mesh.position)
+    if kind in ("lattice", "imported"):
         assert len(mesh.ends) <= springs
     else:
         assert len(mesh.ends) == springs
@@ -165,7 +175,7 @@ def symmetries(kind, entries):
 
 
 @pytest.mark.parametrize(
-    ("kind", "entries"), [s for s in SAMPLES if s[0] != "explicit"], ids=label
+    ("kind", "entries"), [s for s in SAMPLES if s[0] not in ("explicit", "imported")], ids=label
 )
 def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
     mesh = MESHES[kind](**entries).build()
@@ -174,9 +184,7 @@ def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
         assert image_of(mesh.position, mesh.ends, move) == drawn
 
 
-@pytest.mark.parametrize(
-    ("kind", "entries"), [s for s in SAMPLES if s[0] in ("sphere", "lattice")], ids=label
-)
+@pytest.mark.parametrize(("kind", "entries"), [s for s in SAMPLES if s[0] in SOLIDS], ids=label)
 def test_the_skin_of_a_solid_is_closed_and_faces_outwards(kind, entries):
     mesh = MESHES[kind](**entries).build()
     edges = mesh.skin[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
@@ -185,7 +193,9 @@ def test_the_skin_of_a_solid_is_closed_and_faces_outwards(kind, entries):
     assert {(b, a) for a, b in one_way} == one_way
     a, b, c = mesh.position[mesh.skin].transpose(1, 0, 2)
     volume = np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0
-    if kind == "lattice":
+    if kind == "imported":
+        assert volume == pytest.approx(666.5e-6, rel=1e-4)
+    elif kind == "lattice":
         low, high = entries["box"]
         assert volume == pytest.approx(np.prod(high - low), rel=1e-12)
     else:

@@ -167,6 +167,7 @@ def test_a_checkpoint_of_another_file_is_refused_and_changes_nothing(tmp_path, e
 
 def test_a_run_is_gone_on_with_only_where_nothing_has_changed_since(tmp_path, example):
     now = {"scene": "a.tis", "sources": {"skin.tis": "s"}, "overrides": ["pull=2 mm"]}
+    now["files"] = {"liver.obj": "digest"}
     path = tmp_path / "a.vtkhdf"
     with pytest.raises(PlaceError, match="no interrupted run"):
         find_checkpoint(path, SCENE, now)
@@ -181,6 +182,7 @@ def test_a_run_is_gone_on_with_only_where_nothing_has_changed_since(tmp_path, ex
     for text, change, message in (
         ("other", {}, '"a.tis" has changed since; without --resume the run starts anew'),
         (SCENE, {"sources": {}}, '"skin.tis" has changed since; without'),
+        (SCENE, {"files": {"liver.obj": "other"}}, '"liver.obj" has changed since; without'),
         (SCENE, {"overrides": []}, 'it was run with --set "pull=2 mm"; without'),
         (
             "other",

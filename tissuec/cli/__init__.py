@@ -21,6 +21,7 @@ COMMANDS = {
     "bench": "Measure time against error, beside other solvers.",
     "info": "Summarise result files.",
     "export": "Write logs as CSV, or frames as VTU or OBJ.",
+    "import": "Say what a mesh file holds, as a scene to start from.",
     "library": "List what tissuec ships, or copy it to edit.",
     "completion": "Print the script that completes commands in your shell.",
 }

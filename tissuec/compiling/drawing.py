@@ -11,6 +11,7 @@ from tissuec.compiling.tables import ExplicitBody, read_tables
 from tissuec.core.errors import Note, counted
 from tissuec.lang.syntax import key_of
 from tissuec.meshes import Mesh
+from tissuec.meshes.imported import Imported, MeshFileError
 from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -94,9 +95,38 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             )
         if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
             findings.stop()
-        return body.mesh.build()
+        mesh = body.mesh.build()
+    except MeshFileError as error:
+        place = body.mesh.file.span if isinstance(body.mesh, Imported) else body.span
+        findings.reject("TIS605", str(error), place, hint=error.hint)
     except (ValueError, ArithmeticError) as error:
         findings.reject("TIS309", f"body {body.name}: {error}", body.span)
+    if mesh.origin is not None and mesh.remarks:
+        findings.add(
+            "W602",
+            f'"{mesh.origin.file.name}" is not as it should be',
+            mesh.origin.file.span,
+            notes=tuple(map(Note, mesh.remarks)),
+        )
+    return mesh
+
+
+def surface_mask(mesh: Mesh) -> Mask | None:
+    """Return which nodes lie on the skin; None where there is none."""
+    if not len(mesh.skin):
+        return None
+    mask = np.zeros(len(mesh.position), dtype=bool)
+    mask[mesh.skin.ravel()] = True
+    return mask
+
+
+def group_masks(mesh: Mesh) -> dict[str, Mask]:
+    """Return which nodes belong to each group of a file, by its name."""
+    masks = {}
+    for name, nodes in mesh.groups.items():
+        masks[name] = np.zeros(len(mesh.position), dtype=bool)
+        masks[name][nodes] = True
+    return masks
 
 
 def _bending(body: Body, mesh: Mesh, findings: Findings) -> NDArray[np.int32]:
@@ -112,7 +142,9 @@ def _bending(body: Body, mesh: Mesh, findings: Findings) -> NDArray[np.int32]:
 
 
 def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
-    points = PointScope(scope, mesh.position)
+    points = PointScope(
+        scope, mesh.position, surface=surface_mask(mesh), groups=group_masks(mesh)
+    )
     chosen: dict[str, Mask] = {}
     for region in body.regions:
         inside = points.select(region.where)

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiling.drawing import Drawing
+from tissuec.compiling.drawing import Drawing, group_masks, surface_mask
 from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
@@ -228,9 +228,7 @@ def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
 def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
     """Return the nodes of a body as points, or the middles of its springs."""
     mesh = body.mesh
-    on_surface = np.zeros(len(mesh.position), dtype=bool)
-    on_surface[mesh.skin.ravel()] = True
-    surface = on_surface if len(mesh.skin) else None
+    surface = surface_mask(mesh)
     if not of_springs:
         return PointScope(
             scope,
@@ -238,6 +236,7 @@ def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
             ids=body.columns.node_ids,
             regions=body.regions,
             surface=surface,
+            groups=group_masks(mesh),
         )
     ends = mesh.position[mesh.ends]
 
@@ -252,4 +251,5 @@ def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
         regions={name: inside(nodes) for name, nodes in body.regions.items()},
         surface=None if surface is None else inside(surface),
         bends=body.bends,
+        groups={name: inside(nodes) for name, nodes in group_masks(mesh).items()},
     )

@@ -3,7 +3,7 @@
 Springs: c and d as the tissue says, per spring or for a spring of a stated length (n equal
 springs in a row are n times softer, so c scales with 1 / length); L0 = (1 - p) drawn length for
 a prestress p. A spring between two regions follows the body's ``interface``. What a table gives
-goes before all of this.
+goes before all of this. A mesh may say which share of c and d each spring gets.
 """
 
 from collections.abc import Mapping, Sequence
@@ -64,6 +64,7 @@ class MaterialReader:
         self.typed = self.columns.springs.get("law", np.full(len(self.length), np.nan))
         self.is_typed = ~np.isnan(self.typed)
         self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
+        self.shares = drawing.mesh.shares
         self.materials = [Material(body.name, body.tissue, None, body.span)]
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
@@ -74,8 +75,8 @@ class MaterialReader:
         """Return every parameter array of the network, by name."""
         arrays = {
             "mass": self._mass(),
-            "stiffness": self._per_spring("spring constant"),
-            "damping": self._per_spring("viscosity"),
+            "stiffness": self._shared("spring constant"),
+            "damping": self._shared("viscosity"),
             "rest": self._rest(),
             "strength": self._limit("fraction force"),
             "crush": self._limit("crushing force"),
@@ -195,6 +196,14 @@ class MaterialReader:
         origin = Origin(self.body.span, "rupture is not allowed")
         index = np.zeros(len(self.length), dtype=np.int32)
         return np.full(len(self.length), np.inf), Provenance(index, (origin,))
+
+    def _shared(self, name: str) -> Explained:
+        """Return a quantity of every spring, of which it gets the share that its mesh says."""
+        value, provenance = self._per_spring(name)
+        if self.shares is None:
+            return value, provenance
+        origins = tuple(Origin(o.span, f"{o.how}, shared") for o in provenance.origins)
+        return value * self.shares, Provenance(provenance.index, origins)
 
     def _per_spring(self, name: str) -> Explained:
         """Return a quantity of every spring from tables, materials and the interface."""

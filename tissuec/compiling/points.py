@@ -28,6 +28,7 @@ class PointScope(Scope):
         regions: Membership of each point in each region, by key of its name.
         surface: Which points lie on the surface, shape (point,); None where there is none.
         bends: Which springs resist bending only, shape (point,); None for nodes.
+        groups: Membership of each point in each group of the mesh file, by its name there.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class PointScope(Scope):
         regions: Mapping[str, Mask] | None = None,
         surface: Mask | None = None,
         bends: Mask | None = None,
+        groups: Mapping[str, Mask] | None = None,
     ):
         super().__init__(constants.findings)
         self.constants = constants
@@ -53,6 +55,7 @@ class PointScope(Scope):
             self.columns["length"] = Value(length, LENGTH)
         self.regions = regions or {}
         self.surface, self.bends = surface, bends
+        self.groups = groups or {}
 
     def name(self, name: s.Name) -> Value:
         if name.key in self.columns:
@@ -73,6 +76,8 @@ class PointScope(Scope):
                 return self._within(node)
             case s.Is(subject=s.Name(words="region")):
                 return self._in_region(node)
+            case s.Is(subject=s.Name(words="group", quoted=None)):
+                return self._in_group(node)
             case s.Name() if node.key == "surface":
                 if self.surface is None:
                     self.findings.reject(
@@ -148,6 +153,24 @@ class PointScope(Scope):
                 )
             result |= self.regions[name.key]
         return ~result if node.phrase.kind == "not" else result
+
+    def _in_group(self, node: s.Is) -> Truth:
+        if node.phrase.kind == "between":
+            self.findings.reject("TIS312", "a group has one name", node.phrase.span)
+        name = node.phrase.words[0]
+        alike = [group for group in self.groups if s.key_of(group) == name.key]
+        if name.text in self.groups:
+            alike = [name.text]
+        if len(alike) != 1:
+            self.findings.reject(
+                "TIS301",
+                f'there is no group called "{name.text}"',
+                name.span,
+                hint=alternatives(name.text, self.groups, what="groups of the mesh file")
+                or "groups are those of a mesh file, and this mesh has none",
+            )
+        inside = self.groups[alike[0]]
+        return ~inside if node.phrase.kind == "not" else inside
 
 
 def extents(position: Floats) -> str:

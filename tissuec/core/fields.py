@@ -6,12 +6,14 @@ underscore in a field name is a blank in the language.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
+from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 
 
@@ -62,10 +64,35 @@ class Several:
     at_least: int = 1
 
 
+@dataclass(frozen=True, slots=True)
+class FileIn:
+    """``file "liver.stl" in mm``: a file whose numbers have no unit, and their unit."""
+
+    dimension: Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class LocatedFile:
+    """A file that a scene names.
+
+    Attributes:
+        name: As it was written.
+        path: Where it was found.
+        factor: SI units in the unit of its numbers.
+        span: The entry.
+    """
+
+    name: str
+    path: Path
+    factor: float
+    span: Span | None = None
+
+
 Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 Length = Annotated[float, Measure(units.LENGTH, above=0.0)]
 Count = Annotated[int, Whole(at_least=1)]
+InFile = Annotated[LocatedFile, FileIn(units.LENGTH)]
 Position = Annotated[NDArray[np.float64], Point(units.LENGTH)]
 Points = Annotated[Segment, FromTo(units.LENGTH)]
 

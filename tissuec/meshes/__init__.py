@@ -1,12 +1,22 @@
 """Mesh generators: a member is one file with a dataclass of parameters and its ``build``."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.fields import LocatedFile
 from tissuec.core.registry import Family
+
+
+@dataclass(frozen=True, slots=True)
+class FileOrigin:
+    """The file that a mesh was read from, and the SHA-256 digest of its bytes."""
+
+    file: LocatedFile
+    digest: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,11 +28,20 @@ class Mesh:
         ends: Node pair of each spring, shape (spring, 2), lower index first.
         skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
             empty.
+        groups: Nodes of the parts that a file names, by name, ascending.
+        shares: By what the spring constant and the viscosity that the tissue gives are
+            multiplied, shape (spring,); None where each spring gets them as they are.
+        origin: Where it was read from; None for what is generated.
+        remarks: What its author should know about it.
     """
 
     position: NDArray[np.float64]
     ends: NDArray[np.int32]
     skin: NDArray[np.int32]
+    groups: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    shares: NDArray[np.float64] | None = None
+    origin: FileOrigin | None = None
+    remarks: tuple[str, ...] = ()
 
 
 class Generator(Protocol):

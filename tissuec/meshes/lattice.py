@@ -48,7 +48,7 @@ CRYSTALS = {
         (4, 12, 12),
     ),
 }
-_REACH = ("nearest neighbours", "second neighbours", "third neighbours")
+REACH = ("nearest neighbours", "second neighbours", "third neighbours")
 LARGEST = 2**53  # cells along a side; up to here each whole number is a float of its own
 _MARGIN = 3  # the longest component of a third neighbour, in fine steps
 
@@ -87,7 +87,7 @@ class Lattice:
     kind: Annotated[str, OneOf(tuple(CRYSTALS))]
     cell: Length
     box: Points
-    reach: Annotated[str, OneOf(_REACH)] = "nearest neighbours"
+    reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
 
     def __post_init__(self) -> None:
         require_limits(self)
@@ -139,7 +139,7 @@ class Lattice:
         for site in crystal.sites:
             x, y, z = (n + (s == 0) for n, s in zip(cells, site, strict=True))
             nodes += x * y * z
-        joined = nodes * sum(crystal.neighbours[: _REACH.index(self.reach) + 1]) // 2
+        joined = nodes * sum(crystal.neighbours[: REACH.index(self.reach) + 1]) // 2
         on_edges = 4 * sum(cells) + 8
         return nodes, joined + on_edges * crystal.neighbours[1]
 
@@ -148,7 +148,7 @@ class Lattice:
         crystal, cells = CRYSTALS[self.kind], self.cells()
         number = _numbered(crystal, cells)
         place = np.flatnonzero(number.ravel() >= 0)
-        shells = crystal.shells[: _REACH.index(self.reach) + 1]
+        shells = crystal.shells[: REACH.index(self.reach) + 1]
         pairs = _pairs(number, place, shells)
         if self.reach == "nearest neighbours":
             degree = np.bincount(pairs.ravel(), minlength=len(place))

@@ -16,7 +16,8 @@ def require_limits(generator: object) -> None:
     """
     for field, hint in get_type_hints(type(generator), include_extras=True).items():
         for declared in getattr(hint, "__metadata__", ()):
-            problem = _problem(getattr(generator, field), declared)
+            value = getattr(generator, field)
+            problem = "" if value is None else _problem(value, declared)
             if problem:
                 raise ValueError(f'"{field.replace("_", " ")}" {problem}')
 

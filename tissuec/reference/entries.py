@@ -5,7 +5,7 @@ from dataclasses import MISSING
 
 import numpy as np
 
-from tissuec.core.fields import FromTo, Measure, OneOf, Point, Several, Whole
+from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
 from tissuec.core.units import describe, show
 from tissuec.reference.markdown import code, table
 from tissuec.scene.schema import Entry, Kind
@@ -32,6 +32,8 @@ def _form(entry: Entry) -> str:
             return f"{entry.name} from … to …"
         case Several():
             return f"{entry.name} = [x, y, …]"
+        case FileIn():
+            return f'{entry.name} "…" in mm'
         case _:
             return f"{entry.name} = …"
 
@@ -57,6 +59,8 @@ def kind_in_words(kind: Kind) -> str:
             return "two points"
         case Several(dimension, at_least):
             return f"a list of at least {at_least}: {describe(dimension)}"
+        case FileIn(dimension):
+            return f"a file and its unit: {describe(dimension)}"
 
 
 def _default(entry: Entry) -> str:

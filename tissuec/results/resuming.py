@@ -39,12 +39,13 @@ def find_checkpoint(path: Path, text: str, manifest: Mapping[str, Any]) -> Check
 
 def _changes(begun: Trajectory, text: str, manifest: Mapping[str, Any]) -> Iterator[str]:
     """Yield what is no longer as it was when a run began."""
-    then, now = begun.manifest.get("sources", {}), manifest["sources"]
     if begun.text != text:
         yield f'"{manifest["scene"]}" has changed since'
-    for name in {**then, **now}:
-        if then.get(name) != now.get(name):
-            yield f'"{name}" has changed since'
+    for kind in ("sources", "files"):
+        then, now = begun.manifest.get(kind, {}), manifest.get(kind, {})
+        for name in {**then, **now}:
+            if then.get(name) != now.get(name):
+                yield f'"{name}" has changed since'
     former = begun.manifest.get("overrides", [])
     if former != manifest["overrides"]:
         options = " ".join(f'--set "{override}"' for override in former)

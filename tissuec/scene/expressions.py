@@ -12,6 +12,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, Unit, describe, parse_unit, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
+from tissuec.scene.library import Library
 from tissuec.scene.values import LARGEST_NUMBER, Value
 
 Truth = NDArray[np.bool_]
@@ -37,6 +38,8 @@ class Scope:
 
     #: Whether values are known now; if they are measured in a run, none can be refused.
     is_known = True
+    #: Where files are found besides the folder of the text that names them.
+    library: Library | None = None
 
     def __init__(self, findings: Findings):
         self.findings = findings

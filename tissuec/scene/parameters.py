@@ -36,6 +36,7 @@ class Constants(Scope):
         self, declarations: Declarations, overrides: Mapping[str, s.Assign], findings: Findings
     ):
         super().__init__(findings)
+        self.library = declarations.library
         self.declared = {
             key: declared.item
             for kind in ("param", "let")

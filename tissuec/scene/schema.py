@@ -14,13 +14,14 @@ from typing import Any, NoReturn, TypeVar, get_type_hints
 import numpy as np
 
 from tissuec.core.errors import Note, alternatives
-from tissuec.core.fields import FromTo, Measure, OneOf, Point, Several, Whole
+from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
+from tissuec.scene.files import read_file
 
-Kind = Measure | Whole | OneOf | Point | FromTo | Several
+Kind = Measure | Whole | OneOf | Point | FromTo | Several | FileIn
 T = TypeVar("T")
 
 
@@ -57,6 +58,8 @@ class Entry:
             case FromTo(dimension=dimension):
                 unit = suggested_unit(dimension)
                 return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"
+            case FileIn():
+                return f'{self.name} "liver.stl" in mm'
 
 
 def entries_of(cls: type) -> dict[str, Entry]:
@@ -140,6 +143,10 @@ def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what:
     """Return the entry that an item writes, or reject the item."""
     if not isinstance(item, s.Assign | s.Sentence | s.Block):
         scope.findings.reject("TIS303", f"this cannot stand in {what}", item.span)
+    if item.name.quoted is not None and isinstance(item, s.Sentence):
+        named = schema.get(s.key_of(item.name.words))
+        if named is not None and isinstance(named.kind, FileIn):
+            return named
     if item.name.key not in schema:
         scope.findings.reject(
             "TIS303",
@@ -157,6 +164,10 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
             return _read_from_to(entry, entry.kind, item, scope)
         case OneOf():
             return _read_word(entry, entry.kind, item, scope)
+        case FileIn():
+            if not isinstance(item, s.Sentence) or item.name.quoted is None or item.phrase:
+                _wrong_form(entry, item, scope)
+            return read_file(entry.kind, item, scope, example=entry.example)
         case kind:
             if not isinstance(item, s.Assign):
                 _wrong_form(entry, item, scope)

@@ -1,0 +1,21 @@
+"""MSH, the format of Gmsh (2.2, 4.0 and 4.1), read by the optional library."""
+
+from pathlib import Path
+
+from tissuec.formats import FORMATS, FormatError, RawMesh
+from tissuec.formats.foreign import by_library, raw_mesh
+
+
+@FORMATS.member(".msh")
+def read(data: bytes, path: Path) -> RawMesh:
+    """Return nodes and elements; physical groups are groups, by name where they have one."""
+    if not data.lstrip().startswith((b"$MeshFormat", b"$Comments")):
+        raise FormatError('it does not begin with "$MeshFormat"')
+    for section in (b"Nodes", b"Elements"):
+        if b"$" + section not in data:
+            raise FormatError(f"it holds no ${section.decode()}")
+        if b"$End" + section not in data:
+            raise FormatError(f"it is cut off: $End{section.decode()} is missing")
+    found = by_library("gmsh", path)
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
+    return raw_mesh(found, names)

@@ -1,0 +1,1 @@
+"""Shapes from elsewhere: repair, inside and outside, and what stiffness their edges get."""

@@ -1,0 +1,68 @@
+"""How a tissue's stiffness is shared out among the springs of an irregular mesh.
+
+A. Van Gelder, Approximate simulation of elastic membranes by triangulated spring meshes, J.
+Graphics Tools 3(2):21-41 (1998): the stiffness of an edge of length L is
+
+    membranes   k = E h Σ A / L²    over the triangles of area A that have the edge,
+    solids      k = E Σ V / L²      over the tetrahedra of volume V that have it,
+
+E being Young's modulus and h the thickness. In a net of equal sides, each inner edge of two
+triangles has k = E h √3/2. So the share of a spring, relative to that,
+
+    s = 2/√3 Σ A / L²,
+
+makes a membrane of E h = 2 c/√3 of a spring constant c, whatever its triangles are like and
+however fine. Solids have no such measure, because k grows with L there: their shares are
+relative to their mean, so that c is the mean spring constant.
+
+Stretched evenly by ε, the springs of a triangle store 3/2 E h A ε² and those of a tetrahedron
+3 E V ε², whatever their shape: exactly as much as a membrane of Poisson's ratio 1/3 and a solid
+of 1/4. Other strains are met on average only.
+"""
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.shapes.edges import Floats, Indices
+
+
+def area_shares(position: Floats, triangles: Indices, ends: NDArray[np.int32]) -> Floats:
+    """Return the share of each spring by the area rule; 1 where no triangle has it.
+
+    Args:
+        position: Nodes [m], shape (node, 3).
+        triangles: Corners, shape (triangle, 3).
+        ends: Node pair of each spring, lower node first, in ascending order, shape (spring, 2).
+    """
+    a, b, c = position[triangles].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
+    total, found = _summed(position, triangles, area, ends)
+    return np.where(found, 2.0 / np.sqrt(3.0) * total, 1.0)
+
+
+def volume_shares(position: Floats, tetrahedra: Indices, ends: NDArray[np.int32]) -> Floats:
+    """Return the share of each spring by the volume rule; 1 where no tetrahedron has it."""
+    a, b, c, d = position[tetrahedra].swapaxes(0, 1)
+    volume = np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / 6.0
+    total, found = _summed(position, tetrahedra, volume, ends)
+    return np.where(found, total / total[found].mean(), 1.0)
+
+
+def _summed(
+    position: Floats, cells: Indices, content: Floats, ends: NDArray[np.int32]
+) -> tuple[Floats, np.ndarray]:
+    """Return the sum of content / L² over the cells of each spring, and which have any."""
+    size = len(position)
+    total, found = np.zeros(len(ends)), np.zeros(len(ends), dtype=bool)
+    keys = ends[:, 0].astype(np.int64) * size + ends[:, 1]
+    for one, other in combinations(range(cells.shape[1]), 2):
+        low, high = np.sort(cells[:, [one, other]], axis=1).T
+        length = np.linalg.norm(position[high] - position[low], axis=1)
+        place = np.searchsorted(keys, low * size + high)
+        here = place < len(keys)
+        here[here] = keys[place[here]] == (low * size + high)[here]
+        np.add.at(total, place[here], content[here] / length[here] ** 2)
+        found[place[here]] = True
+    return total, found
