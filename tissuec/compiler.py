@@ -111,7 +111,11 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
         spring_ids=every(lambda b: b.spring_ids, (), np.int64),
         bodies=tuple(
             BodyPart(
-                body.body.name, slice(int(n), int(n2)), slice(int(p), int(p2)), body.body.span
+                body.body.name,
+                slice(int(n), int(n2)),
+                slice(int(p), int(p2)),
+                body.body.span,
+                body.mesh.grid,
             )
             for body, n, n2, p, p2 in zip(
                 bodies, nodes, nodes[1:], springs, springs[1:], strict=False

@@ -7,6 +7,7 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,14 +39,27 @@ class Provenance:
         return self.origins[self.index[entry]]
 
 
+class Grid(NamedTuple):
+    """Nodes in rows and columns, numbered row by row.
+
+    The skin of a grid has two triangles to a cell, cell by cell in the same order: of the
+    corners (0, 0), (0, 1), (1, 1) and of (0, 0), (1, 1), (1, 0), as (row, column).
+    """
+
+    rows: int
+    columns: int
+    closed: bool  # whether the last column is followed by the first
+
+
 @dataclass(frozen=True, slots=True)
 class BodyPart:
-    """Where the nodes and springs of one body stand in the arrays."""
+    """Where the nodes and springs of a body stand in the arrays, and its grid if it has one."""
 
     name: str
     nodes: slice
     springs: slice
     span: Span
+    grid: Grid | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
+from tissuec.network import Grid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,11 +19,13 @@ class Mesh:
         ends: Node pair of each spring, shape (spring, 2), lower index first.
         skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
             empty.
+        grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
     """
 
     position: NDArray[np.float64]
     ends: NDArray[np.int32]
     skin: NDArray[np.int32]
+    grid: Grid | None = None
 
 
 class Generator(Protocol):

@@ -45,7 +45,7 @@ class FrameRecorder:
         self.alive = alive
         self._cells = self._mesh.cells(alive)
         if not self._file.parts.count:  # a file without any frame opens in viewers, too
-            self._file.parts.add(self._cells)
+            self._file.parts.draw(self._cells)
 
     def append(
         self,

@@ -24,6 +24,21 @@ class LogChannel:
     description: str
 
 
+@dataclass(frozen=True, slots=True)
+class SurfaceChannel:
+    """A smooth surface that is written over time.
+
+    Attributes:
+        body: Name of the body; so is the surface called.
+        kind: How it is drawn, such as "loop subdivision".
+        subdivisions: How often every edge of the skin is halved.
+    """
+
+    body: str
+    kind: str
+    subdivisions: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """What is written while a scene runs.
@@ -34,6 +49,7 @@ class Recording:
         single: Whether frames hold four-byte numbers instead of eight-byte ones.
         logs: Logged quantities.
         energies: Whether the table of energies is written.
+        surfaces: Smooth surfaces of bodies.
     """
 
     nodes: Indices
@@ -41,6 +57,7 @@ class Recording:
     single: bool
     logs: tuple[LogChannel, ...]
     energies: bool
+    surfaces: tuple[SurfaceChannel, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
