@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.network import Indices, Network
-from tissuec.strands import Strands
+from tissuec.strands import Edges, Strands
 
 
 class Cells(NamedTuple):
@@ -44,25 +44,22 @@ class Cells(NamedTuple):
 class RecordedMesh:
     """The part of a network that frames show.
 
-    A triangle of the skin vanishes as soon as one of its edges was a spring and none of the
-    springs along that edge is alive any more: a cut opens the skin along the cut springs,
-    while an edge that never was a spring, such as a diagonal without one, opens nothing.
+    A triangle of the skin vanishes with the first of its edges that tears: a cut opens the skin
+    along the cut springs (see ``tissuec/strands.py`` for edges without springs).
 
     Attributes:
         nodes: Network numbers of the nodes shown, shape (node,).
         springs: Network numbers of the springs shown, shape (spring,).
         lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
-        strands: Springs of the network that lie side by side.
-        edges: For each triangle and edge, the strand along it or -1, shape (triangle, 3).
+        edges: What holds the edges of each triangle, shape (triangle, 3).
     """
 
     nodes: Indices
     springs: Indices
     lines: Indices
     triangles: Indices
-    strands: Strands
-    edges: Indices
+    edges: Edges
 
     @classmethod
     def of(cls, network: Network, nodes: Indices, springs: Indices) -> "RecordedMesh":
@@ -81,15 +78,15 @@ class RecordedMesh:
             raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
         shown = (row[network.skin] >= 0).all(axis=1)
         skin = network.skin[shown].reshape(-1, 3)
-        strands = Strands.of(network.ends)
-        edges = strands.along(np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1))
-        return cls(nodes, springs, lines, row[skin], strands, edges)
+        sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
+        edges = Edges.of(Strands.of(network.ends), sides)
+        return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return what is drawn while the springs ``alive``, shape (spring,), are there."""
         shown = alive[self.springs]
         lines = self.lines[shown]
-        triangles = self.triangles[self.strands.holding(alive)[self.edges].all(axis=1)]
+        triangles = self.triangles[self.edges.holding(alive).all(axis=1)]
         lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.network import Network
+from tissuec.network import Indices, Network
 from tissuec.results import access
 from tissuec.results.numbers import check_finite, check_times
 from tissuec.results.parts import CellTables, read_table
@@ -32,6 +32,9 @@ class SurfaceTable:
     Args:
         number: Its place in the scene's order.
         single: Whether positions are four-byte numbers.
+
+    Raises:
+        ValueError: The network has no such body.
     """
 
     def __init__(
@@ -46,13 +49,18 @@ class SurfaceTable:
         self.path = f"{SURFACE_ROOT}/{member_name(channel.body)}"
         self._store, self._network = store, network
         self._kind = np.dtype("f4" if single else "f8")
-        body = next(body for body in network.bodies if body.name == channel.body)
+        body = next((body for body in network.bodies if body.name == channel.body), None)
+        if body is None:
+            raise ValueError(f'there is no body "{channel.body}" to draw the surface of')
         self._body = BodySkin.of(network, body)
         self._smoothing = SURFACES[channel.kind](subdivisions=channel.subdivisions)
         self._begin(channel, number)
         steps = self._columns["Values"].dataset
         self._last_time = float(steps[-1]) if len(steps) else -np.inf
-        self._drawn = read_triangles(store.file, self.path, -1) if self._cells.count else None
+        self._drawn: Indices | None = None
+        if self._cells.count:
+            self._drawn = read_triangles(store.file, self.path, -1)
+            self._cells.locate(*_tables(self._drawn))
         self._skin: Skin | None = None
         self._map: Refinement | None = None
 
@@ -112,9 +120,7 @@ class SurfaceTable:
     def _draw(self, refinement: Refinement) -> None:
         """Begin a part, unless the last one has the same triangles."""
         if self._drawn is None or not np.array_equal(self._drawn, refinement.triangles):
-            nothing = [np.zeros((0, width), dtype=np.int64) for width in (1, 2, 3)]
-            vertices, lines, strips = nothing
-            self._cells.add(refinement.points, vertices, lines, refinement.triangles, strips)
+            self._cells.add(refinement.points, *_tables(refinement.triangles))
             self._drawn = refinement.triangles
 
     def _offsets(self, frames: int, points: int) -> dict[str, NDArray]:
@@ -131,6 +137,12 @@ class SurfaceTable:
         """Let readers see the frames, after their rows were handed to HDF5."""
         steps = access.group(self._store.file, f"{self.path}/Steps")
         steps.attrs.modify("NSteps", self._columns["Values"].rows)
+
+
+def _tables(triangles: Indices) -> tuple[Indices, Indices, Indices, Indices]:
+    """Return the points of the cells of each of ``KINDS``: there are polygons only."""
+    vertices, lines, strips = (np.zeros((0, width), dtype=np.int64) for width in (1, 2, 3))
+    return vertices, lines, triangles, strips
 
 
 def read_surfaces(file: h5py.File) -> dict[str, SurfaceChannel]:

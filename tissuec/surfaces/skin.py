@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.network import BodyPart, Grid, Indices, Network
-from tissuec.strands import Strands
+from tissuec.strands import Edges, Strands
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,25 +40,23 @@ class Skin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodySkin:
-    """The skin of a body as it was drawn, and the springs that may tear it.
+    """The skin of a body as it was drawn, and the springs that hold it.
 
-    A triangle goes with any of its edges, as in the frames of a result: an edge tears with its
-    last spring. Edges that never were springs do not tear.
+    A triangle goes with the first of its edges that tears, as in the frames of a result.
 
     Attributes:
         nodes: Where the body stands among the nodes of the network.
         triangles: Nodes counted from 0 within the body, shape (triangle, 3).
-        edges: Strands along the edges of each triangle or -1, shape (triangle, 3).
-        along, down: Strands from each node of a grid to its neighbours or -1, (row, column).
+        edges: What holds the edges of each triangle, shape (triangle, 3).
+        along, down: What holds each node of a grid to its neighbours, shape (row, column).
     """
 
     nodes: slice
     triangles: Indices
     grid: Grid | None
-    strands: Strands
-    edges: Indices
-    along: Indices
-    down: Indices
+    edges: Edges
+    along: Edges
+    down: Edges
 
     @classmethod
     def of(cls, network: Network, body: BodyPart) -> "BodySkin":
@@ -66,22 +64,20 @@ class BodySkin:
         first, strands = body.nodes.start, Strands.of(network.ends)
         inside = (network.skin >= first) & (network.skin < body.nodes.stop)
         triangles = network.skin[inside.all(axis=1)].astype(np.int64)
-        edges = strands.along(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1))
-        along, down = (
-            strands.along(np.stack([here, np.roll(here, -1, axis=axis)], axis=-1))
-            for axis in (1, 0)
-            for here in [_numbers(body) + first]
+        numbers = _numbers(body) + first
+        edges, along, down = (
+            Edges.of(strands, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1))
+            for here, axis in ((triangles, 1), (numbers, 1), (numbers, 0))
         )
-        return cls(body.nodes, triangles - first, body.grid, strands, edges, along, down)
+        return cls(body.nodes, triangles - first, body.grid, edges, along, down)
 
     def at(self, alive: NDArray[np.bool_]) -> Skin:
         """Return the skin while the springs ``alive``, shape (spring,), are there."""
-        holding = self.strands.holding(alive)
-        along, down = holding[self.along], holding[self.down]
+        along, down = self.along.holding(alive), self.down.holding(alive)
         down[-1:] = False
         if self.grid is not None and not self.grid.closed:
             along[:, -1] = False
-        whole = np.asarray(holding[self.edges].all(axis=1))
+        whole = np.asarray(self.edges.holding(alive).all(axis=1))
         count = self.nodes.stop - self.nodes.start
         return Skin(count, self.triangles, whole, self.grid, along, down)
 
