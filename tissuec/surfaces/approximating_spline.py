@@ -20,7 +20,7 @@ class ApproximatingSpline:
 
     It stays within the hull of the nodes and so never overshoots; in turn a tube becomes
     thinner, one of 10 sides by 6 %. It is closed round a tube without a seam. At ends and torn
-    edges it is one-sided and meets the nodes.
+    edges it is one-sided, and ends in the curve of the last nodes.
 
     Attributes:
         subdivisions: How often every edge is halved.
