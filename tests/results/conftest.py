@@ -61,7 +61,7 @@ LOGS = (
     LogChannel("tension of a/b", (3, 7), "N", "tensions of two springs"),
 )
 
-SURFACES = (SurfaceChannel("tube", "loop subdivision", 2),)
+SURFACES = (SurfaceChannel("tube", "loop subdivision", {"subdivisions": 2}),)
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def expected(trajectory, name, frame):
     (body,) = (body for body in network.bodies if body.name == name)
     alive = np.zeros(network.spring_count, dtype=bool)
     alive[trajectory.cells(frame).springs] = True
-    smoothing = FAMILY[series.kind](subdivisions=series.subdivisions)
+    smoothing = FAMILY[series.kind](**series.entries)
     refined = smoothing.refine(BodySkin.of(network, body).at(alive))
     return refined.at(trajectory.position[frame][body.nodes]), refined.triangles
 
@@ -88,7 +88,7 @@ def expected(trajectory, name, frame):
 @pytest.mark.parametrize("name", ["left vessel", "patch"])
 def test_each_frame_is_the_surface_of_the_net_in_that_frame(read, name):
     series = read.surfaces[name]
-    assert series.kind == "interpolating spline" and series.subdivisions == 2
+    assert series.kind == "interpolating spline" and series.entries == {"subdivisions": 2}
     assert np.array_equal(series.times, read.times)
     counts = set()
     for frame in range(-1, len(series)):
@@ -103,7 +103,7 @@ def test_each_frame_is_the_surface_of_the_net_in_that_frame(read, name):
 
 def test_surfaces_have_rates_and_kinds_of_their_own(read):
     ball = read.surfaces["ball"]
-    assert ball.kind == "loop subdivision" and ball.subdivisions == 1
+    assert ball.kind == "loop subdivision" and ball.entries == {"subdivisions": 1}
     assert ball.times.tolist() == [0.0, 0.025, 0.05]
     assert [*read.surfaces] == ["left vessel", "patch", "ball"]
     assert summary(read)["surfaces"]["ball"] == {
@@ -176,6 +176,8 @@ def test_numbers_that_are_none_are_named_and_not_written(tmp_path, example):
         writer.topology(example.alive(0))
         with pytest.raises(ValueError, match=r'position of node 4 of "tube" is nan at 0.16 s'):
             writer.surface("tube", example.time, bad)
+        with pytest.raises(ValueError, match=r"position has shape \(40, 20, 3\), not"):
+            writer.surface("tube", example.time, example.position[:, :20])
         with pytest.raises(ValueError, match='no surface of "rod" is recorded'):
             writer.surface("rod", example.time, example.position)
         path = writer.close("stopped", finished=False)
@@ -359,7 +361,7 @@ def pulled_at(moment):
 
 
 def test_a_surface_of_no_known_body_is_refused(tmp_path, example):
-    surfaces = (SurfaceChannel("nobody", "loop subdivision", 1),)
+    surfaces = (SurfaceChannel("nobody", "loop subdivision", {"subdivisions": 1}),)
     with pytest.raises(ValueError, match='there is no body "nobody"'):
         example.recorded(surfaces=surfaces).open(tmp_path / "a.vtkhdf")
     assert os.listdir(tmp_path) == []

@@ -55,7 +55,7 @@ def _surface(series: SurfaceSeries) -> dict[str, Any]:
     return {
         "count": len(series),
         "kind": series.kind,
-        "subdivisions": series.subdivisions,
+        **series.entries,
         **_span(series.times),
     }
 

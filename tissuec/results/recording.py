@@ -1,6 +1,8 @@
 """What a run records: the wish of the scene's output block, and the rows that come of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from tissuec.network import Indices, Network
 
@@ -31,12 +33,12 @@ class SurfaceChannel:
     Attributes:
         body: Name of the body; so is the surface called.
         kind: How it is drawn, such as "loop subdivision".
-        subdivisions: How often every edge of the skin is halved.
+        entries: What the scene says about it, or leaves to the kind: subdivisions, …
     """
 
     body: str
     kind: str
-    subdivisions: int
+    entries: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

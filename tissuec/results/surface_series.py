@@ -17,14 +17,14 @@ class SurfaceSeries:
     Attributes:
         name: The body.
         kind: How it is drawn, such as "loop subdivision".
-        subdivisions: How often every edge of the skin was halved.
+        entries: What the scene says about it, or leaves to the kind: subdivisions, …
         path: Its group in the file.
     """
 
     def __init__(self, file: h5py.File, path: str):
         channel = read_surfaces(file)[path]
         self.name, self.kind = channel.body, channel.kind
-        self.subdivisions, self.path = channel.subdivisions, path
+        self.entries, self.path = channel.entries, path
         self._file = file
 
     @cached_property

@@ -4,6 +4,7 @@ A group ``/tissuec/surfaces/NAME`` has the layout of ``/VTKHDF``, with as many p
 surface has: a torn one has fewer triangles and, at times, fewer points than the whole one.
 """
 
+import json
 from collections.abc import Iterator
 
 import h5py
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tissuec.network import Indices, Network
 from tissuec.results import access
-from tissuec.results.numbers import check_finite, check_times
+from tissuec.results.numbers import check_finite, check_shape, check_times
 from tissuec.results.parts import CellTables, read_table
 from tissuec.results.polydata import step_columns, write_head
 from tissuec.results.recording import SurfaceChannel
@@ -53,7 +54,7 @@ class SurfaceTable:
         if body is None:
             raise ValueError(f'there is no body "{channel.body}" to draw the surface of')
         self._body = BodySkin.of(network, body)
-        self._smoothing = SURFACES[channel.kind](subdivisions=channel.subdivisions)
+        self._smoothing = SURFACES[channel.kind](**channel.entries)
         self._begin(channel, number)
         steps = self._columns["Values"].dataset
         self._last_time = float(steps[-1]) if len(steps) else -np.inf
@@ -70,7 +71,7 @@ class SurfaceTable:
             write_head(group)
             group.attrs["name"], group.attrs["number"] = channel.body, number
             group.attrs["kind"] = channel.kind
-            group.attrs["subdivisions"] = channel.subdivisions
+            group.attrs["entries"] = json.dumps(dict(channel.entries))
         self._cells = CellTables(self._store, self.path)
         self._columns = step_columns(self._store, self.path)
         self._points = self._store.column(
@@ -79,7 +80,7 @@ class SurfaceTable:
             "position of each point of the surface, frame after frame",
             unit="m",
             row=(3,),
-            chunk=_CHUNK_ROWS,
+            chunk=min(_CHUNK_ROWS, 16 * self._body.size(self._smoothing.subdivisions)),
         )
 
     def set_topology(self, alive: NDArray[np.bool_]) -> None:
@@ -98,7 +99,9 @@ class SurfaceTable:
     def append(self, time: ArrayLike, position: ArrayLike) -> None:
         """Add frames of the network; see `ResultWriter.surface`."""
         times = check_times(time, after=self._last_time)
-        nodes = np.asarray(position)[:, self._body.nodes]
+        position = np.asarray(position)
+        check_shape(position, (len(times), self._network.node_count, 3), "position")
+        nodes = position[:, self._body.nodes]
         numbers = np.arange(self._body.nodes.start, self._body.nodes.stop)
         with np.errstate(over="ignore"):
             kept = nodes.astype(self._kind, copy=False)
@@ -112,7 +115,8 @@ class SurfaceTable:
         self._last_time = float(times[-1])
 
     def _refinement(self) -> Refinement:
-        assert self._skin is not None, "state the topology before the first frame"
+        if self._skin is None:
+            raise ValueError("state the topology before the first frame")
         if self._map is None:
             self._map = self._smoothing.refine(self._skin)
         return self._map
@@ -156,7 +160,7 @@ def read_surfaces(file: h5py.File) -> dict[str, SurfaceChannel]:
         str(group.name): SurfaceChannel(
             str(access.attribute(group, "name")),
             str(access.attribute(group, "kind")),
-            int(access.attribute(group, "subdivisions")),
+            json.loads(str(access.attribute(group, "entries"))),
         )
         for group in groups
     }

@@ -20,6 +20,7 @@ from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.running.sampling import SAME, join_times, rows_at
 from tissuec.running.verdicts import Judge, Memory
 from tissuec.situation import Situation
+from tissuec.surfaces import entries_of
 from tissuec.verbs import Happening
 
 
@@ -215,7 +216,7 @@ def wishes(network: Network, plan: Plan) -> Recording:
         logs=channels,
         energies=bool(np.isfinite(output.energy)),
         surfaces=tuple(
-            SurfaceChannel(surface.body, surface.kind, surface.smoothing.subdivisions)
+            SurfaceChannel(surface.body, surface.kind, entries_of(surface.smoothing))
             for surface in output.surfaces
         ),
     )

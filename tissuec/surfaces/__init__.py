@@ -5,14 +5,16 @@ depends on which springs are there and not on where the nodes are. It is therefo
 each topology, and applied to all frames at once.
 """
 
-from typing import ClassVar, Protocol
+from collections.abc import Mapping
+from dataclasses import Field, asdict
+from typing import Any, ClassVar, Protocol
 
 from tissuec.core.registry import Family
 from tissuec.surfaces.refinement import Refinement
 from tissuec.surfaces.skin import Skin
 
 MOST_POINTS = 2_000_000
-"""Points of one surface: 48 MB in each frame, and a gigabyte while the map is made."""
+"""Points of one surface: 48 MB in each frame, and up to 2 GB while the map is made."""
 
 
 class Smoothing(Protocol):
@@ -23,6 +25,7 @@ class Smoothing(Protocol):
         subdivisions: How often every edge of the skin is halved.
     """
 
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     needs_grid: ClassVar[bool]
 
     def __init__(self, *, subdivisions: int = ...) -> None: ...
@@ -39,3 +42,8 @@ SURFACES: Family[type[Smoothing]] = Family("tissuec.surfaces", "surface")
 
 ON_GRIDS, ELSEWHERE = "interpolating spline", "loop subdivision"
 """What is drawn where a scene names none: on nodes in rows and columns, and on all others."""
+
+
+def entries_of(smoothing: Smoothing) -> Mapping[str, Any]:
+    """Return the entries that a smoothing was made with, to make the same again."""
+    return asdict(smoothing)

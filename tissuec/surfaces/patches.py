@@ -9,8 +9,8 @@ p_u. Between four nodes the surface is the patch that has these vectors at its c
     S(u, v) = Σ H_a(v) H_b(u) of the vectors,    H: cubic Hermite polynomials.
 
 On a whole grid this is the tensor-product spline. On a torn one every row and column ends at
-its torn edges, so that all splines are one-sided there, and patches without all of their edges
-are left out. Node numbers are parameters: only then is the surface linear in the positions.
+its torn edges, so that all splines are one-sided there, and of a patch that has lost an edge at
+most half is left. Node numbers are parameters, so that the surface is linear in the positions.
 """
 
 from collections.abc import Callable, Iterator

@@ -71,6 +71,10 @@ class BodySkin:
         )
         return cls(body.nodes, triangles - first, body.grid, edges, along, down)
 
+    def size(self, subdivisions: int) -> int:
+        """Return about how many points a surface over the whole skin has."""
+        return max(4, len(self.triangles) * 4**subdivisions // 2)
+
     def at(self, alive: NDArray[np.bool_]) -> Skin:
         """Return the skin while the springs ``alive``, shape (spring,), are there."""
         along, down = self.along.holding(alive), self.down.holding(alive)
