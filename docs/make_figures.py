@@ -19,11 +19,12 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from PIL import Image
 
 from tissuec.core.resources import library
+from tissuec.core.source import Source
 from tissuec.fuzzy.sets import Shape
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.pipeline import Request, compile_request, read_words, simulate
@@ -32,6 +33,9 @@ from tissuec.results.trajectory import Trajectory
 FIGURES = Path(__file__).resolve().parent / "figures"
 INK, GRID, BLUE, RED, GREEN = "#222222", "#dddddd", "#2166ac", "#b2182b", "#1b7837"
 TENSION = LinearSegmentedColormap.from_list("tension", [BLUE, "#a8a8a8", RED])
+TISSUE, LUMEN = np.array([0.93, 0.62, 0.55]), np.array([0.62, 0.2, 0.22])
+TOWARDS = np.array([-0.33, -0.87, 0.37])  # who looks: from the front, above, and the left
+LAMP = np.array([-0.35, -0.55, 0.76])
 COLOURS = 256  # of a picture, as many as a palette holds
 STYLE = {
     "font.size": 9,
@@ -58,9 +62,14 @@ def main() -> None:
     FIGURES.mkdir(exist_ok=True)
     plt.rcParams.update(STYLE)
     with tempfile.TemporaryDirectory() as folder:
-        path = run(library() / "scenes" / "sterilisation.tis", Path(folder) / "run.vtkhdf")
+        path = run(
+            library() / "scenes" / "sterilisation.tis",
+            Path(folder) / "run.vtkhdf",
+            output="surface of oviduct every 40 ms { subdivisions = 3 }",
+        )
         with Trajectory.open(path) as trajectory:
             save(overview(trajectory), "sterilisation.png")
+            save(smooth(trajectory), "surface.png")
         path = run(library() / "scenes" / "bladder.tis", Path(folder) / "bladder.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(bladder(trajectory), "bladder.png")
@@ -71,9 +80,10 @@ def main() -> None:
     save(words(), "words.png")
 
 
-def run(scene: Path, target: Path) -> Path:
-    """Return the result file of a scene."""
-    request = Request.file(scene)
+def run(scene: Path, target: Path, *, output: str = "") -> Path:
+    """Return the result file of a scene, with another output."""
+    text = scene.read_text(encoding="utf-8").replace("output {", f"output {{\n  {output}", 1)
+    request = Request(Source(scene.name, text, scene))
     compiled, _ = compile_request(request)
     return simulate(compiled, target, request=request).path
 
@@ -150,6 +160,43 @@ def mark(axes: plt.Axes, trajectory: Trajectory) -> None:
                 f" {event.kind}", (event.time, 1.0), xycoords=("data", "axes fraction"),
                 fontsize=8, va="top", color="#666666",
             )  # fmt: skip
+
+
+def smooth(trajectory: Trajectory) -> plt.Figure:
+    """Return the coarse skin beside the smooth surface, lifted and cut."""
+    series = trajectory.surfaces["oviduct"]
+    figure, rows = plt.subplots(2, 2, figsize=(8.8, 4.6), layout="constrained")
+    for axes, (time, title) in zip(rows, MOMENTS[1:], strict=True):
+        frame = int(np.abs(trajectory.times - time).argmin())
+        net = trajectory.position[frame], trajectory.cells(frame).triangles
+        draw_skin(axes[0], *net, edges=True)
+        axes[0].set_title(title, loc="left", fontsize=9)
+        frame = int(np.abs(series.times - time).argmin())
+        draw_skin(axes[1], series.position(frame), series.triangles(frame), edges=False)
+    return figure
+
+
+def draw_skin(
+    axes: plt.Axes, position: np.ndarray, triangles: np.ndarray, *, edges: bool
+) -> None:
+    """Draw triangles in the light of a lamp, those further away first."""
+    right = np.cross(TOWARDS, [0.0, 0.0, -1.0])
+    right /= np.linalg.norm(right)
+    up = np.cross(TOWARDS, right) / np.linalg.norm(TOWARDS)
+    corners = 1e3 * position[triangles] - [32.0, 0.0, 0.0]  # from the middle, in mm
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    order = np.argsort(corners.mean(axis=1) @ TOWARDS)
+    outside = (normal @ TOWARDS > 0.0)[order]
+    light = (0.3 + 0.7 * np.abs(normal @ LAMP) ** 1.5)[order, None]
+    colours = light * np.where(outside[:, None], TISSUE, LUMEN)
+    flat = np.stack([corners @ right, corners @ up], axis=-1)[order]
+    rims = "#5a2a22" if edges else colours
+    axes.add_collection(
+        PolyCollection(list(flat), facecolors=colours, edgecolors=rims, linewidths=0.35)
+    )
+    axes.set(xlim=(-19, 19), ylim=(-13, 8.5), aspect="equal")
+    axes.axis("off")
 
 
 def laws() -> plt.Figure:

@@ -160,7 +160,13 @@ def test_info_of_a_folder_or_a_misspelt_result_says_so(result):
         (["--frame", "3"], "-o names the file of a frame"),
         (["--time", "0.1"], "-o names the file of a frame"),
         (["--frame", "1", "--time", "0.1", "-o", "a.vtu"], "say one of them"),
-        (["--frame", "1", "-o", "a.csv"], "for .vtu and .obj"),
+        (["--frame", "1", "-o", "a.csv"], "is for .vtu, .obj and .ply"),
+        (["--all", "--frame", "1", "-o", "a.vtu"], "say one of them"),
+        (["--all", "-o", "a.csv"], "is for .vtu, .obj and .ply"),
+        (["--surface", "pair"], "-o names the file of a frame"),
+        (["--surface", "pair", "-o", "a.csv"], "not into CSV"),
+        (["--surface", "pair", "--time", "0", "-o", "a.vtkhdf"], "leave out --time"),
+        (["-o", "a.vtkhdf"], "is for --surface"),
         (["--format", "vtu", "-o", "-"], "-o names the file of a frame"),
         (["force of left", "-o", "a.vtu"], "VTU has no logs"),
     ],
@@ -240,6 +246,70 @@ def test_an_export_as_json_holds_tables_or_says_where_they_are(result):
         "time": 0.1,
     }
     assert Path(result.parent, "a.obj").exists()
+
+
+# --- smooth surfaces ---
+
+TUBE = """language 1
+tissue gum { spring constant = 20 N/m; viscosity = 20 mN*s/m; mass = 10 mg }
+body vessel {
+  mesh is tube { axis from (0, 0, 0) mm to (9, 0, 0) mm; radius = 3 mm; rings = 4; sides = 8 }
+  tissue is gum
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 30 ms }
+output { trajectory every 30 ms; surface of vessel every 10 ms { subdivisions = 1 } }
+"""
+
+
+@pytest.fixture
+def tube(tmp_path):
+    (tmp_path / "tube.tis").write_text(TUBE)
+    run = tissuec("run", "tube.tis", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr.endswith("  surface of vessel: tube.vessel.vtkhdf\n")
+    return tmp_path
+
+
+def test_a_surface_is_exported_at_a_time_at_all_times_and_as_one_file(tube):
+    def told(*options):
+        done = tissuec("export", "tube.vtkhdf", "--surface", "Vessel", *options, cwd=tube)
+        assert done.returncode == 0, done.stderr
+        return done.stderr
+
+    assert "frame 2 (t = 0.02 s)" in told("--time", "0.019", "-o", "a.ply")
+    assert (tube / "a.ply").read_bytes().startswith(b"ply\nformat binary_little_endian 1.0\n")
+    assert "frame 3 (t = 0.03 s)" in told("-o", "a.obj")
+    assert (tube / "a.obj").read_text().count("\nv ") == 7 * 16
+    assert told("--all", "-o", "b.vtu") == "wrote 4 frames to b_0000.vtu … b_0003.vtu\n"
+    assert len(list(tube.glob("b_*.vtu"))) == 4
+    assert told("-o", "c.vtkhdf") == "wrote 4 frames to c.vtkhdf\n"
+    document = json.loads(told_json(tube, "--all", "-o", "d.obj"))
+    assert document == {"files": ["d_0000.obj", "d_0001.obj"]}  # of the net, which has two
+    told("--all", "-o", "e.obj")
+    assert (tube / "e_0003.obj").read_bytes() == (tube / "a.obj").read_bytes()
+
+
+def told_json(folder, *options):
+    return tissuec("export", "tube.vtkhdf", *options, "--json", cwd=folder).stdout
+
+
+def test_a_surface_that_is_not_there_is_answered_with_those_that_are(tube, result):
+    said = refused("export", "tube.vtkhdf", "--surface", "vesel", "-o", "a.ply", cwd=tube)
+    assert 'holds no surface of "vesel"; did you mean "vessel"?' in said
+    said = refused("export", "pair.vtkhdf", "--surface", "pair", "-o", "a.ply", cwd=tube)
+    assert "write output { surface of pair every 40 ms } and run the scene again" in said
+    said = refused("info", "tube.vessel.vtkhdf", cwd=tube)
+    assert 'shows ParaView the surface of vessel in "tube.vtkhdf"; name that file' in said
+    assert not (tube / "a.ply").exists()
+
+
+def test_a_view_in_the_way_is_found_before_anything_runs(tube):
+    place = tube / "tube.vessel.vtkhdf"
+    place.write_text("keep me")
+    said = refused("run", "tube.tis", cwd=tube)
+    assert "is to show the surface of vessel: it is there already" in said
+    assert place.read_text() == "keep me"
 
 
 def test_fmt_as_json_is_one_document(scene):

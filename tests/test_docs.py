@@ -37,6 +37,7 @@ from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.pipeline import Request, check_request
 from tissuec.reference.pages import outdated, unused
+from tissuec.surfaces import SURFACES
 from tissuec.verbs import VERBS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -215,7 +216,7 @@ def pattern_of(line: str) -> str:
 @pytest.fixture
 def families_stay():
     """Undo what a page adds to the families."""
-    families = (MESHES, FORMATS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS)
+    families = (MESHES, FORMATS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES)
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]
     yield

@@ -123,6 +123,7 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
                 slice(int(n), int(n2)),
                 slice(int(p), int(p2)),
                 body.body.span,
+                body.mesh.grid,
                 body.bending,
                 mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
             )

@@ -7,6 +7,7 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +40,24 @@ class Provenance:
         return self.origins[self.index[entry]]
 
 
+class Grid(NamedTuple):
+    """Nodes in rows and columns, numbered row by row.
+
+    The skin of a grid has two triangles to a cell, cell by cell in the same order: of the
+    corners (0, 0), (0, 1), (1, 1) and of (0, 0), (1, 1), (1, 0), as (row, column).
+    """
+
+    rows: int
+    columns: int
+    closed: bool  # whether the last column is followed by the first
+
+
 @dataclass(frozen=True, slots=True)
 class BodyPart:
     """Where the nodes and springs of one body stand in the arrays.
 
     Attributes:
+        grid: How its nodes stand in rows and columns, if they do.
         bending: How many of its springs, the last ones, resist bending only.
         cells: Of a solid body, gives the cells that it is divided into, all of them alike:
             nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),
@@ -54,6 +68,7 @@ class BodyPart:
     nodes: slice
     springs: slice
     span: Span
+    grid: Grid | None = None
     bending: int = 0
     cells: Callable[[], CellNodes] | None = field(default=None, compare=False)
 

@@ -10,7 +10,7 @@ Each stage is one function of immutable values, so that any of them can be shown
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,11 +98,18 @@ def _compile(
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How a run ended and where its file is; how far its twin was from it, if it had one."""
+    """How a run ended and where its files are.
+
+    Attributes:
+        path: The result file.
+        likeness: How far the twin was from the run, if it had one.
+        views: Files beside a finished result that show ParaView its smooth surfaces, by body.
+    """
 
     outcome: "Outcome"
     path: Path
     likeness: "Likeness | None" = None
+    views: Mapping[str, Path] = field(default_factory=dict)
 
 
 def simulate(
@@ -148,7 +155,8 @@ def simulate(
             if likeness is not None:
                 writer.twin(likeness.times, likeness.apart[:, None])
             written = writer.close(outcome.message, finished, _facts(outcome, likeness))
-    return Result(outcome, written, likeness)
+            views = writer.views
+    return Result(outcome, written, likeness, views)
 
 
 def _facts(outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]:

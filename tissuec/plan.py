@@ -11,6 +11,7 @@ from tissuec.core.source import Span
 from tissuec.measures import Measure, Subject
 from tissuec.measures.moment import Moment
 from tissuec.network import Floats, Indices
+from tissuec.surfaces import Smoothing
 from tissuec.verbs import Action
 
 RELAXATION = "relaxation"
@@ -68,6 +69,17 @@ class Log:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SurfaceOutput:
+    """A smooth surface of a body at a rate: ``surface of oviduct every 40 ms``."""
+
+    body: str
+    kind: str  # such as "loop subdivision"
+    smoothing: Smoothing
+    every: float  # [s]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Expectation:
     """``expect condition at/from/until/over …``, judged during the run.
 
@@ -97,6 +109,7 @@ class Output:
         single: Whether frames are stored in single precision.
         logs: Measures at their own rates.
         energy: Time between rows of the energy table [s]; infinite where not asked for.
+        surfaces: Smooth surfaces of bodies, at their own rates.
     """
 
     frames: Indices
@@ -104,6 +117,7 @@ class Output:
     single: bool
     logs: tuple[Log, ...]
     energy: float
+    surfaces: tuple[SurfaceOutput, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

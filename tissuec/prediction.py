@@ -14,7 +14,7 @@ from tissuec.engine.layout import Layout
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.network import Network
-from tissuec.plan import RELAXATION
+from tissuec.plan import RELAXATION, SurfaceOutput
 
 SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measured
 FRAME_VALUES = 9  # position, velocity and force of a node
@@ -129,12 +129,21 @@ def _file_size(compiled: Compiled) -> int:
     output, duration = compiled.plan.output, compiled.plan.simulation.duration
     network = compiled.network
     total = sum(array["bytes"] for array in _arrays(network).values())
+    word = 4 if output.single else 8
     if np.isfinite(output.every):
-        word = 4 if output.single else 8
         per_frame = word * (FRAME_VALUES * len(output.frames) + network.spring_count)
         total += int(duration / output.every + 1) * per_frame
     for log in output.logs:
         total += int(duration / log.every + 1) * 8 * LOG_VALUES
+    for surface in output.surfaces:
+        total += int(duration / surface.every + 1) * word * 3 * _points(network, surface)
     if np.isfinite(output.energy):
         total += int(duration / output.energy + 1) * 8 * ENERGY_VALUES
     return total
+
+
+def _points(network: Network, surface: SurfaceOutput) -> int:
+    """Return about how many points a smooth surface has: half as many as triangles."""
+    (body,) = (body for body in network.bodies if body.name == surface.body)
+    inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
+    return int(inside.all(axis=1).sum()) * 4**surface.smoothing.subdivisions // 2

@@ -9,7 +9,7 @@ from tissuec.core.source import Source, Span
 from tissuec.laws import LINEAR, C, E, Law
 from tissuec.laws.formula import ZERO, Choice
 from tissuec.network import BodyPart, Network
-from tissuec.results.recording import LogChannel, Recording
+from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.results.writer import ResultWriter
 
 SCENE = 'language 1\nabout "a tube and a rod, größer"\n'
@@ -62,6 +62,8 @@ LOGS = (
     LogChannel("tension of a/b", (3, 7), "N", "tensions of two springs"),
 )
 
+SURFACES = (SurfaceChannel("tube", "loop subdivision", {"subdivisions": 2}),)
+
 
 @dataclass(frozen=True)
 class Example:
@@ -106,6 +108,8 @@ class Example:
                 self.force[rows],
                 self.tension[rows],
             )
+            for surface in self.recording.surfaces:
+                writer.surface(surface.body, self.time[rows], self.position[rows])
             if self.recording.logs:
                 writer.log(LOGS[0].name, self.time[rows], self.force[rows, 0])
                 writer.log(LOGS[1].name, self.time[rows], self.tension[rows, 3:5])

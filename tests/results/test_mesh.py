@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.surfaces.conftest import across, build, network_of
 from tissuec.results.mesh import RecordedMesh
 
 
@@ -77,3 +78,19 @@ def test_nodes_without_spring_or_skin_are_drawn_as_vertices(example):
 def test_recordings_that_do_not_fit_are_refused(example, nodes, springs, message):
     with pytest.raises(ValueError, match=message):
         RecordedMesh.of(example.network, np.array(nodes), np.array(springs, dtype=int))
+
+
+@pytest.mark.parametrize("kind", ["caesium chloride", "diamond"])
+def test_a_skin_whose_edges_are_no_springs_tears_with_the_springs_behind_it(kind):
+    box = (np.zeros(3), np.array([0.02, 0.02, 0.05]))
+    mesh = build("lattice", kind=kind, cell=0.01, box=box)
+    network = network_of(mesh)
+    below = mesh.position[:, 2] < 0.0251
+    alive = ~across(mesh, below, ~below)
+    drawn = everything(network)
+    assert len(drawn.cells(np.ones(len(alive), dtype=bool)).triangles) == len(mesh.skin)
+    left = drawn.cells(alive).triangles
+    assert (below[left] == below[left][:, :1]).all()
+    # Only what spanned the cut is gone, and there was some.
+    spanning = ~(below[mesh.skin] == below[mesh.skin][:, :1]).all(axis=1)
+    assert 0 < spanning.sum() == len(mesh.skin) - len(left)

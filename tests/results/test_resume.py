@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.results.conftest import SCENE
+from tests.results.conftest import SCENE, SURFACES
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.resuming import find_checkpoint
 from tissuec.results.trajectory import Trajectory
@@ -62,7 +62,7 @@ def go_on(example, path):
 def test_an_interrupted_run_gone_on_with_equals_an_uninterrupted_one(
     tmp_path, example, last, single
 ):
-    example = example.recorded(single=single)
+    example = example.recorded(single=single, surfaces=SURFACES)
     with example.open(tmp_path / "a.vtkhdf", method="dop853") as writer:
         example.write(writer, last=last, batch=4, checkpoints=CHECKPOINTS)
         partial = writer.close("interrupted", finished=False)

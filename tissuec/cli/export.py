@@ -1,19 +1,22 @@
 """``tissuec export``"""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import TissueError, alternatives, counted
 
 if TYPE_CHECKING:
     from tissuec.network import Floats
+    from tissuec.results.shapes import Shape
     from tissuec.results.trajectory import Trajectory
 
-FORMATS = ("csv", "vtu", "obj")
+FRAMES = ("vtu", "obj", "ply")
+FORMATS = ("csv", *FRAMES, "vtkhdf")
 STDOUT = "-"
 
 
@@ -33,47 +36,48 @@ STDOUT = "-"
     help="File to write; CSV goes to stdout without it.",
 )
 @click.option(
+    "--surface", help="The smooth surface of this body instead of the net, as the scene asks."
+)
+@click.option(
     "--frame",
     type=int,
-    help="Frame to write as VTU or OBJ, counted from 0; negative from the end.",
+    help="Frame to write as VTU, OBJ or PLY, counted from 0; negative from the end.",
 )
 @click.option(
     "--time", "time", type=float, help="The frame nearest to this time in seconds instead."
 )
+@click.option("--all", "every", is_flag=True, help="All frames, in one numbered file each.")
 def command(
     settings: Settings,
     result: Path,
     logs: tuple[str, ...],
     kind: str | None,
     output: Path | None,
+    surface: str | None,
     frame: int | None,
     time: float | None,
+    every: bool,
 ) -> int:
-    """Write LOGS of RESULT as CSV, or one frame as VTU or OBJ.
+    """Write LOGS of RESULT as CSV, or frames as VTU, OBJ or PLY.
 
     Without LOGS, all that the scene asked for. The tables "energies" and "events" can be named
-    too, the latter by itself. With --json, what goes to stdout is JSON.
+    too, the latter by itself. With --json, what goes to stdout is JSON. A smooth surface as
+    .vtkhdf holds all of its frames.
 
     \b
     tissuec export tube.vtkhdf "force of forceps A" > force.csv
     tissuec export tube.vtkhdf energies "force of forceps A" -o tube.csv
     tissuec export tube.vtkhdf --frame 0 -o tube.obj
+    tissuec export tube.vtkhdf --surface oviduct --time 0.5 -o tube.ply
     """
     from tissuec.results.trajectory import Trajectory
 
     output = None if str(output) == STDOUT else output
     kind = kind or _kind(output)
-    chosen = frame is not None or time is not None
-    if frame is not None and time is not None:
-        raise click.UsageError("--frame and --time each choose a frame; say one of them")
-    if output is None and (chosen or kind != "csv"):
-        raise click.UsageError(
-            "-o names the file of a frame, such as -o frame.vtu or frame.obj"
-        )
-    if chosen and kind == "csv":
-        raise click.UsageError("--frame and --time are for .vtu and .obj; CSV has all times")
-    if logs and kind != "csv":
-        raise click.UsageError(f"{kind.upper()} has no logs, only a frame; CSV has logs")
+    chosen = [name for name, is_there in (
+        ("--frame", frame is not None), ("--time", time is not None), ("--all", every)
+    ) if is_there]  # fmt: skip
+    _check_usage(kind, output, chosen, logs, surface)
     if output is not None:
         keep_input(output, result)
     with Trajectory.open(result) as trajectory:
@@ -81,15 +85,40 @@ def command(
             document = _tables(trajectory, logs, output, as_data=settings.json)
         else:
             assert output is not None
-            number = _frame(trajectory.times, frame, time)
-            document = _write_frame(trajectory, number, kind, output)
+            series = _net(trajectory) if surface is None else _surface(trajectory, surface)
+            document = _write_frames(series, kind, output, frame, time, every=every)
     if settings.json:
         print_json(document)
     elif output is not None and kind != "csv":
-        settings.say(
-            f"wrote frame {document['frame']} (t = {document['time']:g} s) to {output}"
-        )
+        settings.say(_told(document, output))
     return DONE
+
+
+def _check_usage(
+    kind: str,
+    output: Path | None,
+    chosen: list[str],
+    logs: tuple[str, ...],
+    surface: str | None,
+) -> None:
+    """Refuse options that do not go together."""
+    if len(chosen) > 1:
+        both = " and ".join(chosen)
+        raise click.UsageError(f"{both} each choose frames; say one of them")
+    if output is None and (chosen or surface is not None or kind != "csv"):
+        raise click.UsageError(
+            "-o names the file of a frame, such as -o frame.vtu, frame.obj or frame.ply"
+        )
+    if kind == "csv" and chosen:
+        raise click.UsageError(f"{chosen[0]} is for .vtu, .obj and .ply; CSV has all times")
+    if kind == "csv" and surface is not None:
+        raise click.UsageError("a surface goes into .vtu, .obj, .ply or .vtkhdf, not into CSV")
+    if logs and kind != "csv":
+        raise click.UsageError(f"{kind.upper()} has no logs, only a frame; CSV has logs")
+    if kind == "vtkhdf" and surface is None:
+        raise click.UsageError(".vtkhdf is for --surface; the result is one of the net already")
+    if kind == "vtkhdf" and chosen:
+        raise click.UsageError(f".vtkhdf has all frames; leave out {chosen[0]}")
 
 
 def _tables(
@@ -115,13 +144,72 @@ def _tables(
     return {"file": str(output), "tables": names}
 
 
-def _write_frame(
-    trajectory: "Trajectory", number: int, kind: str, output: Path
-) -> dict[str, Any]:
-    from tissuec.results.export import export_obj, export_vtu
+class _Series(NamedTuple):
+    """What there is a shape of in each frame."""
 
-    (export_vtu if kind == "vtu" else export_obj)(trajectory, number, output)
-    return {"file": str(output), "frame": number, "time": float(trajectory.times[number])}
+    times: "Floats"
+    shape: "Callable[[int], Shape]"
+    save: "Callable[[Path], None] | None"  # all frames in one file
+
+
+def _net(trajectory: "Trajectory") -> _Series:
+    from tissuec.results.export import frame_shape
+
+    if not len(trajectory.times):
+        raise TissueError("this result has no frames; the scene asks for no trajectory")
+    return _Series(trajectory.times, lambda number: frame_shape(trajectory, number), None)
+
+
+def _surface(trajectory: "Trajectory", name: str) -> _Series:
+    from tissuec.results.export import export_surface, surface_shape
+
+    surfaces = trajectory.surfaces
+    key = next((one for one in surfaces if one.lower() == name.lower()), None)
+    if key is None:
+        message = f'"{trajectory.path}" holds no surface of "{name}"'
+        hint = alternatives(name, surfaces, what="there are") if surfaces else (
+            f"write output {{ surface of {name} every 40 ms }} and run the scene again"
+        )  # fmt: skip
+        raise TissueError(f"{message}; {hint}")
+    series = surfaces[key]
+    if not len(series):
+        raise TissueError(f'the surface of "{key}" has no frames yet')
+    return _Series(
+        series.times,
+        lambda number: surface_shape(series, number),
+        lambda path: export_surface(series, path),
+    )
+
+
+def _write_frames(
+    series: _Series, kind: str, output: Path, frame: int | None, time: float | None, *,
+    every: bool,
+) -> dict[str, Any]:  # fmt: skip
+    from tissuec.results.shapes import WRITERS
+
+    if kind == "vtkhdf":
+        assert series.save is not None
+        series.save(output)
+        return {"file": str(output), "frames": len(series.times)}
+    if not every:
+        number = _frame(series.times, frame, time)
+        WRITERS[kind](series.shape(number), output)
+        return {"file": str(output), "frame": number, "time": float(series.times[number])}
+    width = max(4, len(str(len(series.times) - 1)))
+    names = [f"{output.stem}_{n:0{width}}{output.suffix}" for n in range(len(series.times))]
+    for number, name in enumerate(names):
+        WRITERS[kind](series.shape(number), output.with_name(name))
+    return {"files": [str(output.with_name(name)) for name in names]}
+
+
+def _told(document: dict[str, Any], output: Path) -> str:
+    """Return what was written, in words."""
+    if "files" in document:
+        first, last = document["files"][0], document["files"][-1]
+        return f"wrote {counted(len(document['files']), 'frame')} to {first} … {last}"
+    if "frames" in document:
+        return f"wrote {counted(document['frames'], 'frame')} to {output}"
+    return f"wrote frame {document['frame']} (t = {document['time']:g} s) to {output}"
 
 
 def _kind(output: Path | None) -> str:
@@ -129,14 +217,14 @@ def _kind(output: Path | None) -> str:
         return "csv"
     kind = output.suffix.lower().lstrip(".")
     if kind not in FORMATS:
-        raise click.UsageError(f'"{output}" ends with none of .csv, .vtu, .obj; say --format')
+        *others, last = (f".{one}" for one in FORMATS)
+        ends = f"{', '.join(others)} and {last}"
+        raise click.UsageError(f'"{output}" ends with none of {ends}; say --format')
     return kind
 
 
 def _frame(times: "Floats", frame: int | None, time: float | None) -> int:
     """Return the number of the frame that is meant, from 0."""
-    if not len(times):
-        raise TissueError("this result has no frames; the scene asks for no trajectory")
     if time is not None:
         return int(abs(times - time).argmin())
     number = -1 if frame is None else frame

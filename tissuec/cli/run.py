@@ -229,6 +229,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     if result.likeness is not None:
         _tell_error(result.likeness, settings)
     settings.say(f"  result: {result.path}")
+    for name, view in result.views.items():
+        settings.say(f"  surface of {name}: {view}")
 
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
@@ -269,6 +271,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
     expectations = compiled.plan.expectations
     return {
         "result": str(result.path),
+        "surfaces": {name: str(view) for name, view in result.views.items()},
         "outcome": outcome.kind,
         "message": outcome.message,
         "wall_time": outcome.wall_time,

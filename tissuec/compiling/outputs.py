@@ -1,4 +1,4 @@
-"""The output block: trajectories, logs, the energy table, precision."""
+"""The output block: trajectories, smooth surfaces, logs, the energy table, precision."""
 
 import math
 from collections.abc import Sequence
@@ -7,13 +7,15 @@ import numpy as np
 
 from tissuec.compiling.conditions import LEDGER, Conditions
 from tissuec.compiling.groups import Groups
+from tissuec.compiling.smoothing import SURFACE, read_surface
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
 from tissuec.measures import MEASURES
+from tissuec.meshes import Mesh
 from tissuec.network import Indices
-from tissuec.plan import Log, Output
+from tissuec.plan import Log, Output, SurfaceOutput
 from tissuec.scene.expressions import Scope
 
 MOST_SAMPLES = 100_000_000
@@ -43,15 +45,20 @@ class OutputReader:
         self.energy = math.inf
         self.single = False
         self.logs: list[Log] = []
+        self.surfaces: list[SurfaceOutput] = []
 
     def read(self, items: Sequence[s.Item]) -> Output:
         """Return what is to be recorded; each mistake rejects one sentence only."""
         for item in items:
             with self.findings.item():
                 self._item(item)
-        return Output(self.frames, self.every, self.single, tuple(self.logs), self.energy)
+        logs, surfaces = tuple(self.logs), tuple(self.surfaces)
+        return Output(self.frames, self.every, self.single, logs, self.energy, surfaces)
 
     def _item(self, item: s.Item) -> None:
+        if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
+            self._surface(item, self._clauses(item))
+            return
         if not isinstance(item, s.Sentence):
             self.findings.reject(
                 "TIS312", "an output is a sentence: force of forceps A every 1 ms", item.span
@@ -69,7 +76,7 @@ class OutputReader:
         elif key in MEASURES:
             self._log(item, clauses)
         else:
-            known = ("trajectory", "precision", *MEASURES)
+            known = ("trajectory", "precision", SURFACE, *MEASURES)
             self.findings.reject(
                 "TIS701",
                 f'"{item.name.text}" is not an output',
@@ -77,7 +84,36 @@ class OutputReader:
                 hint=alternatives(key, known, what="outputs"),
             )
 
-    def _clauses(self, item: s.Sentence) -> dict[str, s.Clause]:
+    def _surface(self, item: s.Sentence | s.Block, clauses: dict[str, s.Clause]) -> None:
+        if "of" not in clauses:
+            text, hint = 'surface needs "of"', "for example: surface of BODY every 40 ms"
+            self.findings.reject("TIS304", text, item.span, hint=hint)
+        every = self._rate(item, clauses)
+        for name in self._names(clauses["of"]):
+            with self.findings.item():
+                mesh, body = self._drawn(name)
+                self._once(f"surface of {body}", item)
+                kind, smoothing = read_surface(item, name, body, mesh, self.scope)
+                self.surfaces.append(SurfaceOutput(body, kind, smoothing, every, item.span))
+
+    def _drawn(self, name: s.Name) -> tuple[Mesh, str]:
+        """Return the mesh of a body, and its name as it was declared."""
+        group = self.groups.nodes(name)
+        if name.key in self.groups.bodies:
+            return self.groups.bodies[name.key].drawing.mesh, group.name
+        bodies = [
+            placed.drawing.body.name
+            for placed in self.groups.bodies.values()
+            if np.isin(group.indices, placed.nodes).any()
+        ]
+        self.findings.reject(
+            "TIS704",
+            f"{group.name} is a set; surfaces are those of bodies",
+            name.span,
+            hint=f"write surface of {' or of '.join(bodies)}",
+        )
+
+    def _clauses(self, item: s.Sentence | s.Block) -> dict[str, s.Clause]:
         clauses: dict[str, s.Clause] = {}
         for clause in item.clauses:
             if clause.word not in ("of", "to", "every") or clause.word in clauses:
@@ -87,7 +123,7 @@ class OutputReader:
             clauses[clause.word] = clause
         return clauses
 
-    def _once(self, key: str, item: s.Sentence) -> None:
+    def _once(self, key: str, item: s.Sentence | s.Block) -> None:
         if key in self.places:
             notes = (Note("first here", self.places[key]),)
             hint = (
@@ -147,13 +183,13 @@ class OutputReader:
             )
         return names
 
-    def _rate(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> float:
+    def _rate(self, item: s.Sentence | s.Block, clauses: dict[str, s.Clause]) -> float:
         if "every" not in clauses:
             self.findings.reject(
                 "TIS304",
                 f'{item.name.text} needs "every"',
                 item.span,
-                hint=f"for example: {item.span.text} every 10 ms",
+                hint=f"for example: {_head(item)} every 10 ms",
             )
         node = clauses["every"].value
         value = self.scope.number(node)
@@ -178,6 +214,11 @@ class OutputReader:
                 hint="write a shorter time behind every, or a longer duration in simulate",
             )
         return every
+
+
+def _head(item: s.Sentence | s.Block) -> str:
+    """Return what stands before the braces of an output."""
+    return (item.head if isinstance(item, s.Block) else item.span).text
 
 
 def _written(measure: str, subjects: int) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.fields import LocatedFile
 from tissuec.core.registry import Family
+from tissuec.network import Grid
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class Mesh:
         ends: Node pair of each spring, shape (spring, 2), lower index first.
         skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
             empty.
+        grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
         groups: Nodes of the parts that a file names, by name, ascending.
         shares: By what the spring constant and the viscosity that the tissue gives are
             multiplied, shape (spring,); None where each spring gets them as they are.
@@ -42,6 +44,7 @@ class Mesh:
     shares: NDArray[np.float64] | None = None
     origin: FileOrigin | None = None
     remarks: tuple[str, ...] = ()
+    grid: Grid | None = None
 
 
 class Generator(Protocol):

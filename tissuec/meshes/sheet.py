@@ -10,6 +10,7 @@ from tissuec.core.fields import OneOf, Position, Whole
 from tissuec.meshes import MESHES, Mesh
 from tissuec.meshes.joining import Pairs, grid_pairs, grid_triangles, springs
 from tissuec.meshes.limits import require_limits
+from tissuec.network import Grid
 
 
 @MESHES.member("sheet")
@@ -64,9 +65,8 @@ class Sheet:
         """Return nodes, springs, and the surface as triangles."""
         shape = (self.rows, self.columns)
         pairs = [grid_pairs(shape, step) for step in self._steps()]
-        return Mesh(
-            self._position(), springs(self.rows * self.columns, *pairs), grid_triangles(shape)
-        )
+        ends = springs(self.rows * self.columns, *pairs)
+        return Mesh(self._position(), ends, grid_triangles(shape), grid=Grid(*shape, closed=False))
 
     def _steps(self) -> list[tuple[int, int]]:
         """Return how far springs reach, as (rows, columns)."""

@@ -10,6 +10,7 @@ from tissuec.core.fields import Length, OneOf, Points, Whole
 from tissuec.meshes import MESHES, Mesh
 from tissuec.meshes.joining import Pairs, grid_pairs, grid_triangles, springs
 from tissuec.meshes.limits import require_limits
+from tissuec.network import Grid
 
 
 @MESHES.member("tube")
@@ -73,7 +74,8 @@ class Tube:
         shape = (self.rings, self.sides)
         pairs = [grid_pairs(shape, step, wrap=True) for step in self._steps()]
         ends = springs(self.rings * self.sides, *pairs)
-        return Mesh(self._position(), ends, grid_triangles(shape, wrap=True))
+        skin = grid_triangles(shape, wrap=True)
+        return Mesh(self._position(), ends, skin, grid=Grid(*shape, closed=True))
 
     def _steps(self) -> list[tuple[int, int]]:
         """Return how far springs reach, as (rings, sides)."""

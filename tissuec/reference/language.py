@@ -22,6 +22,7 @@ from tissuec.scene.expressions import FUNCTIONS
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES, Quantity
 from tissuec.scene.schema import entries_of
+from tissuec.surfaces import SURFACES
 from tissuec.verbs import VERBS
 
 
@@ -46,6 +47,7 @@ def parts() -> dict[str, str]:
         "simulate entries": entry_table(settings.simulate_schema()),
         "verbs": verb_sections(),
         "profiles": _listed(PROFILES),
+        "surfaces": law_sections("kind", SURFACES),
         "measures": measure_table(),
         "integrators": integrator_table(),
     }

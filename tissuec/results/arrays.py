@@ -8,10 +8,11 @@ import numpy as np
 from tissuec.core.source import Source, Span
 from tissuec.laws import Law
 from tissuec.laws.code import parse
-from tissuec.network import BodyPart, Network
+from tissuec.network import BodyPart, Grid, Network
 from tissuec.results import access
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.store import TEXT, Store, describe
+from tissuec.results.surface_table import read_surfaces
 from tissuec.results.tables import ENERGY_PATH, read_channel, read_channels
 
 NETWORK = "/tissuec/network"
@@ -48,6 +49,9 @@ def write_network(store: Store, network: Network) -> None:
     for name, (description, rows) in table.items():
         data = np.array(rows, dtype=np.int64).reshape(-1, 2)
         store.array(f"{NETWORK}/bodies/{name}", data, f"{description} of each body")
+    grids = np.array([b.grid or (0, 0, 0) for b in bodies], dtype=np.int64).reshape(-1, 3)
+    text = "rows, columns, and 1 if the last column is joined to the first; 0 without a grid"
+    store.array(f"{NETWORK}/bodies/grid", grids, text)
     laws = store.group(f"{NETWORK}/laws")
     for name, (description, texts) in {
         "name": ("name of each law", [law.name for law in network.laws]),
@@ -67,14 +71,18 @@ def read_network(file: h5py.File, source: Source) -> Network:
     arrays: dict[str, Any] = {name: access.array(file, f"{NETWORK}/{name}") for name in ARRAYS}
     group = access.group(file, f"{NETWORK}/bodies")
     span = Span(source, 0, len(source.text))
+    names, nodes, springs = (
+        access.texts(group, "name"),
+        access.array(group, "nodes").tolist(),
+        access.array(group, "springs").tolist(),
+    )
+    # Results of earlier versions do not say which bodies are grids.
+    grids = (
+        access.array(group, "grid").tolist() if "grid" in group else [(0, 0, 0)] * len(names)
+    )
     bodies = tuple(
-        BodyPart(name, slice(*nodes), slice(*springs), span)
-        for name, nodes, springs in zip(
-            access.texts(group, "name"),
-            access.array(group, "nodes").tolist(),
-            access.array(group, "springs").tolist(),
-            strict=True,
-        )
+        BodyPart(name, slice(*n), slice(*s), span, _grid(*grid))
+        for name, n, s, grid in zip(names, nodes, springs, grids, strict=True)
     )
     laws = access.group(file, f"{NETWORK}/laws")
     texts = (access.texts(laws, name) for name in ("name", "elastic", "viscous"))
@@ -104,8 +112,13 @@ def read_recording(file: h5py.File) -> Recording:
         single=bool(access.attribute(group, "single")),
         logs=tuple(logs),
         energies=ENERGY_PATH in file,
+        surfaces=tuple(read_surfaces(file).values()),
     )
 
 
 def _range(part: slice) -> tuple[int, int]:
     return part.start, part.stop
+
+
+def _grid(rows: int, columns: int, closed: int) -> Grid | None:
+    return Grid(rows, columns, bool(closed)) if rows else None

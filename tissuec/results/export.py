@@ -1,23 +1,22 @@
-"""Results for other programs: tables as CSV, single frames as VTU and OBJ."""
+"""Results for other programs: tables as CSV, frames and smooth surfaces as shapes."""
 
 import csv
-from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any, TextIO
-from xml.sax.saxutils import quoteattr
 
+import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.core.errors import alternatives
 from tissuec.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.recording import body_of
+from tissuec.results.shapes import Shape, cannot_write, write_obj, write_vtu
+from tissuec.results.store import LIBVER
+from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Log, Trajectory
-
-_VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
 def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextIO) -> None:
@@ -88,41 +87,7 @@ def export_vtu(trajectory: Trajectory, frame: int, path: Path) -> None:
         IndexError: There is no such frame.
         ResultError: The file cannot be written.
     """
-    cells = trajectory.cells(frame)
-    tension, rows = trajectory.spring_force(frame)
-    numbers = np.full(cells.total, np.nan, dtype=tension.dtype)
-    numbers[cells.line_rows] = tension
-    identities = np.full(cells.total, -1, dtype=np.int64)
-    identities[cells.line_rows] = trajectory.spring_ids[rows]
-    tables = {1: cells.vertices, 3: cells.lines, 5: cells.triangles}  # VTK's numbers of kinds
-    sizes = np.concatenate(
-        [np.full(len(t), t.shape[1], dtype=np.int64) for t in tables.values()]
-    )
-    kinds = np.concatenate(
-        [np.full(len(t), kind, dtype=np.uint8) for kind, t in tables.items()]
-    )
-    points = {
-        "velocity": trajectory.velocity[frame],
-        "force": trajectory.force[frame],
-        "node_id": trajectory.node_ids,
-    }
-    topology = {
-        "connectivity": np.concatenate([t.reshape(-1) for t in tables.values()]),
-        "offsets": np.cumsum(sizes),
-        "types": kinds,
-    }
-    body = [
-        _section("FieldData", {"TimeValue": trajectory.times[frame][None]}, tuples=True),
-        f'<Piece NumberOfPoints="{len(trajectory.nodes)}" NumberOfCells="{cells.total}">\n',
-        _section("Points", {"position": trajectory.position[frame]}),
-        _section("Cells", topology),
-        _section("PointData", points),
-        _section("CellData", {"spring_force": numbers, "spring_id": identities}),
-        "</Piece>\n",
-    ]
-    head = '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"'
-    lines = [f'{head} header_type="UInt64">\n<UnstructuredGrid>\n', *body]
-    _write(path, [*lines, "</UnstructuredGrid>\n</VTKFile>\n"])
+    write_vtu(frame_shape(trajectory, frame), path)
 
 
 def export_obj(trajectory: Trajectory, frame: int, path: Path) -> None:
@@ -132,17 +97,48 @@ def export_obj(trajectory: Trajectory, frame: int, path: Path) -> None:
         IndexError: There is no such frame.
         ResultError: The file cannot be written.
     """
+    write_obj(frame_shape(trajectory, frame), path)
+
+
+def frame_shape(trajectory: Trajectory, frame: int) -> Shape:
+    """Return the net in one frame; IndexError if there is no such frame."""
     cells = trajectory.cells(frame)
-    parts = {"p": cells.vertices, "l": cells.lines, "f": cells.triangles}
-    lines = [f"# {trajectory.path.name}, {float(trajectory.times[frame])!r} s, in metres\n"]
-    lines += [_obj_line("v", row) for row in trajectory.position[frame].tolist()]
-    for letter, table in parts.items():
-        lines += [_obj_line(letter, row) for row in (table + 1).tolist()]  # OBJ counts from 1
-    _write(path, lines)
+    tension, rows = trajectory.spring_force(frame)
+    numbers = np.full(cells.total, np.nan, dtype=tension.dtype)
+    numbers[cells.line_rows] = tension
+    identities = np.full(cells.total, -1, dtype=np.int64)
+    identities[cells.line_rows] = trajectory.spring_ids[rows]
+    points = {
+        "velocity": trajectory.velocity[frame],
+        "force": trajectory.force[frame],
+        "node_id": trajectory.node_ids,
+    }
+    return Shape(
+        trajectory.path.name, trajectory.times[frame], trajectory.position[frame],
+        cells.vertices, cells.lines, cells.triangles,
+        points, {"spring_force": numbers, "spring_id": identities},
+    )  # fmt: skip
 
 
-def _obj_line(letter: str, numbers: Iterable[float]) -> str:
-    return " ".join([letter, *map(repr, numbers)]) + "\n"
+def surface_shape(series: SurfaceSeries, frame: int) -> Shape:
+    """Return a smooth surface in one frame; IndexError if there is no such frame."""
+    none = np.zeros((0, 1), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+    title = f"surface of {series.name}"
+    place, triangles = series.position(frame), series.triangles(frame)
+    return Shape(title, series.times[frame], place, *none, triangles, {}, {})
+
+
+def export_surface(series: SurfaceSeries, path: Path) -> None:
+    """Write all frames of a smooth surface as a file of their own for ParaView.
+
+    Raises:
+        ResultError: The file cannot be written.
+    """
+    try:
+        with h5py.File(path, "w", libver=LIBVER) as file:
+            series.copy_to(file, "VTKHDF")
+    except OSError as error:
+        raise cannot_write(path, error) from error
 
 
 def _find_log(trajectory: Trajectory, name: str) -> Log:
@@ -199,27 +195,3 @@ def _spring_name(trajectory: Trajectory, number: int) -> str:
     if len(network.bodies) < 2:
         return identity
     return f"{body_of(network, int(network.ends[number, 0]))}:{identity}"
-
-
-def _section(name: str, arrays: dict[str, NDArray], *, tuples: bool = False) -> str:
-    texts = [_data_array(key, data, tuples=tuples) for key, data in arrays.items()]
-    return f"<{name}>\n{''.join(texts)}</{name}>\n"
-
-
-def _data_array(name: str, data: NDArray, *, tuples: bool) -> str:
-    """Return an array as VTK's XML has it: base64 of its length in bytes and its bytes."""
-    kind = _VTK_TYPES[data.dtype.name]
-    plain = data.astype(data.dtype.newbyteorder("<")).tobytes()
-    code = b64encode(np.array(len(plain), dtype="<u8").tobytes() + plain).decode()
-    count = f' NumberOfTuples="{len(data)}"' if tuples else ""
-    width = f' NumberOfComponents="{data.shape[1]}"' if data.ndim == 2 else ""
-    attributes = f'type="{kind}" Name={quoteattr(name)}{width}{count} format="binary"'
-    return f"<DataArray {attributes}>{code}</DataArray>\n"
-
-
-def _write(path: Path, lines: Iterable[str]) -> None:
-    try:
-        with open(path, "w", encoding="utf-8", newline="\n") as stream:
-            stream.writelines(lines)
-    except OSError as error:
-        raise ResultError(f'cannot write "{path}": {error.strerror}') from error

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tissuec.network import Network
 from tissuec.results.mesh import RecordedMesh
-from tissuec.results.numbers import check_finite, check_times
+from tissuec.results.numbers import check_finite, check_shape, check_times
 from tissuec.results.polydata import PolyDataFrames
 
 
@@ -41,11 +41,11 @@ class FrameRecorder:
     def set_topology(self, alive: ArrayLike) -> None:
         """State which springs are alive from now on; ValueError if the shape is wrong."""
         alive = np.array(alive, dtype=bool)
-        _check_shape(alive, (self._network.spring_count,), "alive")
+        check_shape(alive, (self._network.spring_count,), "alive")
         self.alive = alive
         self._cells = self._mesh.cells(alive)
         if not self._file.parts.count:  # a file without any frame opens in viewers, too
-            self._file.parts.add(self._cells)
+            self._file.parts.draw(self._cells)
 
     def append(
         self,
@@ -75,7 +75,7 @@ class FrameRecorder:
     def _at_nodes(self, data: ArrayLike, frames: int, name: str) -> NDArray:
         """Return a copy of the numbers at the recorded nodes, shape (frame, node, 3)."""
         data = np.asarray(data)
-        _check_shape(data, (frames, self._network.node_count, 3), name)
+        check_shape(data, (frames, self._network.node_count, 3), name)
         with np.errstate(over="ignore"):  # such a number is reported as not finite
             return np.array(data[:, self._nodes], dtype=self._file.kind)
 
@@ -83,11 +83,6 @@ class FrameRecorder:
         """Return a copy of the tensions of the lines, shape (frame, line)."""
         assert self._cells is not None
         data = np.asarray(tension)
-        _check_shape(data, (frames, self._network.spring_count), "tension")
+        check_shape(data, (frames, self._network.spring_count), "tension")
         with np.errstate(over="ignore"):
             return np.array(data[:, self._cells.springs], dtype=self._file.kind)
-
-
-def _check_shape(data: NDArray, shape: tuple[int, ...], name: str) -> None:
-    if data.shape != shape:
-        raise ValueError(f"{name} has shape {data.shape}, not {shape}")

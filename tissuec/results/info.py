@@ -3,6 +3,7 @@
 from collections import Counter
 from typing import Any
 
+from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Log, Trajectory
 
 
@@ -29,6 +30,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
             **_span(times),
         },
         "logs": {name: _log(log) for name, log in trajectory.logs.items()},
+        "surfaces": {name: _surface(one) for name, one in trajectory.surfaces.items()},
         "energies": _log(energies) if energies is not None else None,
         "events": dict(Counter(event.kind for event in trajectory.events)),
         "can_resume": checkpoint is not None and not trajectory.finished,
@@ -46,6 +48,15 @@ def _log(log: Log) -> dict[str, Any]:
         "columns": list(log.columns),
         "unit": log.unit,
         **_span(log.time),
+    }
+
+
+def _surface(series: SurfaceSeries) -> dict[str, Any]:
+    return {
+        "count": len(series),
+        "kind": series.kind,
+        **series.entries,
+        **_span(series.times),
     }
 
 

@@ -11,6 +11,8 @@ from tissuec.results.journal import JournaledFile, has_journal
 from tissuec.results.places import SUFFIX, final_path, partial_path
 
 LAYOUT_VERSION = 1
+VIEW = "tissuec_view"
+"""Marks files that show a surface of a result, with the name of the surface."""
 _MARK = "layout_version"
 
 
@@ -78,6 +80,14 @@ def _is_marked(file: h5py.File) -> bool:
 
 
 def _check_mark(file: h5py.File, path: Path) -> None:
+    if VIEW in file.attrs:
+        link = file.get("VTKHDF", getlink=True)
+        mark = access.attribute(file, VIEW)
+        name = mark.decode() if isinstance(mark, bytes) else mark
+        raise ResultError(
+            f'"{path}" shows ParaView the surface of {name} in '
+            f'"{getattr(link, "filename", "")}"; name that file'
+        )
     if not _is_marked(file):
         raise ResultError(f'"{path}" is an HDF5 file, but no result of tissuec')
     version = int(access.attribute(access.group(file, "tissuec"), _MARK))

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.network import Indices, Network
+from tissuec.strands import Edges, Strands
 
 
 class Cells(NamedTuple):
@@ -43,25 +44,22 @@ class Cells(NamedTuple):
 class RecordedMesh:
     """The part of a network that frames show.
 
-    A triangle of the skin vanishes as soon as one of its edges was a spring and none of the
-    springs along that edge is alive any more: a cut opens the skin along the cut springs,
-    while an edge that never was a spring, such as a diagonal without one, opens nothing.
+    A triangle of the skin vanishes with the first of its edges that tears: a cut opens the skin
+    along the cut springs (see ``tissuec/strands.py`` for edges without springs).
 
     Attributes:
         nodes: Network numbers of the nodes shown, shape (node,).
         springs: Network numbers of the springs shown, shape (spring,).
         lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
-        strand: For each spring of the network, which bundle of parallel springs it is in.
-        edges: For each triangle and edge, the bundle along it or -1, shape (triangle, 3).
+        edges: What holds the edges of each triangle, shape (triangle, 3).
     """
 
     nodes: Indices
     springs: Indices
     lines: Indices
     triangles: Indices
-    strand: Indices
-    edges: Indices
+    edges: Edges
 
     @classmethod
     def of(cls, network: Network, nodes: Indices, springs: Indices) -> "RecordedMesh":
@@ -80,20 +78,15 @@ class RecordedMesh:
             raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
         shown = (row[network.skin] >= 0).all(axis=1)
         skin = network.skin[shown].reshape(-1, 3)
-        keys, strand = np.unique(_edge_keys(network.ends), return_inverse=True)
-        sides = _edge_keys(np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1))
-        edges = np.full(sides.shape, -1, dtype=np.int64)
-        if len(keys):
-            found = np.minimum(np.searchsorted(keys, sides), len(keys) - 1)
-            edges = np.where(keys[found] == sides, found, -1)
-        return cls(nodes, springs, lines, row[skin], strand.reshape(-1), edges)
+        sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
+        edges = Edges.of(Strands.of(network.ends), sides)
+        return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return what is drawn while the springs ``alive``, shape (spring,), are there."""
         shown = alive[self.springs]
         lines = self.lines[shown]
-        living = np.bincount(self.strand[alive], minlength=len(self.strand) + 1) > 0
-        triangles = self.triangles[((self.edges < 0) | living[self.edges]).all(axis=1)]
+        triangles = self.triangles[self.edges.holding(alive).all(axis=1)]
         lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False
@@ -106,9 +99,3 @@ def _ascending(numbers: Indices, count: int, what: str) -> Indices:
     if not inside or (np.diff(numbers) <= 0).any():
         raise ValueError(f"{what} numbers must ascend and be less than {count}")
     return numbers
-
-
-def _edge_keys(ends: NDArray[np.integer]) -> Indices:
-    """Return one number per unordered node pair of the last axis."""
-    pairs = np.sort(np.asarray(ends, dtype=np.int64), axis=-1)
-    return (pairs[..., 0] << 32) | pairs[..., 1]

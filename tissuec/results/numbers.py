@@ -48,3 +48,9 @@ def check_finite(
         f"the {quantity} of {what} {ids[number]}{owner} is {data[place]}{fits} "
         f"at {time[place[0]]:.9g} s"
     )
+
+
+def check_shape(data: NDArray, shape: tuple[int, ...], name: str) -> None:
+    """Raise a ValueError if ``data`` has another shape."""
+    if data.shape != shape:
+        raise ValueError(f"{name} has shape {data.shape}, not {shape}")

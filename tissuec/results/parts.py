@@ -9,6 +9,7 @@ from tissuec.results import access
 from tissuec.results.mesh import Cells
 from tissuec.results.store import Column, Store
 
+ROOT = "/VTKHDF"
 KINDS = ("Vertices", "Lines", "Polygons", "Strips")
 SPRINGS = "/tissuec/lines/spring"  # network number of every line, all parts one after another
 _TEXTS = {
@@ -19,41 +20,73 @@ _TEXTS = {
 }
 
 
-class Parts:
-    """The parts of a file, written from the start or gone on with.
+class CellTables:
+    """The cells of all parts of one PolyData group, written from the start or gone on with.
 
     Attributes:
-        count: How many there are, those that wait included.
-        drawn: The cells of the last one.
-        first_cells: How many cells of each kind stand before the last one.
-        first_ids: How many point numbers of each kind stand before the last one.
+        first_cells: How many cells of each kind stand before the last part.
+        first_ids: How many point numbers of each kind stand before the last part.
     """
 
-    def __init__(self, store: Store, nodes: int, spring_ids: Indices):
+    def __init__(self, store: Store, root: str):
         self._store = store
-        self._nodes = nodes
-        self._ids = spring_ids
         column = store.column
-        self._points = column("/VTKHDF/NumberOfPoints", "i8", "points of each part")
+        self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part")
         self._cells = {
             kind: {
-                name: column(f"/VTKHDF/{kind}/{name}", "i8", f"{text} ({kind})")
+                name: column(f"{root}/{kind}/{name}", "i8", f"{text} ({kind})")
                 for name, text in _TEXTS.items()
             }
             for kind in KINDS
         }
-        self._spring_id = column(
-            "/VTKHDF/CellData/spring_id", "i8", "id of each line's spring; -1 at other cells"
-        )
-        self._springs = column(SPRINGS, "i8", "network number of each line's spring")
-        self.drawn: Cells | None = None
-        if self.count:
-            self.drawn = read_cells(store.file, self.count - 1)
-            self._locate_last()
+        self.first_cells: list[int] = []
+        self.first_ids: list[int] = []
 
     @property
     def count(self) -> int:
+        """Return how many parts there are, those that wait included."""
         return self._points.rows
+
+    def add(self, points: int, *tables: NDArray) -> None:
+        """Append a part; a table has the points of the cells of one of `KINDS` as rows."""
+        rows: dict[Column, ArrayLike] = {self._points: [points]}
+        for columns, table in zip(self._cells.values(), tables, strict=True):
+            rows[columns["NumberOfCells"]] = [len(table)]
+            rows[columns["NumberOfConnectivityIds"]] = [table.size]
+            rows[columns["Offsets"]] = np.arange(len(table) + 1) * table.shape[1]
+            rows[columns["Connectivity"]] = table.reshape(-1)
+        self._store.append(rows)
+        self.locate(*tables)
+
+    def locate(self, *tables: NDArray) -> None:
+        """Find out where the last part, which has these cells, begins."""
+        self.first_cells, self.first_ids = [], []
+        for columns, table in zip(self._cells.values(), tables, strict=True):
+            # Every part has one offset more than it has cells.
+            before = columns["Offsets"].rows - self.count - len(table)
+            self.first_cells.append(before)
+            self.first_ids.append(columns["Connectivity"].rows - table.size)
+
+
+class Parts(CellTables):
+    """The parts of the frames of a net.
+
+    Attributes:
+        drawn: The cells of the last one.
+    """
+
+    def __init__(self, store: Store, nodes: int, spring_ids: Indices):
+        super().__init__(store, ROOT)
+        self._nodes = nodes
+        self._ids = spring_ids
+        self._spring_id = store.column(
+            f"{ROOT}/CellData/spring_id", "i8", "id of each line's spring; -1 at other cells"
+        )
+        self._springs = store.column(SPRINGS, "i8", "network number of each line's spring")
+        self.drawn: Cells | None = None
+        if self.count:
+            self.drawn = read_cells(store.file, self.count - 1)
+            self.locate(*_tables(self.drawn))
 
     @property
     def first_identity(self) -> int:
@@ -61,46 +94,29 @@ class Parts:
         assert self.drawn is not None
         return self._spring_id.rows - self.drawn.total
 
-    def add(self, cells: Cells) -> None:
+    def draw(self, cells: Cells) -> None:
         """Append a part that draws ``cells``."""
-        rows: dict[Column, ArrayLike] = {self._points: [self._nodes]}
-        for columns, table in zip(self._cells.values(), _tables(cells), strict=True):
-            rows[columns["NumberOfCells"]] = [len(table)]
-            rows[columns["NumberOfConnectivityIds"]] = [table.size]
-            rows[columns["Offsets"]] = np.arange(len(table) + 1) * table.shape[1]
-            rows[columns["Connectivity"]] = table.reshape(-1)
+        self.add(self._nodes, *_tables(cells))
         identities = np.full(cells.total, -1, dtype=np.int64)
         identities[cells.line_rows] = self._ids[cells.springs]
-        rows[self._spring_id] = identities
-        rows[self._springs] = cells.springs
-        self._store.append(rows)
+        self._store.append({self._spring_id: identities, self._springs: cells.springs})
         self.drawn = cells
-        self._locate_last()
-
-    def _locate_last(self) -> None:
-        assert self.drawn is not None
-        self.first_cells: list[int] = []
-        self.first_ids: list[int] = []
-        for columns, table in zip(self._cells.values(), _tables(self.drawn), strict=True):
-            # Every part has one offset more than it has cells.
-            before = columns["Offsets"].rows - self.count - len(table)
-            self.first_cells.append(before)
-            self.first_ids.append(columns["Connectivity"].rows - table.size)
 
 
 def read_cells(file: h5py.File, part: int) -> Cells:
     """Return what the part number ``part`` of ``file`` draws."""
     vertices, lines, triangles = (
-        _read_table(access.group(file, f"VTKHDF/{kind}"), part, width)
+        read_table(access.group(file, f"{ROOT}/{kind}"), part, width)
         for kind, width in zip(KINDS, (1, 2, 3), strict=False)
     )
-    first = int(access.dataset(file, "VTKHDF/Lines/NumberOfCells")[:part].sum())
+    first = int(access.dataset(file, f"{ROOT}/Lines/NumberOfCells")[:part].sum())
     return Cells(
         vertices, lines, triangles, access.dataset(file, SPRINGS)[first : first + len(lines)]
     )
 
 
-def _read_table(group: h5py.Group, part: int, width: int) -> NDArray:
+def read_table(group: h5py.Group, part: int, width: int) -> NDArray:
+    """Return the points of the cells of one kind in a part, shape (cell, width)."""
     counts = access.dataset(group, "NumberOfConnectivityIds")[: part + 1]
     first = int(counts[:part].sum())
     return access.dataset(group, "Connectivity")[first : first + counts[part]].reshape(

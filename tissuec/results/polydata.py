@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.network import Floats, Network
 from tissuec.results import access
 from tissuec.results.mesh import Cells, RecordedMesh
-from tissuec.results.parts import Parts
+from tissuec.results.parts import ROOT, Parts
 from tissuec.results.store import Column, Store
 
 POINT_FRAMES = {
@@ -41,7 +41,7 @@ class PolyDataFrames:
         self._compress = single and count <= _COMPRESSED_NODES
         fresh = "VTKHDF" not in store.file
         if fresh:
-            _write_head(store.file.create_group("VTKHDF"))
+            write_head(store.file.create_group("VTKHDF"))
         self.parts = Parts(store, count, network.spring_ids)
         self._frame_columns(max(1, count), max(1, len(mesh.springs) + len(mesh.triangles)))
         self._steps = self._step_columns()
@@ -87,18 +87,13 @@ class PolyDataFrames:
         )
 
     def _step_columns(self) -> dict[str, Column]:
-        column = self._store.column
-        steps = {"Values": column("/VTKHDF/Steps/Values", "f8", "time of each frame", unit="s")}
-        for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
-            steps[name] = column(f"/VTKHDF/Steps/{name}", "i8", f"{name} of each frame")
-        for name in ("CellOffsets", "ConnectivityIdOffsets"):
-            text = f"{name} of each frame: vertices, lines, polygons, strips"
-            steps[name] = column(f"/VTKHDF/Steps/{name}", "i8", text, row=(4,))
+        steps = step_columns(self._store, ROOT)
         data = [("Point", name) for name in (*POINT_FRAMES, "node_id")]
         data += [("Cell", name) for name in ("spring_force", "spring_id")]
         for group, name in data:
-            path = f"/VTKHDF/Steps/{group}DataOffsets/{name}"
-            steps[name] = column(path, "i8", f"where each frame begins in {group}Data/{name}")
+            path = f"{ROOT}/Steps/{group}DataOffsets/{name}"
+            text = f"where each frame begins in {group}Data/{name}"
+            steps[name] = self._store.column(path, "i8", text)
         return steps
 
     def append(
@@ -114,7 +109,7 @@ class PolyDataFrames:
             tension: Of the springs of the lines [N], shape (frame, line).
         """
         if not cells.same_as(self.parts.drawn):
-            self.parts.add(cells)
+            self.parts.draw(cells)
         numbers = np.full((len(time), cells.total), np.nan, dtype=self.kind)
         numbers[:, cells.line_rows] = tension
         steps = {"Values": time, **self._offsets(cells.total, len(time))}
@@ -147,7 +142,20 @@ class PolyDataFrames:
         access.group(self._store.file, "VTKHDF/Steps").attrs.modify("NSteps", self.count)
 
 
-def _write_head(group: h5py.Group) -> None:
+def step_columns(store: Store, root: str) -> dict[str, Column]:
+    """Return the times of the frames of a PolyData group, and where each begins."""
+    column = store.column
+    steps = {"Values": column(f"{root}/Steps/Values", "f8", "time of each frame", unit="s")}
+    for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
+        steps[name] = column(f"{root}/Steps/{name}", "i8", f"{name} of each frame")
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        text = f"{name} of each frame: vertices, lines, polygons, strips"
+        steps[name] = column(f"{root}/Steps/{name}", "i8", text, row=(4,))
+    return steps
+
+
+def write_head(group: h5py.Group) -> None:
+    """Make an empty group one of PolyData with steps."""
     group.attrs.create("Version", np.array([2, 2], dtype="i8"))
     # Of fixed length: VTK 9.3 does not read a text of variable length here.
     group.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))

@@ -1,6 +1,8 @@
 """What a run records: the wish of the scene's output block, and the rows that come of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from tissuec.network import Indices, Network
 
@@ -24,6 +26,21 @@ class LogChannel:
     description: str
 
 
+@dataclass(frozen=True, slots=True)
+class SurfaceChannel:
+    """A smooth surface that is written over time.
+
+    Attributes:
+        body: Name of the body; so is the surface called.
+        kind: How it is drawn, such as "loop subdivision".
+        entries: What the scene says about it, or leaves to the kind: subdivisions, …
+    """
+
+    body: str
+    kind: str
+    entries: Mapping[str, Any]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """What is written while a scene runs.
@@ -34,6 +51,7 @@ class Recording:
         single: Whether frames hold four-byte numbers instead of eight-byte ones.
         logs: Logged quantities.
         energies: Whether the table of energies is written.
+        surfaces: Smooth surfaces of bodies.
     """
 
     nodes: Indices
@@ -41,6 +59,7 @@ class Recording:
     single: bool
     logs: tuple[LogChannel, ...]
     energies: bool
+    surfaces: tuple[SurfaceChannel, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ from tissuec.results.manifest import SCENE, read_manifest
 from tissuec.results.mesh import Cells
 from tissuec.results.parts import read_cells
 from tissuec.results.recording import Event
+from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import ENERGY_PATH, read_channel, read_channels, read_events
 
 
@@ -230,6 +231,11 @@ class Trajectory:
     def logs(self) -> Logs:
         """All logs by name."""
         return Logs(self._file)
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        """All smooth surfaces by the names of their bodies."""
+        return Surfaces(self._file)
 
     @cached_property
     def energies(self) -> Log | None:

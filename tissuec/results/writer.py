@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from tissuec.core.source import Source
@@ -31,6 +32,7 @@ from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames
 from tissuec.results.recording import Event, Recording
 from tissuec.results.store import Store
+from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import (
     EventTable,
     LogTable,
@@ -39,6 +41,7 @@ from tissuec.results.tables import (
     log_tables,
     twin_table,
 )
+from tissuec.results.views import check_views, write_views
 
 _MOST_WAITING = 8 << 20  # [byte]
 _LONGEST_WAIT = 2.0  # [s]: what a kill may cost at most
@@ -58,6 +61,9 @@ class ResultWriter:
         manifest: Facts about the run: "method", "plan", "overrides", "author", …
         scene_text: The scene as it was run.
 
+    Attributes:
+        views: Files that show the surfaces of the finished result, by the names of the bodies.
+
     Raises:
         ResultError: The file cannot be written there.
         ValueError: ``recording`` does not fit ``network``.
@@ -75,6 +81,7 @@ class ResultWriter:
         _check_names(recording)
         check_place(Path(path))
         check_replaceable(Path(path))
+        check_views(Path(path), [channel.body for channel in recording.surfaces])
         store = Store(partial_path(Path(path)), "create")
         try:
             mark_layout(store.file)
@@ -114,6 +121,7 @@ class ResultWriter:
             source = Source(partial.name, access.text(store.file, SCENE))
             network, recording = read_network(store.file, source), read_recording(store.file)
             mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
+            check_views(partial, [channel.body for channel in recording.surfaces])
             writer = cls.__new__(cls)
             writer._begin(store, network, recording, mesh, earlier=checkpoint.wall_time)
             running = {"outcome": RUNNING, "finished": False}
@@ -143,10 +151,17 @@ class ResultWriter:
         self._energies = energy_table(store) if recording.energies else None
         self._errors = error_table(store)
         self._events = EventTable(store)
+        self._surfaces = {
+            channel.body: SurfaceTable(
+                store, network, channel, number=number, single=recording.single
+            )
+            for number, channel in enumerate(recording.surfaces)
+        }
         self._identity = {
             "mass": network.mass[mesh.nodes],
             "ids": network.node_ids[mesh.nodes],
         }
+        self.views: Mapping[str, Path] = {}
         self._manifest: dict[str, Any] = {}
         self._failure: ResultError | None = None
         self._closed = False
@@ -161,6 +176,8 @@ class ResultWriter:
         """
         self._check_open()
         self._frames.set_topology(alive)
+        for surface in self._surfaces.values():
+            surface.set_topology(np.asarray(alive, dtype=bool))
 
     def frames(
         self,
@@ -189,6 +206,25 @@ class ResultWriter:
         self._check_open()
         self._frames.append(time, position, velocity, force, tension)
         self._flush_if_due()
+
+    def surface(self, body: str, time: ArrayLike, position: ArrayLike) -> None:
+        """Add frames of the smooth surface of a body.
+
+        Args:
+            time: [s], shape (frame,).
+            position: Of all nodes in the order of the network [m], shape (frame, node, 3).
+
+        Raises:
+            ValueError: No such surface is recorded, or a number is not finite.
+            ResultError: There is no space on the disk.
+        """
+        self._check_open()
+        if body not in self._surfaces:
+            raise ValueError(f'no surface of "{body}" is recorded')
+        table, time, position = self._surfaces[body], np.atleast_1d(time), np.asarray(position)
+        for rows in table.batches(len(time)):
+            table.append(time[rows], position[rows])
+            self._flush_if_due()
 
     def log(self, channel: str, time: ArrayLike, rows: ArrayLike) -> None:
         """Add rows of shape (moment, column) to a log at ``time`` [s], shape (moment,).
@@ -253,6 +289,8 @@ class ResultWriter:
         try:
             self._store.write()
             self._polydata.show()
+            for surface in self._surfaces.values():
+                surface.show()
             self._store.commit()
         except BaseException as error:  # also an interruption in the middle of HDF5's work
             broken = f'writing "{self._store.path}" was broken off: {error!r}'
@@ -315,6 +353,8 @@ class ResultWriter:
                 f'cannot give "{partial}" its name "{final}": {error.strerror}; the result is '
                 "complete under the first name"
             ) from error
+        paths = {name: table.path for name, table in self._surfaces.items()}
+        self.views = write_views(final, paths)
         return final
 
     def _wall_time(self) -> float:

@@ -33,6 +33,9 @@ class MemoryRecording:
         alive = np.broadcast_to(self._alive, (len(time), len(self._alive)))
         self._add("frames", time, position, velocity, force, tension, alive)
 
+    def surface(self, body: str, time: Floats, position: Floats) -> None:
+        """Keep nothing: smooth surfaces are for files."""
+
     def log(self, channel: str, time: Floats, rows: Floats) -> None:
         self._add(f"log {channel}", time, rows)
 

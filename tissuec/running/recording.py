@@ -16,10 +16,11 @@ from tissuec.core.units import si_unit
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Network
 from tissuec.plan import Plan, times_every
-from tissuec.results.recording import LogChannel, Recording
+from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.running.sampling import SAME, join_times, rows_at
 from tissuec.running.verdicts import Judge, Memory
 from tissuec.situation import Situation
+from tissuec.surfaces import entries_of
 from tissuec.verbs import Happening
 
 
@@ -47,6 +48,7 @@ class Writer(Protocol):
     def frames(
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
     ) -> None: ...
+    def surface(self, body: str, time: Floats, position: Floats) -> None: ...
     def log(self, channel: str, time: Floats, rows: Floats) -> None: ...
     def energies(self, time: Floats, rows: Floats) -> None: ...
     def errors(self, time: Floats, rows: Floats) -> None: ...
@@ -143,6 +145,7 @@ class Recorder:
             return parts.get(rate)
 
         self._write_frames(part)
+        self._write_surfaces(part)
         self._write_errors(samples, rows)
         self._write_logs(part)
         self._write_energies(part)
@@ -164,6 +167,11 @@ class Recorder:
         if len(output.frames) and (moment := part(output.every)) is not None:
             time, force = np.asarray(moment.time), moment.node_force
             self.writer.frames(time, moment.position, moment.velocity, force, moment.tension)
+
+    def _write_surfaces(self, part: Callable[[float], Moment | None]) -> None:
+        for surface in self.plan.output.surfaces:
+            if (moment := part(surface.every)) is not None:
+                self.writer.surface(surface.body, np.asarray(moment.time), moment.position)
 
     def _write_errors(self, samples: Samples, rows: slice) -> None:
         output = self.plan.output
@@ -209,13 +217,18 @@ def wishes(network: Network, plan: Plan) -> Recording:
         single=output.single,
         logs=channels,
         energies=bool(np.isfinite(output.energy)),
+        surfaces=tuple(
+            SurfaceChannel(surface.body, surface.kind, entries_of(surface.smoothing))
+            for surface in output.surfaces
+        ),
     )
 
 
 def _rates(plan: Plan) -> list[float]:
     """Return the distances in time at which anything is wanted [s], ascending."""
     output = plan.output
-    rates = {log.every for log in output.logs} | {output.energy}
+    asked = (*output.logs, *output.surfaces)
+    rates = {one.every for one in asked} | {output.energy}
     if len(output.frames):
         rates.add(output.every)
     return sorted(rate for rate in rates if np.isfinite(rate))

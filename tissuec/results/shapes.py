@@ -1,0 +1,133 @@
+"""Points, lines and triangles of one moment, written for other programs."""
+
+from base64 import b64encode
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Indices
+from tissuec.results.errors import ResultError
+
+_VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """What is drawn at one moment.
+
+    Attributes:
+        title: Where it comes from.
+        time: [s].
+        points: Positions [m], shape (point, 3).
+        vertices, lines, triangles: Cells as points, of 1, 2 and 3 columns.
+        point_data, cell_data: Numbers at points and at the cells, in that order, by name.
+    """
+
+    title: str
+    time: float
+    points: NDArray
+    vertices: Indices
+    lines: Indices
+    triangles: Indices
+    point_data: Mapping[str, NDArray]
+    cell_data: Mapping[str, NDArray]
+
+
+def write_vtu(shape: Shape, path: Path) -> None:
+    """Write a VTK unstructured grid (XML); ResultError if the file cannot be written."""
+    tables = {1: shape.vertices, 3: shape.lines, 5: shape.triangles}  # VTK's numbers of kinds
+    sizes = np.concatenate(
+        [np.full(len(t), t.shape[1], dtype=np.int64) for t in tables.values()]
+    )
+    kinds = np.concatenate(
+        [np.full(len(t), kind, dtype=np.uint8) for kind, t in tables.items()]
+    )
+    topology = {
+        "connectivity": np.concatenate([t.reshape(-1) for t in tables.values()]),
+        "offsets": np.cumsum(sizes),
+        "types": kinds,
+    }
+    body = [
+        _section("FieldData", {"TimeValue": np.array([shape.time])}, tuples=True),
+        f'<Piece NumberOfPoints="{len(shape.points)}" NumberOfCells="{len(sizes)}">\n',
+        _section("Points", {"position": shape.points}),
+        _section("Cells", topology),
+        _section("PointData", shape.point_data),
+        _section("CellData", shape.cell_data),
+        "</Piece>\n",
+    ]
+    head = '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"'
+    lines = [f'{head} header_type="UInt64">\n<UnstructuredGrid>\n', *body]
+    _write(path, "".join([*lines, "</UnstructuredGrid>\n</VTKFile>\n"]).encode())
+
+
+def write_obj(shape: Shape, path: Path) -> None:
+    """Write Wavefront OBJ (text); ResultError if the file cannot be written."""
+    parts = {"p": shape.vertices, "l": shape.lines, "f": shape.triangles}
+    lines = [f"# {shape.title}, {float(shape.time)!r} s, in metres\n"]
+    lines += [_obj_line("v", row) for row in shape.points.tolist()]
+    for letter, table in parts.items():
+        lines += [_obj_line(letter, row) for row in (table + 1).tolist()]  # OBJ counts from 1
+    _write(path, "".join(lines).encode())
+
+
+def write_ply(shape: Shape, path: Path) -> None:
+    """Write PLY (binary): points, lines as edges; ResultError if that is impossible."""
+    number = "float" if shape.points.dtype == np.float32 else "double"
+    head = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"comment {' '.join(shape.title.split())}, {float(shape.time)!r} s, in metres",
+        f"element vertex {len(shape.points)}",
+        *(f"property {number} {axis}" for axis in "xyz"),
+        f"element face {len(shape.triangles)}",
+        "property list uchar int vertex_indices",
+    ]
+    faces = np.zeros(len(shape.triangles), dtype=[("count", "u1"), ("points", "<i4", 3)])
+    faces["count"], faces["points"] = 3, shape.triangles
+    data = shape.points.astype(shape.points.dtype.newbyteorder("<")).tobytes() + faces.tobytes()
+    if len(shape.lines):
+        head += [f"element edge {len(shape.lines)}"]
+        head += [f"property int {end}" for end in ("vertex1", "vertex2")]
+        data += shape.lines.astype("<i4").tobytes()
+    _write(path, "\n".join([*head, "end_header\n"]).encode() + data)
+
+
+#: How a shape is written, by the ending of the file.
+WRITERS = {"vtu": write_vtu, "obj": write_obj, "ply": write_ply}
+
+
+def cannot_write(path: Path, error: OSError) -> ResultError:
+    """Return the error that a file cannot be written."""
+    return ResultError(f'cannot write "{path}": {error.strerror or error}')
+
+
+def _obj_line(letter: str, numbers: Iterable[float]) -> str:
+    return " ".join([letter, *map(repr, numbers)]) + "\n"
+
+
+def _section(name: str, arrays: Mapping[str, NDArray], *, tuples: bool = False) -> str:
+    texts = [_data_array(key, data, tuples=tuples) for key, data in arrays.items()]
+    return f"<{name}>\n{''.join(texts)}</{name}>\n"
+
+
+def _data_array(name: str, data: NDArray, *, tuples: bool) -> str:
+    """Return an array as VTK's XML has it: base64 of its length in bytes and its bytes."""
+    kind = _VTK_TYPES[data.dtype.name]
+    plain = data.astype(data.dtype.newbyteorder("<")).tobytes()
+    code = b64encode(np.array(len(plain), dtype="<u8").tobytes() + plain).decode()
+    count = f' NumberOfTuples="{len(data)}"' if tuples else ""
+    width = f' NumberOfComponents="{data.shape[1]}"' if data.ndim == 2 else ""
+    attributes = f'type="{kind}" Name={quoteattr(name)}{width}{count} format="binary"'
+    return f"<DataArray {attributes}>{code}</DataArray>\n"
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise cannot_write(path, error) from error

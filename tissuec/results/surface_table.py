@@ -1,0 +1,172 @@
+"""Smooth surfaces in the file: PolyData with steps, one group for each body.
+
+A group ``/tissuec/surfaces/NAME`` has the layout of ``/VTKHDF``, with as many points as the
+surface has: a torn one has fewer triangles and, at times, fewer points than the whole one.
+"""
+
+import json
+from collections.abc import Iterator
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tissuec.network import Indices, Network
+from tissuec.results import access
+from tissuec.results.numbers import check_finite, check_shape, check_times
+from tissuec.results.parts import CellTables, read_table
+from tissuec.results.polydata import step_columns, write_head
+from tissuec.results.recording import SurfaceChannel
+from tissuec.results.store import Column, Store, member_name
+from tissuec.surfaces import SURFACES
+from tissuec.surfaces.refinement import Refinement
+from tissuec.surfaces.skin import BodySkin, Skin
+
+SURFACE_ROOT = "/tissuec/surfaces"
+_MOST_AT_ONCE = 1 << 17  # points: 3 MB of positions
+_CHUNK_ROWS = 8192
+
+
+class SurfaceTable:
+    """One smooth surface over time, written from the start or gone on with.
+
+    Args:
+        number: Its place in the scene's order.
+        single: Whether positions are four-byte numbers.
+
+    Raises:
+        ValueError: The network has no such body.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        network: Network,
+        channel: SurfaceChannel,
+        *,
+        number: int,
+        single: bool,
+    ):
+        self.path = f"{SURFACE_ROOT}/{member_name(channel.body)}"
+        self._store, self._network = store, network
+        self._kind = np.dtype("f4" if single else "f8")
+        body = next((body for body in network.bodies if body.name == channel.body), None)
+        if body is None:
+            raise ValueError(f'there is no body "{channel.body}" to draw the surface of')
+        self._body = BodySkin.of(network, body)
+        self._smoothing = SURFACES[channel.kind](**channel.entries)
+        self._begin(channel, number)
+        steps = self._columns["Values"].dataset
+        self._last_time = float(steps[-1]) if len(steps) else -np.inf
+        self._drawn: Indices | None = None
+        if self._cells.count:
+            self._drawn = read_triangles(store.file, self.path, -1)
+            self._cells.locate(*_tables(self._drawn))
+        self._skin: Skin | None = None
+        self._map: Refinement | None = None
+
+    def _begin(self, channel: SurfaceChannel, number: int) -> None:
+        if self.path not in self._store.file:
+            group = self._store.group(self.path)
+            write_head(group)
+            group.attrs["name"], group.attrs["number"] = channel.body, number
+            group.attrs["kind"] = channel.kind
+            group.attrs["entries"] = json.dumps(dict(channel.entries))
+        self._cells = CellTables(self._store, self.path)
+        self._columns = step_columns(self._store, self.path)
+        self._points = self._store.column(
+            f"{self.path}/Points",
+            self._kind,
+            "position of each point of the surface, frame after frame",
+            unit="m",
+            row=(3,),
+            chunk=min(_CHUNK_ROWS, 16 * self._body.size(self._smoothing.subdivisions)),
+        )
+
+    def set_topology(self, alive: NDArray[np.bool_]) -> None:
+        """State which springs are alive in the frames to come, shape (spring,)."""
+        skin = self._body.at(alive)
+        if self._skin is None or not skin.same_as(self._skin):
+            self._skin, self._map = skin, None
+        if not self._cells.count:  # a surface without any frame opens in viewers, too
+            self._draw(self._refinement())
+
+    def batches(self, frames: int) -> Iterator[slice]:
+        """Yield which frames to add at once, so that they fit into little memory."""
+        size = max(1, _MOST_AT_ONCE // max(1, self._refinement().points))
+        return (slice(first, first + size) for first in range(0, frames, size))
+
+    def append(self, time: ArrayLike, position: ArrayLike) -> None:
+        """Add frames of the network; see `ResultWriter.surface`."""
+        times = check_times(time, after=self._last_time)
+        position = np.asarray(position)
+        check_shape(position, (len(times), self._network.node_count, 3), "position")
+        nodes = position[:, self._body.nodes]
+        numbers = np.arange(self._body.nodes.start, self._body.nodes.stop)
+        with np.errstate(over="ignore"):
+            kept = nodes.astype(self._kind, copy=False)
+        check_finite(kept, "position", times, self._network, numbers, "node")
+        refinement = self._refinement()
+        self._draw(refinement)
+        points = refinement.at(nodes)
+        steps = self._offsets(*points.shape[:2]) | {"Values": times}
+        rows: dict[Column, ArrayLike] = {self._columns[name]: steps[name] for name in steps}
+        self._store.append(rows | {self._points: points.reshape(-1, 3)})
+        self._last_time = float(times[-1])
+
+    def _refinement(self) -> Refinement:
+        if self._skin is None:
+            raise ValueError("state the topology before the first frame")
+        if self._map is None:
+            self._map = self._smoothing.refine(self._skin)
+        return self._map
+
+    def _draw(self, refinement: Refinement) -> None:
+        """Begin a part, unless the last one has the same triangles."""
+        if self._drawn is None or not np.array_equal(self._drawn, refinement.triangles):
+            self._cells.add(refinement.points, *_tables(refinement.triangles))
+            self._drawn = refinement.triangles
+
+    def _offsets(self, frames: int, points: int) -> dict[str, NDArray]:
+        same = np.zeros(frames, dtype=np.int64)
+        return {
+            "PartOffsets": same + (self._cells.count - 1),
+            "NumberOfParts": same + 1,
+            "PointOffsets": self._points.rows + points * np.arange(frames),
+            "CellOffsets": np.tile(self._cells.first_cells, (frames, 1)),
+            "ConnectivityIdOffsets": np.tile(self._cells.first_ids, (frames, 1)),
+        }
+
+    def show(self) -> None:
+        """Let readers see the frames, after their rows were handed to HDF5."""
+        steps = access.group(self._store.file, f"{self.path}/Steps")
+        steps.attrs.modify("NSteps", self._columns["Values"].rows)
+
+
+def _tables(triangles: Indices) -> tuple[Indices, Indices, Indices, Indices]:
+    """Return the points of the cells of each of ``KINDS``: there are polygons only."""
+    vertices, lines, strips = (np.zeros((0, width), dtype=np.int64) for width in (1, 2, 3))
+    return vertices, lines, triangles, strips
+
+
+def read_surfaces(file: h5py.File) -> dict[str, SurfaceChannel]:
+    """Return the surfaces in ``file`` by their paths, in the order of the scene."""
+    if SURFACE_ROOT not in file:
+        return {}
+    surfaces = access.group(file, SURFACE_ROOT)
+    groups = [access.group(surfaces, str(member)) for member in surfaces]
+    groups.sort(key=lambda group: int(access.attribute(group, "number")))
+    return {
+        str(group.name): SurfaceChannel(
+            str(access.attribute(group, "name")),
+            str(access.attribute(group, "kind")),
+            json.loads(str(access.attribute(group, "entries"))),
+        )
+        for group in groups
+    }
+
+
+def read_triangles(file: h5py.File, path: str, part: int) -> NDArray:
+    """Return the triangles in a part of a surface, or in the last one for -1."""
+    count = len(access.dataset(file, f"{path}/NumberOfPoints"))
+    return read_table(access.group(file, f"{path}/Polygons"), part % count, 3)

@@ -1,0 +1,80 @@
+"""Files that show ParaView the smooth surfaces of a result.
+
+ParaView opens what stands under ``/VTKHDF`` in a file, which is the net. A *view* is a file of
+a kilobyte beside the result whose ``/VTKHDF`` is a link to one of its surfaces.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import h5py
+
+from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.layout import VIEW
+from tissuec.results.places import final_path
+from tissuec.results.store import LIBVER
+
+
+def view_paths(result: Path, surfaces: Sequence[str]) -> dict[str, Path]:
+    """Return where the views of a result stand, by the names of its surfaces."""
+    result, paths = final_path(result), {}
+    for name in surfaces:
+        plain = "".join(c if c.isalnum() or c == "-" else "_" for c in name)
+        path = result.with_name(f"{result.stem}.{plain}{result.suffix}")
+        if path in paths.values():
+            path = result.with_name(f"{result.stem}.{plain}_{len(paths) + 1}{result.suffix}")
+        paths[name] = path
+    return paths
+
+
+def check_views(result: Path, surfaces: Sequence[str]) -> None:
+    """Make sure that the views of a result replace nothing but views.
+
+    Raises:
+        PlaceError: Something else has the name of one.
+    """
+    for name, path in view_paths(result, surfaces).items():
+        if path.exists() and not _is_view(path):
+            raise PlaceError(
+                f'cannot write "{path}", which is to show the surface of {name}: it is there '
+                "already and shows no surface; name another result, or remove it"
+            )
+
+
+def write_views(result: Path, surfaces: Mapping[str, str]) -> dict[str, Path]:
+    """Write the views of a result, and return where they stand by name.
+
+    Args:
+        surfaces: The groups in the result by name.
+
+    Raises:
+        ResultError: One cannot be written.
+    """
+    paths = view_paths(result, list(surfaces))
+    for name, path in paths.items():
+        # Written aside, so that a reader of the former view never meets half of one.
+        aside = path.with_name(f"{path.name}.new")
+        try:
+            with h5py.File(aside, "w", libver=LIBVER) as file:
+                # Of fixed length: a text of any length would fill four kilobytes.
+                mark = name.encode()
+                file.attrs.create(VIEW, mark, dtype=h5py.string_dtype("utf-8", len(mark)))
+                file["VTKHDF"] = h5py.ExternalLink(result.name, surfaces[name])
+            os.replace(aside, path)
+        except OSError as error:
+            aside.unlink(missing_ok=True)
+            reason = error.strerror or str(error)
+            raise ResultError(
+                f'cannot write "{path}", which is to show the surface of {name}: {reason}; '
+                f'"{result}" is complete'
+            ) from error
+    return paths
+
+
+def _is_view(path: Path) -> bool:
+    try:
+        with h5py.File(path, "r") as file:
+            return VIEW in file.attrs
+    except OSError:
+        return False
