@@ -13,6 +13,7 @@ from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
+from tissuec.inelastic import Inelastic
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 
@@ -115,6 +116,8 @@ class Situation:
         loads: External forces, by name.
         enclosures: Volumes that are kept by pressure, by the name of the body.
         contact: What instruments touch, None where they touch nothing.
+        inelastic: What springs remember, None where none does; the network's own until a
+            ``change``.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
@@ -140,6 +143,7 @@ class Situation:
     loads: dict[str, Load] = field(default_factory=dict)
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
     contact: Contact | None = None
+    inelastic: Inelastic | None = None
     hold_ends: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -166,6 +170,7 @@ class Situation:
             drag=drag,
             holders=tools,
             contact=contact,
+            inelastic=network.inelastic,
         )
 
     @property
@@ -188,6 +193,11 @@ class Situation:
             self.damping[chosen],
             self.rest[chosen],
         )
+
+    def memory(self, springs: Indices | None = None) -> Inelastic | None:
+        """Return what some springs remember, all of them by default."""
+        whole = self.inelastic
+        return whole if whole is None or springs is None else whole.some(springs)
 
     def enclosure(self, body: str) -> Enclosure | None:
         """Return the volume of a body that is kept, None without one."""

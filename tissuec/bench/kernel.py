@@ -156,5 +156,5 @@ class Kernel:
 def bound_rate(viscous: bool, moved: bool, loaded: bool) -> Rate:
     """Return the compiled ``rate`` of what a scene needs; see ``Features``."""
     flags = {"VISCOUS": viscous, "MOVED": moved, "LOADED": loaded}
-    flags |= {"WATCHED": False, "CRUSHED": False, "LEDGER": False}
+    flags |= {"WATCHED": False, "CRUSHED": False, "LEDGER": False, "INELASTIC": False}
     return Binder(flags, OPERATIONS).bind(rate)

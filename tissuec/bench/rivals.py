@@ -13,11 +13,18 @@ SURPRISES = (
     "ruptures or conditions, whose times the script does not say"
 )
 
+MEMORY = (
+    "other solvers are left out: they are given positions and velocities of nodes, and in this "
+    "scene springs or friction remember more than these"
+)
+
 
 def rivals(problem: Problem, scales: Scales) -> tuple[list[Solver], list[str]]:
     """Return the other solvers that can solve a problem, and sentences about those left out."""
     if problem.has_surprises:
         return [], [SURPRISES]
+    if problem.remembers:
+        return [], [MEMORY]
     offers = (_by_scipy(problem, scales), _by_cvode(problem, scales), _by_mujoco(problem))
     solvers = [solver for found, _ in offers for solver in found]
     return solvers, [why for _, why in offers if why]

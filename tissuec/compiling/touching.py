@@ -16,6 +16,7 @@ from tissuec.scene.model import Environment, Tool
 
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
+FRICTION = "friction"
 
 
 def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Network:
@@ -33,13 +34,10 @@ def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Netw
         ToolPart(tool.name, slice(int(start), int(stop)), tool.span)
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
-    home = network.position if rubbed else network.position[:0]
-    memory = slice(int(ends[-1]), int(ends[-1]) + len(home))
-    added = np.concatenate([*points, home])
+    added = np.concatenate(points)
     spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
-    spans += [shaped[0].span] * len(home)
     grams = np.ones(len(added))
-    return replace(
+    known = replace(
         network,
         position=np.concatenate([network.position, added]),
         velocity=np.concatenate([network.velocity, np.zeros_like(added)]),
@@ -47,8 +45,11 @@ def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Netw
         node_ids=np.concatenate([network.node_ids, np.arange(len(added))]),
         provenance={**network.provenance, "mass": _joined(network.provenance["mass"], spans)},
         tools=parts,
-        memory=memory,
     )
+    if not rubbed:
+        return known
+    origin = Origin(shaped[0].span, "tool")
+    return known.with_memory(FRICTION, network.position, 1e-3, origin)
 
 
 def _joined(provenance: Provenance, spans: Sequence[Span]) -> Provenance:
@@ -91,7 +92,7 @@ def contact_of(
         layer=layer,
         damping=law.damping,
         friction=law.friction,
-        memory=np.arange(network.memory.start, network.memory.stop),
+        memory=network.remembering(FRICTION),
         rate=sqrt(stiffness / mass),
         span=environment.span,
     )

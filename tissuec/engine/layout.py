@@ -14,22 +14,25 @@ from tissuec.engine.acts import (
     longest_step,
     pack_acts,
     pack_enclosures,
+    pack_internal,
     pack_touches,
     pumps,
 )
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
+from tissuec.inelastic import Inelastic, pulled
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Net, Solver, Touches
+from tissuec.kernels.records import Acts, Enclosures, Internal, Net, Solver, Touches
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import SPRINGS, Floats, Indices, Network
 from tissuec.situation import Load, Situation
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
+LEAST = 1e-300  # [m]
 
 
 @dataclass(slots=True)
@@ -43,6 +46,7 @@ class Springs:
             ones.
         law: Numbers among ``laws``, shape (spring,).
         laws: All of the net; the first is linear.
+        inelastic: What they remember, by places of nodes; None where none of the net does.
     """
 
     ids: Indices
@@ -55,6 +59,7 @@ class Springs:
     crush: Floats
     law: Laws
     laws: tuple[Law, ...]
+    inelastic: Inelastic | None = None
 
     def behaviour(self, chosen: Indices | None = None) -> Behaviour:
         """Return what some of them do, all by default."""
@@ -62,6 +67,20 @@ class Springs:
         return Behaviour(
             self.laws, self.law[some], self.stiffness[some], self.damping[some], self.rest[some]
         )
+
+    def pulled(
+        self, stretch: Floats, velocity: Floats, chosen: Indices | None = None
+    ) -> Floats:
+        """Return the forces of springs and branches, of all springs by default [N].
+
+        Args:
+            stretch: L - L0 [m], shape (spring,).
+            velocity: Of all nodes, flat [m/s].
+        """
+        memory = self.inelastic
+        if memory is not None and chosen is not None:
+            memory = memory.some(chosen)
+        return pulled(self.behaviour(chosen), memory, stretch, velocity)
 
 
 class Layout:
@@ -132,6 +151,13 @@ class Layout:
         ids, alive = self._ids, acting[self._ids]
         stiffness = np.where(alive, situation.stiffness[ids], 0.0)
         law = np.where(alive, situation.network.law[ids], 0).astype(np.int32)
+        jumps = (stiffness > 0.0) | (law > 0)
+        rest = situation.rest[ids]
+        inelastic = situation.memory(ids)
+        if inelastic is not None:
+            inelastic = inelastic.only(alive).renumbered(self.place)
+            # What flows or relaxes pulls at no length, too, and jumps as it turns over.
+            rest, jumps = np.maximum(rest, LEAST), jumps | (inelastic.remembers & alive)
         self.springs = Springs(
             ids=ids,
             low=self._low[ids],
@@ -139,11 +165,12 @@ class Layout:
             stiffness=stiffness,
             damping=np.where(alive, situation.damping[ids], 0.0),
             # Without a force that could jump, it does not matter when one turns over.
-            rest=np.where((stiffness > 0.0) | (law > 0), situation.rest[ids], 0.0),
+            rest=np.where(jumps, rest, 0.0),
             strength=np.where(alive, situation.strength[ids], np.inf),
             crush=np.where(alive, situation.crush[ids], np.inf),
             law=law,
             laws=situation.network.laws,
+            inelastic=inelastic,
         )
         # Kept, because features are asked for at every call of the stepping code.
         self._viscous = self.springs.behaviour().is_viscous
@@ -156,6 +183,8 @@ class Layout:
         acting = situation.alive & ~self.held[ends].all(axis=1)
         if self.watched or self.ledger:
             acting |= situation.alive & self.moved[ends].any(axis=1)
+        if situation.inelastic is not None:
+            acting |= situation.alive & situation.inelastic.remembers
         return acting
 
     @property
@@ -171,6 +200,7 @@ class Layout:
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
             touched=self.situation.contact is not None,
+            inelastic=self.springs.inelastic is not None,
             laws=self._laws,
         )
 
@@ -178,6 +208,8 @@ class Layout:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
         if self._viscous or self.situation.drag:
             return "there is viscosity"
+        if self.springs.inelastic is not None:
+            return "there are springs that relax or flow"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
         if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
             return "work is done that is to be booked"
@@ -232,6 +264,7 @@ class Layout:
             acts=self.acts(),
             enclosures=self.enclosures(),
             touches=self.touches(),
+            internal=self.internal(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
@@ -253,6 +286,8 @@ class Layout:
             enclosures=self.enclosures(),
             contact=contact and contact.renumbered(self.place),
             home=self.touches().home,
+            inelastic=springs.inelastic,
+            internal=self.internal(),
             watched=self.watched,
             crushed=self._crushed,
             ledger=self.ledger,
@@ -276,6 +311,13 @@ class Layout:
     def touches(self) -> Touches:
         """Return what instruments touch."""
         return pack_touches(self.situation, self.place)
+
+    def internal(self) -> Internal:
+        """Return what springs remember."""
+        network = self.situation.network
+        nodes = network.remembering(SPRINGS)
+        springs, home = self.springs, network.position[nodes]
+        return pack_internal(springs.inelastic, len(springs.ids), self.place[nodes], home)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

@@ -3,7 +3,8 @@
     E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
 with p the weight and the external forces of this moment. Dashpots and drag do not act, because
-nothing moves. K has, for each spring of direction u and tension T = f(L - L0),
+nothing moves; branches have given way, and rest lengths stay as they have flowed. K has, for
+each spring of direction u and tension T = f(L - L0),
 
     f' u uᵀ + T/L (1 - u uᵀ),
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
 
+from tissuec.mechanics import rest_lengths
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
@@ -50,7 +52,7 @@ class Balance:
         ends: Free node at either end of each spring that acts, -1 for one that stays, shape
             (spring, 2).
         behaviour: Of these springs.
-        rest: Their rest lengths [m], shape (spring,).
+        rest: Their rest lengths with what they flowed [m], shape (spring,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
 
@@ -64,7 +66,7 @@ class Balance:
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self.ends = number[self._all]
         self.behaviour = situation.behaviour(np.flatnonzero(acts))
-        self.rest = self.behaviour.rest
+        self.rest = rest_lengths(situation, situation.velocity, np.flatnonzero(acts))
         self.load = self._loads(situation)[self.free]
         self._number, self._time = number, situation.time
         self._fields = situation.fields
