@@ -188,7 +188,7 @@ class MaterialReader:
             parts = self.end_parts[np.argmax(half)]
             given = [g for g in (self._found(name)[part] for part in parts) if g is not None]
             tables = self.body.tables
-            where = tables.springs.span if tables and tables.springs else self.body.span
+            where = tables.springs.name.span if tables and tables.springs else self.body.span
             example = f"{other} = 1 {suggested_unit(QUANTITIES[other].dimension)}"
             self.findings.reject(
                 "TIS304",

@@ -79,9 +79,12 @@ class ChangeMemory:
         having = 0 if inelastic is None else int(inelastic.has(self.name)[springs].sum())
         if having == len(springs):
             return ""
-        pair = next(pair for pair in PAIRS if self.name in pair)
+        first, second = next(pair for pair in PAIRS if self.name in pair)
         without = counted(len(springs) - having, "spring")
-        return f"{without} of {self.group.name} began without a {pair[0]} and a {pair[1]}"
+        return (
+            f"{without} of {self.group.name} began without a {first} and a {second}; "
+            f'to have some later, let their tissue say "{first} is none" and a {second}'
+        )
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
         assert situation.inelastic is not None  # see ``flaw``
