@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.contact import Contact
+from tissuec.contact import CAPSULE, PLANE, Contact
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.network import Floats, Indices, Network, Origin, Provenance, ToolPart
@@ -16,6 +16,7 @@ from tissuec.scene.model import Environment, Tool
 
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
+STRIDE = 0.5  # the same, as the way that nodes may go in a step
 
 
 def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Network:
@@ -77,16 +78,22 @@ def contact_of(
         )
         findings.add("W401", text, environment.span, hint=hint)
         return None
-    radius = np.array([s.radius if s.kind == "capsule" else -1.0 for s in shapes])
+    radius = np.array([shape.radius for shape in shapes])
     stiffness = law.stiffness or _stiffness(network, environment, findings)
     layer = law.layer or _layer(network, radius, environment, findings)
     start = network.tools[0].nodes.start
-    points: Indices = start + np.arange(2 * len(shapes)).reshape(-1, 2)
+    points = start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]]
     mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
+    thin = radius[radius > 0.0]
+    stride = STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0
     return Contact(
         nodes=nodes,
+        owner=_owners(network),
+        kind=np.array([PLANE if shape.kind == "plane" else CAPSULE for shape in shapes]),
         points=points,
         radius=radius,
+        spared=np.full(len(shapes), -1),
+        stride=stride,
         stiffness=stiffness,
         layer=layer,
         damping=law.damping,
@@ -95,6 +102,12 @@ def contact_of(
         rate=sqrt(stiffness / mass),
         span=environment.span,
     )
+
+
+def _owners(network: Network) -> Indices:
+    """Return the body of each node of a body, shape (node,)."""
+    sizes = [part.nodes.stop - part.nodes.start for part in network.bodies]
+    return np.repeat(np.arange(len(sizes)), sizes)
 
 
 def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
