@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.network import Floats, Indices
@@ -110,6 +111,8 @@ class Contact:
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
         pairs: Those that are looked at; None for all that are near.
+        bonds: Springs of which one must be there for a shape to touch, -1 for none; shape
+            (shape, 2). None where all shapes always do.
     """
 
     nodes: Indices
@@ -127,6 +130,22 @@ class Contact:
     rate: float
     span: Span
     pairs: Pairs | None = None
+    bonds: Indices | None = None
+
+    def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
+        """Return the same without the shapes whose springs are gone.
+
+        Args:
+            alive: Springs that are there, shape (spring,).
+        """
+        if self.bonds is None or not (self.bonds >= 0).any():
+            return self
+        bound = self.bonds >= 0
+        whole = ~bound.any(axis=1) | (bound & alive[self.bonds]).any(axis=1)
+        if whole.all():
+            return self
+        kept = ("kind", "points", "radius", "spared", "bonds")
+        return replace(self, **{name: getattr(self, name)[whole] for name in kept})
 
     def renumbered(self, place: Indices) -> "Contact":
         """Return the same with other numbers of nodes: node i becomes ``place[i]``."""

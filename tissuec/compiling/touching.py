@@ -1,4 +1,4 @@
-"""Tools that have a shape: their nodes behind those of the bodies, and what they touch."""
+"""What tools and threads touch; nodes of tools stand behind those of the bodies."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from tissuec.compiling.threads import thread_capsules
 from tissuec.contact import CAPSULE, PLANE, Contact
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, STIFFNESS, show
@@ -26,9 +27,11 @@ def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Netw
         rubbed: Whether there is friction, which is remembered at each node of a body.
     """
     shaped = [tool for tool in tools if tool.shapes]
-    if not shaped:
+    threads = [body.span for body in network.bodies if body.thread is not None]
+    if not shaped and not (rubbed and threads):
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
+    none = np.zeros((0, 3))
     ends = network.node_count + np.cumsum([0, *map(len, points)])
     parts = tuple(
         ToolPart(tool.name, slice(int(start), int(stop)), tool.span)
@@ -36,9 +39,9 @@ def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Netw
     )
     home = network.position if rubbed else network.position[:0]
     memory = slice(int(ends[-1]), int(ends[-1]) + len(home))
-    added = np.concatenate([*points, home])
+    added = np.concatenate([none, *points, home])
     spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
-    spans += [shaped[0].span] * len(home)
+    spans += [([tool.span for tool in shaped] + threads)[0]] * len(home)
     grams = np.ones(len(added))
     return replace(
         network,
@@ -63,6 +66,7 @@ def contact_of(
 ) -> Contact | None:
     """Return what tools touch, None if nothing does."""
     shapes = [shape for tool in tools for shape in tool.shapes]
+    threads = thread_capsules(network)
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
         for tool in tools:
@@ -71,28 +75,30 @@ def contact_of(
                 text = f"{tool.name} has a shape, but contact is off: it touches nothing"
                 findings.add("W401", text, tool.span, hint=hint)
         return None
-    if not shapes:
-        text = "no tool has a shape that could touch"
+    if not shapes and not len(threads.kind):
+        text = "no tool has a shape that could touch, and there is no thread"
         hint = (
             "for example: tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
         )
         findings.add("W401", text, environment.span, hint=hint)
         return None
-    radius = np.array([shape.radius for shape in shapes])
+    radius = np.append([shape.radius for shape in shapes], threads.radius)
     stiffness = law.stiffness or _stiffness(network, environment, findings)
     layer = law.layer or _layer(network, radius, environment, findings)
-    start = network.tools[0].nodes.start
-    points = start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]]
+    points = network.body_nodes + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]]
+    kind = [PLANE if shape.kind == "plane" else CAPSULE for shape in shapes]
+    nobody = np.full(len(shapes), -1)
     mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
     thin = radius[radius > 0.0]
     stride = STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0
     return Contact(
         nodes=nodes,
         owner=_owners(network),
-        kind=np.array([PLANE if shape.kind == "plane" else CAPSULE for shape in shapes]),
-        points=points,
+        kind=np.append(kind, threads.kind).astype(np.int64),
+        points=np.concatenate([points, threads.points]),
         radius=radius,
-        spared=np.full(len(shapes), -1),
+        spared=np.append(nobody, threads.spared),
+        bonds=np.concatenate([np.stack([nobody, nobody], axis=1), threads.bonds]),
         stride=stride,
         stiffness=stiffness,
         layer=layer,

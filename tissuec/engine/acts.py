@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.contact import Contact
 from tissuec.courses import Course
-from tissuec.kernels.records import Acts, Enclosures, Touches
+from tissuec.kernels.records import Acts, Enclosures, Reels, Touches
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
 
@@ -18,16 +18,21 @@ LOOKS = (
 
 
 def pumps(situation: Situation) -> list[Load]:
-    """Return the changes of enclosed volumes as loads on no node.
+    """Return the changes of enclosed volumes, and of lengths of threads, as loads on no node.
 
     Their first component is the relative change, so that kernels evaluate it as they do loads.
     """
     none = np.zeros(0, dtype=np.int64)
     along = np.array([1.0, 0.0, 0.0])
-    return [
+    volumes = [
         Load(none, tuple(Term(s.amount * along, s.course) for s in e.swellings), e.span)
         for e in situation.enclosures.values()
     ]
+    lengths = [
+        Load(none, (Term(along, reeling.course),), reeling.span)
+        for reeling in situation.reelings.values()
+    ]
+    return [*volumes, *lengths]
 
 
 def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enclosures:
@@ -48,6 +53,28 @@ def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enc
         drawn=np.concatenate([*(part.drawn for part in parts), np.zeros(0)]),
         modulus=np.repeat([part.modulus for part in parts], cells).astype(float),
         act=np.repeat(first_act + np.arange(len(parts)), cells).astype(np.int64),
+    )
+
+
+def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int) -> Reels:
+    """Return springs whose rest lengths change as tables.
+
+    Args:
+        row: Where the engine keeps each spring, -1 for those that do not act, shape (spring,).
+        ends: Nodes of each spring as the engine keeps them, shape (spring, 2).
+        first_act: Number of the first course of a thread among the acts.
+    """
+    parts = list(situation.reelings.values())
+    springs = np.concatenate([*(part.springs for part in parts), np.zeros(0, dtype=np.int64)])
+    acts = np.repeat(first_act + np.arange(len(parts)), [len(part.springs) for part in parts])
+    acting = row[springs] >= 0
+    return Reels(
+        spring=row[springs][acting],
+        low=ends[springs, 0][acting],
+        high=ends[springs, 1][acting],
+        base=np.concatenate([*(part.base for part in parts), np.zeros(0)])[acting],
+        change=np.concatenate([*(part.change for part in parts), np.zeros(0)])[acting],
+        act=acts[acting].astype(np.int64),
     )
 
 

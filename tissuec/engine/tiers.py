@@ -65,6 +65,7 @@ class Features:
     loaded: bool
     banded: bool = False
     enclosed: bool = False
+    reeled: bool = False
     touched: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
@@ -109,7 +110,7 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
     flags = ("viscous", "watched", "crushed", "ledger", "moved", "loaded")
-    flags += ("banded", "enclosed", "touched")
+    flags += ("banded", "enclosed", "reeled", "touched")
     replaced |= {name.upper(): getattr(features, name) for name in flags}
     curved = code.functions(features.laws) if features.laws else {}
     return replaced | curved | {"CURVED": bool(features.laws)}

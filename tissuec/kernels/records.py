@@ -47,6 +47,17 @@ class Enclosures(NamedTuple):
     act: Integers  # whose first component is the relative change of volume, shape (cell,)
 
 
+class Reels(NamedTuple):
+    """Springs whose rest lengths change: base + change times a course."""
+
+    spring: Integers  # places among the springs, shape (reel,)
+    low: Integers  # nodes, shape (reel,)
+    high: Integers
+    base: Floats  # [m], shape (reel,)
+    change: Floats  # [m], shape (reel,)
+    act: Integers  # whose first component is the course, shape (reel,)
+
+
 class Touches(NamedTuple):
     """Shapes and the nodes that they can touch; see ``tissuec.contact``."""
 
@@ -89,6 +100,7 @@ class Net(NamedTuple):
     drag: float  # ambient damping [N s/m]
     acts: Acts
     enclosures: Enclosures
+    reels: Reels
     touches: Touches
 
 

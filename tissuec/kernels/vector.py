@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 
 from tissuec.kernels.acts import total, turning
-from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers, Touches
+from tissuec.kernels.records import (
+    Acts,
+    Buffer,
+    Enclosures,
+    Floats,
+    Integers,
+    Reels,
+    Touches,
+)
+from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.scalar import LEFT, TINY
 from tissuec.laws.evaluation import Behaviour
 
@@ -32,7 +41,8 @@ class VectorNet:
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
-        contact: What instruments touch, if they do.
+        reels: Springs whose rest lengths change.
+        contact: What instruments and threads touch, if they do.
         touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
         watched: Whether springs may break.
         crushed: Whether they do so under pressure, too.
@@ -56,6 +66,7 @@ class VectorNet:
         drag: float,
         acts: Acts,
         enclosures: Enclosures,
+        reels: Reels,
         contact: Any,
         touches: Touches,
         watched: bool,
@@ -76,7 +87,7 @@ class VectorNet:
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
-        self.contact, self.touches = contact, touches
+        self.reels, self.contact, self.touches = reels, contact, touches
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -115,13 +126,14 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
     """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
+    reel(time, net.rest, net.reels, net.acts)
     tension = _stretch(x, v, net)
     near = net.watched and bool((tension > net.near).any())
     if net.crushed:
         near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
         power[1] = np.dot(net.length, net.closing) if net.viscous else 0.0
-        power[0] = np.dot(net.push, v)
+        power[0] = np.dot(net.push, v) - _reeled(time, x, net)
     np.multiply(tension, net.inverse, out=tension)
     np.multiply(net.r, tension, out=net.f[0])
     np.negative(net.f[0], out=net.f[1])
@@ -180,6 +192,19 @@ def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:
     return power
 
 
+def _reeled(time: float, x: Floats, net: VectorNet) -> float:
+    """Return the power that springs do on what changes their rest lengths [W]."""
+    reels = net.reels
+    if not reels.spring.size:
+        return 0.0
+    r = x.reshape(-1, 3)[reels.high] - x.reshape(-1, 3)[reels.low]
+    stretch = -net.rest
+    stretch[reels.spring] += np.sqrt(np.einsum("sk,sk->s", r, r))
+    tension = net.behaviour.pull(stretch)[reels.spring]
+    rates = [reel_rate(k, time, reels, net.acts) for k in range(reels.spring.size)]
+    return float(np.dot(tension, rates))
+
+
 def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
     """Set ``out`` to the tension of each spring [N]."""
     out[:] = _stretch(x, v, net)
@@ -212,8 +237,9 @@ def slack(x: Floats, x_end: Floats, net: VectorNet) -> float:
 
 
 def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
-    """Put driven nodes where their motions have them at a time."""
+    """Put driven nodes and lengths of threads where their courses have them at a time."""
     acts = net.acts
+    reel(time, net.rest, net.reels, acts)
     for act in range(acts.motions):
         chosen = slice(acts.first[act], acts.first[act + 1])
         nodes, position = acts.nodes[chosen], acts.base[chosen]

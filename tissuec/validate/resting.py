@@ -155,7 +155,7 @@ class Field:
 
     def _springs(self, moved: Floats) -> Springs:
         state = self._state(moved)
-        return self._equations.pull(state, np.zeros_like(state))
+        return self._equations.pull(self._time, state, np.zeros_like(state))
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
