@@ -4,7 +4,8 @@
 
 needs matplotlib (``pip install matplotlib``) and takes about ten seconds. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
-``sterilisation.tis``, ``bladder.tis`` and ``liver.tis`` in ``library/scenes``, words from
+``sterilisation.tis``, ``bladder.tis``, ``liver.tis`` and ``ligature.tis`` in
+``library/scenes``, words from
 ``library/fuzzy/soft_tissue.tis``, and laws from their formulas.
 """
 
@@ -76,6 +77,9 @@ def main() -> None:
         path = run(library() / "scenes" / "liver.tis", Path(folder) / "liver.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(liver(trajectory), "liver.png")
+        path = run(library() / "scenes" / "ligature.tis", Path(folder) / "ligature.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(ligature(trajectory), "ligature.png")
     save(laws(), "laws.png")
     save(words(), "words.png")
 
@@ -285,6 +289,34 @@ def liver(trajectory: Trajectory) -> plt.Figure:
         axes.autoscale()
     rows[1].set_xlabel("x in mm")
     figure.colorbar(collection, ax=rows, label="tension in N", shrink=0.7)
+    return figure
+
+
+def ligature(trajectory: Trajectory) -> plt.Figure:
+    """Return the net of the tube and the sling from the side at three moments."""
+    figure, rows = plt.subplots(3, figsize=(7.0, 5.4), layout="constrained", sharex=True)
+    titles = ("0 s", "0.5 s: drawn in and tied", "0.8 s: cut beside the ligature")
+    tube = trajectory.network.bodies[0].springs.stop
+    for axes, time, title in zip(rows, (0.0, 0.5, 0.8), titles, strict=True):
+        frame = int(np.argmin(np.abs(trajectory.times - time)))
+        cells = trajectory.cells(frame)
+        ends = 1e3 * trajectory.position[frame][cells.lines][:, :, [0, 2]]
+        is_tube = cells.springs < tube
+        nearer = trajectory.position[frame][cells.lines][:, :, 1].mean(axis=1) < 1e-4
+        axes.add_collection(
+            LineCollection(list(ends[is_tube & ~nearer]), colors="#e8c4bd", linewidths=0.7)
+        )
+        axes.add_collection(
+            LineCollection(list(ends[is_tube & nearer]), colors="#b5523f", linewidths=0.8)
+        )
+        axes.add_collection(
+            LineCollection(
+                list(ends[~is_tube]), colors=BLUE, linewidths=5.0, capstyle="round", alpha=0.8
+            )
+        )
+        axes.set(aspect="equal", ylabel="z in mm", xlim=(-1, 27), ylim=(-4.6, 7.6))
+        axes.set_title(title, loc="left", fontsize=9)
+    rows[-1].set_xlabel("x in mm")
     return figure
 
 

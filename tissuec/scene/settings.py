@@ -36,7 +36,7 @@ class EnvironmentEntries:
 
     Attributes:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
-        contact: what can touch: nothing, or tools that have a shape
+        contact: what can touch: nothing, or tools that have a shape, and threads
         friction: coefficient of friction between what touches
         contact stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
