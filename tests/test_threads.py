@@ -309,6 +309,27 @@ def test_slipping_knots_agree_with_scipy():
     assert quantity(found, "position").is_kept
 
 
+@pytest.mark.parametrize("viscosity", ["0 N*s/m", "0.5 N*s/m"])
+def test_a_knot_slips_while_its_thread_is_drawn_in(viscosity):
+    script = """at 0 s: { fix right; tie sling with square knot of 1 N }
+      from 0.1 s to 0.5 s: tighten sling to 30 mm"""
+    text = knot(script=script.replace("{", "{{").replace("}", "}}"), duration="0.6 s")
+    _, recording, outcome = ran(
+        text.replace("1e-6", "1e-4").replace("viscosity = 0 N*s/m", f"viscosity = {viscosity}"),
+        tier="interpreted",
+    )
+    happened = [h.kind for _, h in outcome.happenings if h.kind in ("slip", "seize")]
+    assert happened[0] == "slip" and len(happened) < 10
+    assert tension(outcome.situation)[:4].max() == pytest.approx(2.5, rel=1e-3)  # c 5 mm / 2
+    thread = outcome.situation.network.bodies[0].thread
+    bears = tension(outcome.situation)[[thread.hold, thread.slip]].sum()
+    assert bears == pytest.approx(1.0, rel=1e-3)
+    _, rows = recording.energy_arrays()
+    kinetic, elastic, _, work, lost, switched = rows.T
+    balance = kinetic + elastic - work + lost - switched
+    assert balance == pytest.approx(balance[0], abs=1e-5 * np.abs(work).max())
+
+
 def test_what_a_knot_holds_is_a_part_of_the_strength_of_the_thread():
     limits = []
     for tied in ("square knot", "surgeons knot", "granny knot"):

@@ -242,26 +242,35 @@ class Situation:
         """Return whether any knot slips."""
         return any(self.alive[knot.slip] for knot in self.knots.values())
 
-    def seizing(self, position: Floats, velocity: Floats) -> list[str]:
-        """Return the knots that slip but whose ends do not part any more, by name.
+    def seizing(self, time: float, position: Floats, velocity: Floats) -> list[str]:
+        """Return the knots that slip but through which no thread runs any more, by name.
 
         Args:
+            time: [s], until the next event.
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        return [
-            name
-            for name, knot in self.knots.items()
-            if self.alive[knot.slip] and _parting(self.network, knot, position, velocity) <= 0.0
-        ]
+        found = []
+        for name, knot in self.knots.items():
+            if self.alive[knot.slip]:
+                drawn = sum(r.rate_of(knot.hold, time) for r in self.reelings.values())
+                if _parting(self.network, knot, position, velocity) <= drawn:
+                    found.append(name)
+        return found
 
     def seize(self) -> list[str]:
         """Let knots hold again that do not slip any more; return them by name."""
-        found = self.seizing(self.position, self.velocity)
+        found = self.seizing(self.time, self.position, self.velocity)
         for name in found:
             knot = self.knots[name]
             assert knot.stretch is not None
+            rest = self._distance(knot) - knot.stretch
+            longer = rest - float(self.rest[knot.hold])
             self.rest = self.rest.copy()
-            self.rest[knot.hold] = self._distance(knot) - knot.stretch
+            self.rest[knot.hold] = rest
+            self.reelings = {
+                name: reeling.lengthened(knot.hold, longer)
+                for name, reeling in self.reelings.items()
+            }
             self._switch(name, replace(knot, stretch=None))
         return found
 
@@ -323,8 +332,8 @@ class Situation:
 
 
 def _parting(network: Network, knot: Knot, position: Floats, velocity: Floats) -> float:
-    """Return how fast the ends of a thread part, times their distance [m²/s]."""
+    """Return how fast the ends of a thread part [m/s]."""
     first, second = network.ends[knot.slip]
-    return float(
-        np.vdot(position[second] - position[first], velocity[second] - velocity[first])
-    )
+    reach = position[second] - position[first]
+    distance = float(np.linalg.norm(reach))
+    return float(np.vdot(reach, velocity[second] - velocity[first])) / (distance or 1.0)

@@ -6,10 +6,11 @@ While a thread is drawn in, the rest length of each of its pieces follows a cour
 
 and whoever draws does the work -∫ f(L - L0) dL0 on it. A knot holds like a piece of thread up
 to a force F. There it slips: its ends part under the constant force F, all of whose work is
-lost, until they come to rest; from then on it holds again, that much longer.
+lost, until they part no faster than the thread is drawn in; from then on it holds again, that
+much longer.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
@@ -41,6 +42,14 @@ class Reeling:
     def rate(self, time: float) -> Floats:
         """Return the rates of the rest lengths [m/s], shape (piece,)."""
         return self.course.at(time)[1] * self.change
+
+    def rate_of(self, spring: int, time: float) -> float:
+        """Return the rate of one rest length [m/s], 0 for a spring that is none of these."""
+        return float(self.rate(time)[self.springs == spring].sum())
+
+    def lengthened(self, spring: int, by: float) -> "Reeling":
+        """Return the same with one piece longer by a length [m], if it is one of these."""
+        return replace(self, base=self.base + by * (self.springs == spring))
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,13 +52,17 @@ def renumbered(thread: Thread | None, by: int) -> Thread | None:
 def with_slipping(
     arrays: dict[str, Floats], law: NDArray[np.int32], laws: tuple[Law, ...], thread: Thread
 ) -> tuple[dict[str, Floats], NDArray[np.int32], tuple[Law, ...]]:
-    """Return arrays, laws of springs and all laws of a body with its slipping knot in them."""
-    slip, law = thread.slip, law.copy()
+    """Return arrays, laws of springs and all laws of a body with its knot in them."""
+    hold, slip, law = thread.hold, thread.slip, law.copy()
     changed = {name: values.copy() for name, values in arrays.items()}
     for name in ("stiffness", "damping"):
         changed[name][slip] = 0.0
     for name in ("strength", "crush"):
         changed[name][slip] = np.inf
+    own = laws[law[hold]]
+    if own.viscous != LINEAR.viscous:  # which cannot be switched off when it is tied
+        changed["damping"][hold], law[hold] = 0.0, len(laws)
+        laws = (*laws, Law(own.name, own.elastic, LINEAR.viscous))
     law[slip] = len(laws)
     return changed, law, (*laws, SLIPPING)
 

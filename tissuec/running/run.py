@@ -190,7 +190,7 @@ class _Loop:
         found = self.stage.true_triggers(self.stage.moment_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true
-        return bool(found) or bool(self.standing.situation.seizing(position, velocity))
+        return bool(found) or bool(self.standing.situation.seizing(time, position, velocity))
 
     def _sums(self) -> tuple[float, float]:
         """Return work and dissipated energy until now [J]; zero where they are not kept."""

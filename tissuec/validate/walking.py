@@ -145,7 +145,7 @@ class Walk:
 
         def seizes(time: float, y: Floats) -> bool:
             moved, velocity = equations.spread(time, y)
-            return bool(situation.seizing(equations.drawn + moved, velocity))
+            return bool(situation.seizing(time, equations.drawn + moved, velocity))
 
         def happens(time: float, y: Floats) -> bool:
             return bool(true(time, y)) or (situation.is_slipping and seizes(time, y))

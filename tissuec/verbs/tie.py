@@ -30,12 +30,13 @@ KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
 class Tie:
     """Ties the two ends of a thread with a knot, or a loop where it is closed.
 
-    The knot is a piece of thread between the ends as they stand. It holds up to a force: a part
-    of the ``fraction force`` of the thread (square knot 69.5 %, surgeons knot 66.8 %, granny
-    knot 35 %), or what is written after ``of``. Above that it slips: the ends part under that
-    constant force until they come to rest, and the knot holds again. A thread whose ``rupture``
-    is not allowed has no strength, so that the force must be written. Before it is tied, a loop
-    is held together by hand and does not slip.
+    The knot is a piece of thread between the ends as they stand, without viscosity. It holds up
+    to a force: a part of the ``fraction force`` of the thread (square knot 69.5 %, surgeons knot
+    66.8 %, granny knot 35 %), or what is written after ``of``. Above that it slips: under that
+    constant force the ends part, or the thread is drawn in without them, until neither happens
+    any more, and the knot holds again. A thread whose ``rupture`` is not allowed has no
+    strength, so that the force must be written. Before it is tied, a loop is held together by
+    hand and does not slip.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -93,6 +94,7 @@ class Tie:
         alive[hold], alive[slip] = True, False
         strength, damping = situation.strength.copy(), situation.damping.copy()
         strength[hold], damping[slip] = min(limit, whole), limit
+        damping[hold] = 0.0  # so that it slips by being drawn out, never by being let in
         situation.alive, situation.rest = alive, rest
         situation.strength, situation.damping = strength, damping
         knot = Knot(self.kind, hold, slip, limit, whole, None, self.span)
