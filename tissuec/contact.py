@@ -19,6 +19,7 @@ Aerospace Corporation TOR-0158, 1968.) Bristles are kept in the velocities of ``
 as z times ``rate``, so that they are stepped, stored and resumed like all other motion.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -155,38 +156,36 @@ class Contact:
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
         touches = self.touches(position, velocity)
-        total, rub = self._rub(touches, velocity)
         on_nodes: Any = (..., self.nodes, slice(None))
-        np.add.at(to, on_nodes, rub)
-        for touch, pair in zip(touches, self.points, strict=True):
+        for touch, rub, pair in zip(
+            touches, self._rubs(touches, velocity), self.points, strict=True
+        ):
             pressed = touch.pressure[..., None] * touch.place.normal
-            np.add.at(to, on_nodes, pressed)
-            share = touch.pressure / np.where(total > 0.0, total, 1.0)
+            np.add.at(to, on_nodes, pressed + rub)
             back = np.einsum("...n,...npk->...pk", touch.pressure, touch.place.pressing)
-            back -= np.einsum("...n,...np,...nk->...pk", share, touch.place.weights, rub)
+            back -= np.einsum("...np,...nk->...pk", touch.place.weights, rub)
             on_points: Any = (..., pair, slice(None))
             np.add.at(to, on_points, back)
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return the power that damping and friction take out [W], shape (…)."""
         touches = self.touches(position, velocity)
-        total, rub = self._rub(touches, velocity)
         power = np.zeros(position.shape[:-2])
-        for touch in touches:
+        for touch, rub in zip(touches, self._rubs(touches, velocity), strict=True):
             rate = _dot(touch.place.normal, touch.sliding)
             damped = (self.pressure(touch.place.depth) - touch.pressure) * rate
-            share = touch.pressure / np.where(total > 0.0, total, 1.0)
-            rubbed = _dot(rub, touch.sliding - rate[..., None] * touch.place.normal)
-            power += np.add.reduce(damped - share * rubbed, axis=-1)
+            power += np.add.reduce(damped - _dot(rub, touch.sliding), axis=-1)
         return power
 
     def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of the velocities of ``memory`` [m/s²], shape (…, m, 3)."""
         touches = self.touches(position, velocity)
-        normal, total = _mean_normal(touches)
-        slide = sum(touch.pressure[..., None] * touch.sliding for touch in touches)
+        total = _total(touches)
+        slide = sum(
+            touch.pressure[..., None] * _along(touch.sliding, touch.place.normal)
+            for touch in touches
+        )
         u = slide / np.where(total > 0.0, total, 1.0)[..., None]
-        u -= _dot(u, normal)[..., None] * normal
         z = velocity[..., self.memory, :] / self.rate
         length = np.linalg.norm(z, axis=-1)
         e = z / np.where(length > 0.0, length, 1.0)[..., None]
@@ -196,16 +195,23 @@ class Contact:
         bent = np.where((total > 0.0)[..., None], u - slip[..., None] * e, -self.rate * z)
         return self.rate * bent
 
-    def _rub(self, touches: list[Touch], velocity: Floats) -> tuple[Floats, Floats]:
-        """Return pressure and friction on each node [N], of shape (…, m) and (…, m, 3)."""
-        normal, total = _mean_normal(touches)
+    def _rubs(self, touches: list[Touch], velocity: Floats) -> Iterator[Floats]:
+        """Yield the friction of each shape on each node [N], of shape (…, m, 3).
+
+        Shapes share the force of the bristle as they press, each along its own surface: so
+        none does more than Coulomb's law allows, nor pulls along its normal.
+        """
+        total = _total(touches)
         if not len(self.memory):
-            return total, np.zeros_like(normal)
+            yield from (np.zeros((*total.shape, 3)) for _ in touches)
+            return
         z = velocity[..., self.memory, :] / self.rate
-        z = z - _dot(z, normal)[..., None] * normal
         wish, limit = self.stiffness * np.linalg.norm(z, axis=-1), self.friction * total
         bears = np.where(wish > limit, limit / np.where(wish > 0.0, wish, 1.0), 1.0)
-        return total, -self.stiffness * np.where(total > 0.0, bears, 0.0)[..., None] * z
+        pull = -self.stiffness * bears[..., None] * z
+        for touch in touches:
+            share = touch.pressure / np.where(total > 0.0, total, 1.0)
+            yield share[..., None] * _along(pull, touch.place.normal)
 
     def blocks(self, position: Floats, *, exact: bool) -> Floats:
         """Return the stiffness of each node against its shapes [N/m], shape (m, 3, 3).
@@ -268,12 +274,14 @@ def _dot(one: Floats, two: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, two)
 
 
-def _mean_normal(touches: list[Touch]) -> tuple[Floats, Floats]:
-    """Return unit normals and pressures [N] of all shapes together."""
-    mean = sum(touch.pressure[..., None] * touch.place.normal for touch in touches)
-    total = sum(touch.pressure for touch in touches)
-    size = np.linalg.norm(mean, axis=-1)
-    return mean / np.where(size > 0.0, size, 1.0)[..., None], np.asarray(total)
+def _total(touches: list[Touch]) -> Floats:
+    """Return the pressure of all shapes together on each node [N], shape (…, m)."""
+    return np.asarray(sum(touch.pressure for touch in touches))
+
+
+def _along(vector: Floats, normal: Floats) -> Floats:
+    """Return the part of vectors along a surface."""
+    return vector - _dot(vector, normal)[..., None] * normal
 
 
 def _in_capsule(x: Floats, p: Floats, q: Floats, radius: float) -> Place:
