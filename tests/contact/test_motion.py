@@ -224,7 +224,7 @@ def test_both_tiers_move_what_is_touched_alike():
     text = struck(friction="0.5", damping="0.5 s/m").replace(
         "duration = 60 ms", "duration = 20 ms"
     )
-    text = text.replace("tolerance = 1e-6", "tolerance = 1e-8")
+    text = text.replace("tolerance = 1e-6", "tolerance = 1e-7")
     one, other = (play(text, tier=tier) for tier in TIERS)
     moved = np.abs(one.position - one.position[0]).max()
     assert np.abs(one.position - other.position).max() < 1e-8 * moved
