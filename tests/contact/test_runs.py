@@ -123,7 +123,8 @@ def test_what_is_settled_stays_and_friction_begins_anew():
     after = played.time > 0.1
     place = played.position[after][:, bodies(played)]
     assert np.abs(place - place[0]).max() < 1e-9
-    assert np.abs(played.velocity[after][:, bodies(played)]).max() < 1e-9
+    # Stroked at 60 mm/s, with a tolerance of 1e-5.
+    assert np.abs(played.velocity[after][:, bodies(played)]).max() < 1e-6
 
 
 def test_a_scene_without_contact_pays_nothing():
