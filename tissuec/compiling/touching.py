@@ -63,19 +63,9 @@ def contact_of(
     """Return what tools touch, None if nothing does."""
     shapes = [shape for tool in tools for shape in tool.shapes]
     law, nodes = environment.contact, np.arange(network.body_nodes)
-    if law is None:
-        for tool in tools:
-            if tool.shapes:
-                hint = "write: environment { contact is tools only; … }"
-                text = f"{tool.name} has a shape, but contact is off: it touches nothing"
-                findings.add("W401", text, tool.span, hint=hint)
-        return None
-    if not shapes:
-        text = "no tool has a shape that could touch"
-        hint = (
-            "for example: tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
-        )
-        findings.add("W401", text, environment.span, hint=hint)
+    if law is None or not shapes:
+        if not findings.errors:  # else what is missing may be what was wrong
+            _warn_of_contact_in_vain(tools, environment, findings)
         return None
     radius = np.array([s.radius if s.kind == "capsule" else -1.0 for s in shapes])
     stiffness = law.stiffness or _stiffness(network, environment, findings)
@@ -97,13 +87,30 @@ def contact_of(
     )
 
 
+def _warn_of_contact_in_vain(
+    tools: Sequence[Tool], environment: Environment, findings: Findings
+) -> None:
+    if environment.contact is not None:
+        text = "no tool has a shape that could touch"
+        hint = (
+            "for example: tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
+        )
+        findings.add("W406", text, environment.span, hint=hint)
+        return
+    for tool in tools:
+        if tool.shapes:
+            text = f"{tool.name} has a shape, but contact is off: it touches nothing"
+            hint = "write: environment { contact is tools only; … }"
+            findings.add("W406", text, tool.span, hint=hint)
+
+
 def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
     """Return the mean over the nodes of what their springs resist with [N/m]."""
     steep = network.behaviour().steepness(np.zeros(network.spring_count))
     each = np.bincount(network.ends.ravel(), np.repeat(steep, 2), network.body_nodes)
     if each.any():
         return float(each[each > 0.0].mean())
-    _unknown("contact stiffness", show(1.0, STIFFNESS), environment, findings)
+    _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)
 
 
 def _layer(

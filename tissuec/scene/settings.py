@@ -11,7 +11,7 @@ from tissuec.core import units
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
-from tissuec.instruments import INSTRUMENTS, Instrument, Shape
+from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
@@ -38,11 +38,11 @@ class EnvironmentEntries:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
         contact: what can touch: nothing, or tools that have a shape
         friction: coefficient of friction between what touches
-        contact stiffness: force by depth of what is pressed into a shape; as stiff as the
+        contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
-        contact layer: depth over which this stiffness sets in; a tenth of a spring's length if
+        contact_layer: depth over which this stiffness sets in; a tenth of a spring's length if
             not written
-        contact damping: how much contact loses of its force for each speed of leaving
+        contact_damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
     """
 
@@ -51,9 +51,7 @@ class EnvironmentEntries:
     friction: Annotated[float | None, Measure(units.NUMBER, at_least=0.0)] = None
     contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
     contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
-    contact_damping: Annotated[
-        float | None, Measure(units.TIME / units.LENGTH, at_least=0.0)
-    ] = None
+    contact_damping: Annotated[float | None, Measure(units.SLOWNESS, at_least=0.0)] = None
     damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
 
 
@@ -196,8 +194,15 @@ def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     with scope.findings.item():
         kind, others = _kind_of(name, item, scope)
         what = f"tool {name.text}"
-        entries, _ = schema.build(INSTRUMENTS[kind], others, scope, what=what, where=item.head)
-        shapes = _shapes(entries, what, item, scope)
+        entries, places = schema.build(
+            INSTRUMENTS[kind], others, scope, what=what, where=item.head
+        )
+        try:
+            shapes = entries.shapes()
+        except ValueError as error:
+            reason = str(error)
+            span = schema.blamed(reason, places, item.head)
+            scope.findings.reject("TIS309", f"{what}: {reason}", span)
     return Tool(name.text, kind, shapes, item.head)
 
 
@@ -224,13 +229,6 @@ def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Ite
         notes = (Note("first here", written[0].span),)
         scope.findings.reject("TIS307", '"kind" is written twice', again.span, notes=notes)
     return kind.key, others
-
-
-def _shapes(entries: Instrument, what: str, item: s.Block, scope: Scope) -> tuple[Shape, ...]:
-    try:
-        return entries.shapes()
-    except ValueError as error:
-        scope.findings.reject("TIS309", f"{what}: {error}", item.head)
 
 
 def _single(
