@@ -12,7 +12,8 @@ nothing depends on whether these nodes are held, driven or free.
 Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
 velocity u and slips where it bears no more:
 
-    z' = u - max(0, u·e) e r⁸,    e = z / |z|,  r = k |z| / μ N,    force -k z min(1, 1/r).
+    z' = s (u - max(0, u·e) e r⁸) - (1 - s) rate z,    e = z / |z|,  r = k |z| / μ N,
+    force -k z min(1, 1/r),    1 - s = exp(-1000 N / k w):  without pressure it stands up again.
 
 Where it sticks, it really sticks: a bristle under a steady load below μ N does not creep, as a
 friction that depends on velocity alone does. (One-sided form of the model of P. R. Dahl, The
@@ -101,6 +102,8 @@ class Contact:
             of a plane and one straight in front of it, with the second one again; corners.
         radius: Around the line of a capsule or the face of a triangle [m], shape (shape,).
         spared: Body whose nodes a shape does not touch, -1 without one, shape (shape,).
+        joined: Pairs of nodes of one body that springs join, so that what one of them carries
+            does not touch the other, shape (pair, 2).
         stiffness: k [N/m].
         layer: w [m].
         damping: b [s/m].
@@ -118,6 +121,7 @@ class Contact:
     points: Indices
     radius: Floats
     spared: Indices
+    joined: Indices
     stiffness: float
     layer: float
     damping: float
@@ -134,6 +138,7 @@ class Contact:
             self,
             nodes=place[self.nodes],
             points=place[self.points],
+            joined=place[self.joined],
             memory=place[self.memory],
         )
 
@@ -173,9 +178,15 @@ class Contact:
         return node, np.repeat(numbers, [len(each) for each in lists])
 
     def _allowed(self, node: Indices, shape: Indices) -> Any:
-        """Return which pairs may touch: none of a body that is spared, nor of own corners."""
-        own = (self.points[shape] == self.nodes[node][:, None]).any(axis=1)
-        return ~own & (self.owner[node] != self.spared[shape])
+        """Return which pairs may touch: none of a body that is spared, nor of neighbours."""
+        here, corners = self.nodes[node][:, None], self.points[shape]
+        apart = (corners != here).all(axis=1) & (self.owner[node] != self.spared[shape])
+        if len(self.joined):
+            size = 1 + int(max(self.nodes.max(), self.points.max()))
+            ends = np.sort(self.joined, axis=1).astype(np.int64)
+            keys = np.minimum(here, corners) * size + np.maximum(here, corners)
+            apart &= ~np.isin(keys, ends[:, 0] * size + ends[:, 1]).any(axis=1)
+        return apart
 
     def places(self, position: Floats, pairs: Pairs) -> Place:
         """Return where the nodes of pairs are in their shapes."""
@@ -281,7 +292,8 @@ class Contact:
         least = LEAST * self.friction * self.stiffness * self.layer
         r = np.minimum(self.stiffness * length / (self.friction * total + least), LARGEST)
         slip = np.maximum(_dot(u, e), 0.0) * r**SHARPNESS
-        bent = np.where((total > 0.0)[:, None], u - slip[:, None] * e, -self.rate * z)
+        lifted = np.exp(-total / (LEAST * self.stiffness * self.layer))[:, None]
+        bent = (1.0 - lifted) * (u - slip[:, None] * e) - lifted * self.rate * z
         return self.rate * bent
 
     def _rub(self, touch: Touch, velocity: Floats) -> tuple[Floats, Floats]:

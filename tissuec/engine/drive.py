@@ -101,7 +101,7 @@ def drive(
                 aim(h, displacement, speed, task, work)
             near = step(time, end, current, work, net)
             if TOUCHED:
-                # A node that moves far may pass through a shape, or meet one that is not listed.
+                # What moves far may pass through a shape, or meet one that is not listed.
                 way = strayed(work.x[1 - current], work.x[current], net)
                 if task.fixed == 0 and way > 1.0:
                     size = h * max(0.1, 0.9 / way)

@@ -1,6 +1,6 @@
 """Shapes on nodes, as scalar loops; what they do stands in ``tissuec.contact``."""
 
-from math import sqrt
+from math import exp, sqrt
 
 from tissuec.kernels.records import Floats, Touches
 
@@ -91,7 +91,12 @@ def rub(
         r = min(stiffness * length / (touches.friction * total + least), LARGEST)
         forward = max(w0 * z0 + w1 * z1 + w2 * z2, 0.0) / (length * length)
         slip = forward * r**SHARPNESS
-    bend(k, w0 - slip * z0, w1 - slip * z1, w2 - slip * z2, touches)
+    up = exp(-total / (LEAST * stiffness * touches.layer))
+    fall = up * rate
+    w0 = (1.0 - up) * (w0 - slip * z0) - fall * z0
+    w1 = (1.0 - up) * (w1 - slip * z1) - fall * z1
+    w2 = (1.0 - up) * (w2 - slip * z2) - fall * z2
+    bend(k, w0, w1, w2, touches)
     along = z0 * m0 + z1 * m1 + z2 * m2
     z0, z1, z2 = z0 - along * m0, z1 - along * m1, z2 - along * m2
     wish = stiffness * sqrt(z0 * z0 + z1 * z1 + z2 * z2)
