@@ -34,7 +34,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
     ends = network.node_count + np.cumsum([0, *map(len, points)])
     parts = tuple(
-        ToolPart(tool.name, slice(int(start), int(stop)), tool.span)
+        ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
     home = network.position if rubbed else network.position[:0]
