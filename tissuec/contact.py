@@ -251,14 +251,11 @@ class Contact:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
         for state in np.ndindex(position.shape[:-2]):
             touch = self.touches(position[state], velocity[state])
-            total, rub = self._rub(touch, velocity[state])
-            np.add.at(to[state], self.nodes, rub)
+            rub = self._rub(touch, velocity[state])
             pressed = touch.pressure[:, None] * touch.place.normal
-            np.add.at(to[state], self.nodes[touch.pairs.node], pressed)
-            share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
+            np.add.at(to[state], self.nodes[touch.pairs.node], pressed + rub)
             back = touch.pressure[:, None, None] * touch.place.pressing
-            rubbed = share[:, None] * rub[touch.pairs.node]
-            back -= touch.place.weights[:, :, None] * rubbed[:, None, :]
+            back -= touch.place.weights[:, :, None] * rub[:, None, :]
             np.add.at(to[state], self.points[touch.pairs.shape], back)
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
@@ -266,11 +263,10 @@ class Contact:
         power = np.zeros(position.shape[:-2])
         for state in np.ndindex(power.shape):
             touch = self.touches(position[state], velocity[state])
-            total, rub = self._rub(touch, velocity[state])
             damped = (self.pressure(touch.place.depth) - touch.pressure) * touch.rate
-            share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
-            along = touch.sliding - touch.rate[:, None] * touch.place.normal
-            power[state] = (damped - share * _dot(rub[touch.pairs.node], along)).sum()
+            power[state] = (
+                damped - _dot(self._rub(touch, velocity[state]), touch.sliding)
+            ).sum()
         return power
 
     def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
@@ -280,12 +276,10 @@ class Contact:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
         touch = self.touches(position, velocity)
-        normal, total = self._mean_normal(touch)
-        slide = np.zeros_like(normal)
-        along = touch.sliding - touch.rate[:, None] * touch.place.normal
+        total, slide = self._total(touch), np.zeros((len(self.nodes), 3))
+        along = _along(touch.sliding, touch.place.normal)
         np.add.at(slide, touch.pairs.node, touch.pressure[:, None] * along)
         u = slide / np.where(total > 0.0, total, 1.0)[:, None]
-        u -= _dot(u, normal)[:, None] * normal
         z = velocity[self.memory] / self.rate
         length = np.linalg.norm(z, axis=1)
         e = z / np.where(length > 0.0, length, 1.0)[:, None]
@@ -296,24 +290,24 @@ class Contact:
         bent = (1.0 - lifted) * (u - slip[:, None] * e) - lifted * self.rate * z
         return self.rate * bent
 
-    def _rub(self, touch: Touch, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return pressure and friction on each node [N], of shape (m,) and (m, 3)."""
-        normal, total = self._mean_normal(touch)
+    def _rub(self, touch: Touch, velocity: Floats) -> Floats:
+        """Return the friction of each pair on its node [N], shape (pair, 3).
+
+        Shapes share the force of the bristle as they press, each along its own surface: so
+        none does more than Coulomb's law allows, nor pulls along its normal.
+        """
         if not len(self.memory):
-            return total, np.zeros_like(normal)
-        z = velocity[self.memory] / self.rate
-        z = z - _dot(z, normal)[:, None] * normal
+            return np.zeros_like(touch.sliding)
+        total, z = self._total(touch), velocity[self.memory] / self.rate
         wish, limit = self.stiffness * np.linalg.norm(z, axis=1), self.friction * total
         bears = np.where(wish > limit, limit / np.where(wish > 0.0, wish, 1.0), 1.0)
-        return total, -self.stiffness * np.where(total > 0.0, bears, 0.0)[:, None] * z
+        pull = -self.stiffness * bears[:, None] * z
+        share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
+        return share[:, None] * _along(pull[touch.pairs.node], touch.place.normal)
 
-    def _mean_normal(self, touch: Touch) -> tuple[Floats, Floats]:
-        """Return unit normal and pressure [N] of all shapes on each node."""
-        mean, total = np.zeros((len(self.nodes), 3)), np.zeros(len(self.nodes))
-        np.add.at(mean, touch.pairs.node, touch.pressure[:, None] * touch.place.normal)
-        np.add.at(total, touch.pairs.node, touch.pressure)
-        size = np.linalg.norm(mean, axis=1)
-        return mean / np.where(size > 0.0, size, 1.0)[:, None], total
+    def _total(self, touch: Touch) -> Floats:
+        """Return the pressure of all shapes together on each node [N], shape (m,)."""
+        return np.bincount(touch.pairs.node, touch.pressure, len(self.nodes))
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -373,6 +367,11 @@ class Contact:
 
 def _dot(one: Floats, two: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, two)
+
+
+def _along(vector: Floats, normal: Floats) -> Floats:
+    """Return the part of vectors along a surface."""
+    return vector - _dot(vector, normal)[:, None] * normal
 
 
 def _square(vector: Floats) -> Floats:

@@ -45,7 +45,7 @@ def logged(script, *, duration="2 s", friction=0.0, output="grip of clamp every 
 
 def test_jaws_press_as_the_strut_between_them_and_both_contacts_allow():
     closing = "from 0 s to 1 s: close clamp by 4 mm using smooth profile"
-    memory, outcome = logged(closing)
+    memory, _ = logged(closing)
     # Jaws 16 mm apart, 12 mm between their surfaces, then 8 mm: the strut of 10 mm and two
     # contacts, N = k (δ - w/2) beyond the layer, take up 2 mm together.
     stiffness, layer, strut = 1e3, 1e-4, 100.0
