@@ -307,7 +307,8 @@ class Contact:
 
     def _total(self, touch: Touch) -> Floats:
         """Return the pressure of all shapes together on each node [N], shape (m,)."""
-        return np.bincount(touch.pairs.node, touch.pressure, len(self.nodes))
+        total = np.bincount(touch.pairs.node, touch.pressure, len(self.nodes))
+        return total.astype(float, copy=False)  # without pairs NumPy counts in integers
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
