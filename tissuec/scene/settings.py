@@ -39,13 +39,13 @@ class EnvironmentEntries:
         contact: what can touch: nothing, tools that have a shape, bodies one another as well,
             or even themselves
         friction: coefficient of friction between what touches
-        contact stiffness: force by depth of what is pressed into a shape; as stiff as the
+        contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
-        contact thickness: how far from a surface of a body others begin to touch it; a quarter
+        contact_thickness: how far from a surface of a body others begin to touch it; a quarter
             of a spring's length if not written
-        contact layer: depth over which this stiffness sets in; a tenth of a spring's length if
+        contact_layer: depth over which this stiffness sets in; a tenth of a spring's length if
             not written
-        contact damping: how much contact loses of its force for each speed of leaving
+        contact_damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
     """
 
