@@ -61,7 +61,11 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
     """
     none, empty, squares = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(len(listed) // 3)
     if contact is None or contact.pairs is None:
-        first, points, nowhere = np.zeros(1, dtype=np.int64), none.reshape(0, 3), home[:0]
+        first, points, nowhere = (
+            np.zeros(1, dtype=np.int64),
+            none.reshape(0, 3),
+            np.zeros((0, 3)),
+        )
         return Touches(
             none, first, none, none, points, empty, none, nowhere, nowhere, listed, squares,
             np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
