@@ -159,7 +159,7 @@ class Network:
     @property
     def body_nodes(self) -> int:
         """Return how many nodes belong to bodies; they stand first."""
-        return self.tools[0].nodes.start if self.tools else self.shown_nodes
+        return max((body.nodes.stop for body in self.bodies), default=0)
 
     @property
     def bends(self) -> NDArray[np.bool_]:
