@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.contact.scenes import balance, play
+from tests.contact.scenes import gap_of_balance, play
 from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
 from tissuec.core.source import Source, Span
 from tissuec.engine.acts import pack_touches
@@ -106,7 +106,7 @@ def test_balls_that_collide_keep_momentum_and_their_ledger(friction):
     # Without friction forces are central; friction acts across the thickness of a surface.
     assert lost < (1e-6 if friction == 0.0 else 0.05)
     _, energies = played.energies()
-    assert balance(played) < 1e-6
+    assert gap_of_balance(played) < 1e-6
     assert energies["elastic"].max() > 0.1 * energies["kinetic"][0]  # they did collide
     assert (energies["dissipated"][-1] > 1e-9) == (friction > 0.0)
 

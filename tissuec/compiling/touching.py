@@ -161,8 +161,8 @@ def _warn_of_drawn_touches(contact: Contact, network: Network, findings: Finding
         deepest = show(float(depth.max()), LENGTH)
         findings.add(
             "W406",
-            f"{counted(len(np.unique(pairs.node)), 'node')} touch something as drawn, by up to "
-            f"{deepest}: they are pushed away at once",
+            f"what is drawn touches already at {counted(len(np.unique(pairs.node)), 'node')}, "
+            f"by up to {deepest}, and is pushed apart at once",
             contact.span,
             hint="draw bodies and tools further apart, or write a smaller contact thickness",
         )
