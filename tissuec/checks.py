@@ -253,31 +253,6 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
                 )
 
 
-def drawn_inside(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W407: nodes that are deep in a tool before anything has moved."""
-    plan, network = compiled.plan, compiled.network
-    settles = (isinstance(e.action, Settle) for e in plan.events if e.time == 0.0)
-    if plan.contact is None or any(settles):
-        return
-    situation = situation_at_start(compiled)
-    total = np.zeros_like(situation.position)
-    plan.contact.add_forces(0.0, situation.position, np.zeros_like(total), total)
-    force = np.sqrt((total**2).sum(axis=1))
-    layer, stiffness = plan.contact.layer, plan.contact.stiffness
-    tool = max(network.tools, key=lambda tool: float(force[tool.nodes].max()))
-    for body in network.bodies:
-        deep = force[body.nodes] > 0.5 * stiffness * layer  # that of the whole layer
-        if deep.any():
-            depth = float(force[body.nodes].max()) / stiffness + 0.5 * layer
-            yield Diagnostic(
-                "W407",
-                f"{counted(int(deep.sum()), 'node')} of {body.name} start inside {tool.name}, "
-                f"about {show(depth, LENGTH, digits=2)} deep",
-                tool.span,
-                "draw the tool further away and move it there, or settle at 0 s",
-            )
-
-
 CHECKS: tuple[Check, ...] = (
     pieces,
     dangling,
@@ -289,7 +264,6 @@ CHECKS: tuple[Check, ...] = (
     unused_parameters,
     unused_sets,
     ruptures_in_vain,
-    drawn_inside,
 )
 THOROUGH: tuple[Check, ...] = (floppy,)
 

@@ -7,14 +7,14 @@ from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
 from tissuec.instruments import INSTRUMENTS
 
-#: A sample of each kind, in mm, that touches the cube from (0, 0, 0) to (20, 20, 10); those that
-#: have no shape, without one.
+#: A sample of each kind; those with a shape touch the block, from (0, 0, 0) to (20, 20, 10) mm.
 SAMPLES = {
     "probe": "kind is probe; radius = 4 mm; axis from (0, 9, 13) mm to (20, 11, 13.5) mm",
     "hook": "kind is hook; radius = 2 mm; shaft from (10, 10, 40) mm to (10, 10, 11.5) mm"
     "; bend = (16, 10, 11) mm; tip = (18, 10, 13) mm",
     "plane": "kind is plane; point = (0, 0, 9.5) mm; normal = (0.1, 0, -1)",
-    "forceps": "kind is forceps; radius = 2 mm; upper from (-5, 10, 11.5) mm to (9, 10, 11.5) mm"
+    "forceps": "kind is forceps; radius = 2 mm"
+    "; upper from (-5, 10, 11.5) mm to (9, 10, 11.5) mm"
     "; lower from (-5, 10, -1.5) mm to (9, 10, -1.5) mm",
     "scissors": "kind is scissors",
 }
