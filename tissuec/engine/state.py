@@ -22,8 +22,8 @@ BALANCE = 0.1  # of the tolerance, where energies are kept
 LOW_ORDER = 4
 JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero
-# Part of the tolerance that errors of implicit steps may use up while displacements grow, rather
-# than in time; explicit ones may miss forces that swing as they grow.
+# Part of the tolerance that errors of implicit steps may use up while displacements grow, not
+# in time; explicit ones may miss forces that swing as they grow.
 GROWTH = 0.5
 ROUNDING = 8 * float(np.finfo(float).eps)
 
