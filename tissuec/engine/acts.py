@@ -67,8 +67,8 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
             np.zeros((0, 3)),
         )
         return Touches(
-            none, first, none, none, points, empty, none, nowhere, nowhere, listed, squares,
-            np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
+            none, first, none, none, points, empty, none, nowhere, nowhere, none, listed,
+            squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
         )  # fmt: skip
     counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
     return Touches(
@@ -81,6 +81,7 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
         memory=contact.memory,
         home=home,
         bent=np.zeros_like(home),
+        bends=np.zeros(3, dtype=np.int64),
         listed=listed,
         squares=squares,
         stride=contact.stride,

@@ -83,6 +83,7 @@ def new_progress(time: float) -> Progress:
         error=0.0,
         room=0.0,
         usual=0.0,
+        bends=0,
     )
 
 
