@@ -61,9 +61,7 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
             every finding.
     """
     drawings, built = _bodies(scene, findings)
-    tools = tuple(scene.tools.values())
-    law = scene.environment.contact
-    network = with_tools(join(built), tools, rubbed=law is not None and law.friction > 0.0)
+    network = with_tools(join(built), tuple(scene.tools.values()), scene.environment)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
     groups.choose_all()
     plan = _plan(scene, network, groups, findings)

@@ -12,7 +12,8 @@ nothing depends on whether these nodes are held, driven or free.
 Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
 velocity u and slips where it bears no more:
 
-    z' = u - max(0, u·e) e r⁸,    e = z / |z|,  r = k |z| / μ N,    force -k z min(1, 1/r).
+    z' = s (u - max(0, u·e) e r⁸) - (1 - s) rate z,    e = z / |z|,  r = k |z| / μ N,
+    force -k z min(1, 1/r),    1 - s = exp(-1000 N / k w):  without pressure it stands up again.
 
 Where it sticks, it really sticks: a bristle under a steady load below μ N does not creep, as a
 friction that depends on velocity alone does. (One-sided form of the model of P. R. Dahl, The
@@ -102,6 +103,8 @@ class Contact:
             of a plane and one straight in front of it, with the second one again; corners.
         radius: Around the line of a capsule or the face of a triangle [m], shape (shape,).
         spared: Body whose nodes a shape does not touch, -1 without one, shape (shape,).
+        joined: Pairs of nodes of one body that springs join, so that what one of them carries
+            does not touch the other, shape (pair, 2).
         stiffness: k [N/m].
         layer: w [m].
         damping: b [s/m].
@@ -110,9 +113,9 @@ class Contact:
         memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
-        pairs: Those that are looked at; None for all that are near.
         bonds: Springs of which one must be there for a shape to touch, -1 for none; shape
-            (shape, 2). None where all shapes always do.
+            (shape, 2).
+        pairs: Those that are looked at; None for all that are near.
     """
 
     nodes: Indices
@@ -121,6 +124,7 @@ class Contact:
     points: Indices
     radius: Floats
     spared: Indices
+    joined: Indices
     stiffness: float
     layer: float
     damping: float
@@ -129,8 +133,8 @@ class Contact:
     memory: Indices
     rate: float
     span: Span
+    bonds: Indices
     pairs: Pairs | None = None
-    bonds: Indices | None = None
 
     def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
         """Return the same without the shapes whose springs are gone.
@@ -138,8 +142,6 @@ class Contact:
         Args:
             alive: Springs that are there, shape (spring,).
         """
-        if self.bonds is None or not (self.bonds >= 0).any():
-            return self
         bound = self.bonds >= 0
         whole = ~bound.any(axis=1) | (bound & alive[self.bonds]).any(axis=1)
         if whole.all():
@@ -153,6 +155,7 @@ class Contact:
             self,
             nodes=place[self.nodes],
             points=place[self.points],
+            joined=place[self.joined],
             memory=place[self.memory],
         )
 
@@ -192,9 +195,15 @@ class Contact:
         return node, np.repeat(numbers, [len(each) for each in lists])
 
     def _allowed(self, node: Indices, shape: Indices) -> Any:
-        """Return which pairs may touch: none of a body that is spared, nor of own corners."""
-        own = (self.points[shape] == self.nodes[node][:, None]).any(axis=1)
-        return ~own & (self.owner[node] != self.spared[shape])
+        """Return which pairs may touch: none of a body that is spared, nor of neighbours."""
+        here, corners = self.nodes[node][:, None], self.points[shape]
+        apart = (corners != here).all(axis=1) & (self.owner[node] != self.spared[shape])
+        if len(self.joined):
+            size = 1 + int(max(self.nodes.max(), self.points.max()))
+            ends = np.sort(self.joined, axis=1).astype(np.int64)
+            keys = np.minimum(here, corners) * size + np.maximum(here, corners)
+            apart &= ~np.isin(keys, ends[:, 0] * size + ends[:, 1]).any(axis=1)
+        return apart
 
     def places(self, position: Floats, pairs: Pairs) -> Place:
         """Return where the nodes of pairs are in their shapes."""
@@ -259,14 +268,11 @@ class Contact:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
         for state in np.ndindex(position.shape[:-2]):
             touch = self.touches(position[state], velocity[state])
-            total, rub = self._rub(touch, velocity[state])
-            np.add.at(to[state], self.nodes, rub)
+            rub = self._rub(touch, velocity[state])
             pressed = touch.pressure[:, None] * touch.place.normal
-            np.add.at(to[state], self.nodes[touch.pairs.node], pressed)
-            share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
+            np.add.at(to[state], self.nodes[touch.pairs.node], pressed + rub)
             back = touch.pressure[:, None, None] * touch.place.pressing
-            rubbed = share[:, None] * rub[touch.pairs.node]
-            back -= touch.place.weights[:, :, None] * rubbed[:, None, :]
+            back -= touch.place.weights[:, :, None] * rub[:, None, :]
             np.add.at(to[state], self.points[touch.pairs.shape], back)
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
@@ -274,11 +280,10 @@ class Contact:
         power = np.zeros(position.shape[:-2])
         for state in np.ndindex(power.shape):
             touch = self.touches(position[state], velocity[state])
-            total, rub = self._rub(touch, velocity[state])
             damped = (self.pressure(touch.place.depth) - touch.pressure) * touch.rate
-            share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
-            along = touch.sliding - touch.rate[:, None] * touch.place.normal
-            power[state] = (damped - share * _dot(rub[touch.pairs.node], along)).sum()
+            power[state] = (
+                damped - _dot(self._rub(touch, velocity[state]), touch.sliding)
+            ).sum()
         return power
 
     def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
@@ -288,39 +293,39 @@ class Contact:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
         touch = self.touches(position, velocity)
-        normal, total = self._mean_normal(touch)
-        slide = np.zeros_like(normal)
-        along = touch.sliding - touch.rate[:, None] * touch.place.normal
+        total, slide = self._total(touch), np.zeros((len(self.nodes), 3))
+        along = _along(touch.sliding, touch.place.normal)
         np.add.at(slide, touch.pairs.node, touch.pressure[:, None] * along)
         u = slide / np.where(total > 0.0, total, 1.0)[:, None]
-        u -= _dot(u, normal)[:, None] * normal
         z = velocity[self.memory] / self.rate
         length = np.linalg.norm(z, axis=1)
         e = z / np.where(length > 0.0, length, 1.0)[:, None]
         least = LEAST * self.friction * self.stiffness * self.layer
         r = np.minimum(self.stiffness * length / (self.friction * total + least), LARGEST)
         slip = np.maximum(_dot(u, e), 0.0) * r**SHARPNESS
-        bent = np.where((total > 0.0)[:, None], u - slip[:, None] * e, -self.rate * z)
+        lifted = np.exp(-total / (LEAST * self.stiffness * self.layer))[:, None]
+        bent = (1.0 - lifted) * (u - slip[:, None] * e) - lifted * self.rate * z
         return self.rate * bent
 
-    def _rub(self, touch: Touch, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return pressure and friction on each node [N], of shape (m,) and (m, 3)."""
-        normal, total = self._mean_normal(touch)
+    def _rub(self, touch: Touch, velocity: Floats) -> Floats:
+        """Return the friction of each pair on its node [N], shape (pair, 3).
+
+        Shapes share the force of the bristle as they press, each along its own surface: so
+        none does more than Coulomb's law allows, nor pulls along its normal.
+        """
         if not len(self.memory):
-            return total, np.zeros_like(normal)
-        z = velocity[self.memory] / self.rate
-        z = z - _dot(z, normal)[:, None] * normal
+            return np.zeros_like(touch.sliding)
+        total, z = self._total(touch), velocity[self.memory] / self.rate
         wish, limit = self.stiffness * np.linalg.norm(z, axis=1), self.friction * total
         bears = np.where(wish > limit, limit / np.where(wish > 0.0, wish, 1.0), 1.0)
-        return total, -self.stiffness * np.where(total > 0.0, bears, 0.0)[:, None] * z
+        pull = -self.stiffness * bears[:, None] * z
+        share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
+        return share[:, None] * _along(pull[touch.pairs.node], touch.place.normal)
 
-    def _mean_normal(self, touch: Touch) -> tuple[Floats, Floats]:
-        """Return unit normal and pressure [N] of all shapes on each node."""
-        mean, total = np.zeros((len(self.nodes), 3)), np.zeros(len(self.nodes))
-        np.add.at(mean, touch.pairs.node, touch.pressure[:, None] * touch.place.normal)
-        np.add.at(total, touch.pairs.node, touch.pressure)
-        size = np.linalg.norm(mean, axis=1)
-        return mean / np.where(size > 0.0, size, 1.0)[:, None], total
+    def _total(self, touch: Touch) -> Floats:
+        """Return the pressure of all shapes together on each node [N], shape (m,)."""
+        total = np.bincount(touch.pairs.node, touch.pressure, len(self.nodes))
+        return total.astype(float, copy=False)  # without pairs NumPy counts in integers
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -380,6 +385,11 @@ class Contact:
 
 def _dot(one: Floats, two: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, two)
+
+
+def _along(vector: Floats, normal: Floats) -> Floats:
+    """Return the part of vectors along a surface."""
+    return vector - _dot(vector, normal)[:, None] * normal
 
 
 def _square(vector: Floats) -> Floats:

@@ -319,6 +319,12 @@ class Situation:
         contact = self.touching
         return (*self.enclosures.values(), *(() if contact is None else (contact,)))
 
+    def forget_friction(self, nodes: Indices) -> None:
+        """Let go what friction on some nodes remembers, as if they had just been put down."""
+        if self.contact is not None and len(self.contact.memory):
+            settled = np.isin(self.contact.nodes, nodes)
+            self.velocity[self.contact.memory[settled]] = 0.0
+
     def place_held(self) -> None:
         """Put driven nodes on their paths and every other held node at rest, at ``time``.
 

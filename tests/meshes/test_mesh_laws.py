@@ -44,9 +44,9 @@ def samples():
         yield "lattice", {"kind": kind, "cell": 0.01, "box": box, "reach": reach}
     line = {"line": (np.zeros(3), np.array([0.03, 0.01, 0.0]))}
     loop = {"centre": np.full(3, 0.1), "normal": np.array([1.0, 2.0, 0.0]), "radius": 0.02}
-    for pieces in (3, 4, 9):
+    for count in (3, 4, 9):
         for entries in (line, loop):
-            yield "thread", {"pieces": pieces, "thickness": 0.001} | entries
+            yield "thread", {"pieces": count, "thickness": 0.001} | entries
     ring = np.array([[0, 1], [2, 1], [2, 3], [3, 0]])
     yield "explicit", {"position": np.eye(4, 3), "ends": ring}
     liver = LocatedFile("liver.obj", library() / "meshes" / "liver.obj", 1e-3)

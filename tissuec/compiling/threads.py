@@ -6,15 +6,13 @@ knot slips; both wait until they are needed. A loop has the first one as its las
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.contact import CAPSULE
 from tissuec.laws import LINEAR, D, Law
 from tissuec.meshes import Mesh, Threaded
-from tissuec.network import Floats, Indices, Network, Thread
+from tissuec.network import Floats, Thread
 
 SLIPPING = Law("slipping knot", LINEAR.elastic, D)
 """A spring of no stiffness whose dashpot pulls with the force d, however fast it is."""
@@ -67,43 +65,8 @@ def with_slipping(
     return changed, law, (*laws, SLIPPING)
 
 
-class Capsules(NamedTuple):
-    """What threads touch with, one capsule for each piece and for each knot.
-
-    Attributes:
-        kind: ``CAPSULE``, shape (capsule,).
-        points: Both ends, the second one twice, shape (capsule, 3).
-        radius: [m], shape (capsule,).
-        spared: The body that the thread is, shape (capsule,).
-        bonds: Springs of which one must be there, -1 for none, shape (capsule, 2).
-    """
-
-    kind: Indices
-    points: Indices
-    radius: Floats
-    spared: Indices
-    bonds: Indices
-
-
-def thread_capsules(network: Network) -> Capsules:
-    """Return what the threads of a network touch with."""
-    found = [
-        (network.ends[spring], body.thread.radius, number, bond)
-        for number, body in enumerate(network.bodies)
-        if body.thread is not None
-        for spring, bond in _bonds(body.thread)
-    ]
-    ends = np.array([row[0] for row in found], dtype=np.int64).reshape(-1, 2)
-    return Capsules(
-        kind=np.full(len(found), CAPSULE),
-        points=ends[:, [0, 1, 1]],
-        radius=np.array([row[1] for row in found], dtype=float),
-        spared=np.array([row[2] for row in found], dtype=np.int64),
-        bonds=np.array([row[3] for row in found], dtype=np.int64).reshape(-1, 2),
-    )
-
-
-def _bonds(thread: Thread) -> Sequence[tuple[int, tuple[int, int]]]:
+def bonds(thread: Thread) -> Sequence[tuple[int, tuple[int, int]]]:
+    """Return each piece of a thread and the springs of which one must be there, -1 for none."""
     pieces = range(thread.pieces.start, thread.pieces.stop)
     along = [(spring, (spring, -1)) for spring in pieces if spring != thread.hold]
     return [*along, (thread.hold, (thread.hold, thread.slip))]

@@ -88,10 +88,14 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
     """
     none, empty, squares = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(len(listed) // 3)
     if contact is None or contact.pairs is None:
-        first, points, nowhere = np.zeros(1, dtype=np.int64), none.reshape(0, 3), home[:0]
+        first, points, nowhere = (
+            np.zeros(1, dtype=np.int64),
+            none.reshape(0, 3),
+            np.zeros((0, 3)),
+        )
         return Touches(
-            none, first, none, none, points, empty, none, nowhere, nowhere, listed, squares,
-            np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
+            none, first, none, none, points, empty, none, nowhere, nowhere, none, listed,
+            squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
         )  # fmt: skip
     counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
     return Touches(
@@ -104,6 +108,7 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
         memory=contact.memory,
         home=home,
         bent=np.zeros_like(home),
+        bends=np.zeros(3, dtype=np.int64),
         listed=listed,
         squares=squares,
         stride=contact.stride,

@@ -70,6 +70,7 @@ class Touches(NamedTuple):
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Floats  # scratch, their rates [m/s²], shape as ``home``
+    bends: Integers  # of the law that are passed: at the last look, least and most in a step
     listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
     squares: Floats  # scratch, shape (node,)
     stride: float  # longest way of a node in a step, and since pairs were listed [m]
@@ -194,6 +195,7 @@ class Progress(NamedTuple):
     error: float  # of positions, local estimates summed up [m]
     room: float  # that nodes may move before any spring can have turned over [m]
     usual: float  # step before it was made smaller because a spring turns over, or 0 [s]
+    bends: int  # of the laws of contact that pressures have passed
 
 
 class Buffer(NamedTuple):

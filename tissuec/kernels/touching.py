@@ -1,6 +1,6 @@
 """Shapes on nodes, as scalar loops; what they do stands in ``tissuec.contact``."""
 
-from math import sqrt
+from math import exp, sqrt
 
 from tissuec.kernels.records import Floats, Touches
 
@@ -20,15 +20,16 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
     Returns:
         The power that damping and friction take out [W].
     """
-    lost = 0.0
+    lost, bends = 0.0, 0
     for k in range(touches.nodes.size):
         i = 3 * touches.nodes[k]
-        total = m0 = m1 = m2 = u0 = u1 = u2 = 0.0
+        total = u0 = u1 = u2 = 0.0
         for pair in range(touches.first[k], touches.first[k + 1]):
             shape = touches.shape[pair]
             depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, shape, x, touches)
             if depth <= 0.0:
                 continue
+            bends += 1 if depth < touches.layer else 2
             s0, s1, s2, rate = slide(i, shape, v, n0, n1, n2, wa, wb, wc, l0, l1, l2, touches)
             steady = press_at(depth, touches)
             pressure = steady * max(1.0 - touches.damping * rate, 0.0)
@@ -41,21 +42,18 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
             push(b, f, wb * g0 + l0, wb * g1 + l1, wb * g2 + l2)
             push(c, f, wc * g0, wc * g1, wc * g2)
             total += pressure
-            m0, m1, m2 = m0 + pressure * n0, m1 + pressure * n1, m2 + pressure * n2
             u0 += pressure * (s0 - rate * n0)
             u1 += pressure * (s1 - rate * n1)
             u2 += pressure * (s2 - rate * n2)
         if touches.memory.size:
-            lost += rub(k, total, m0, m1, m2, u0, u1, u2, x, v, f, touches)
+            lost += rub(k, total, u0, u1, u2, x, v, f, touches)
+    count(bends, touches)
     return lost
 
 
 def rub(
     k: int,
     total: float,
-    m0: float,
-    m1: float,
-    m2: float,
     u0: float,
     u1: float,
     u2: float,
@@ -69,7 +67,6 @@ def rub(
     Args:
         k: Number of the node among those of the contact.
         total: Sum of the pressures on it [N].
-        m0, m1, m2: Sum of pressures times normals.
         u0, u1, u2: Sum of pressures times velocities along the surfaces.
     """
     rate, stiffness, memory = touches.rate, touches.stiffness, 3 * touches.memory[k]
@@ -78,12 +75,7 @@ def rub(
     if total <= 0.0:
         bend(k, -rate * z0, -rate * z1, -rate * z2, touches)
         return 0.0
-    size = sqrt(m0 * m0 + m1 * m1 + m2 * m2)
-    inverse = 1.0 / size if size > 0.0 else 0.0
-    m0, m1, m2 = m0 * inverse, m1 * inverse, m2 * inverse
-    u0, u1, u2 = u0 / total, u1 / total, u2 / total
-    along = u0 * m0 + u1 * m1 + u2 * m2
-    w0, w1, w2 = u0 - along * m0, u1 - along * m1, u2 - along * m2
+    w0, w1, w2 = u0 / total, u1 / total, u2 / total
     length = sqrt(z0 * z0 + z1 * z1 + z2 * z2)
     slip = 0.0
     if length > 0.0:
@@ -91,28 +83,40 @@ def rub(
         r = min(stiffness * length / (touches.friction * total + least), LARGEST)
         forward = max(w0 * z0 + w1 * z1 + w2 * z2, 0.0) / (length * length)
         slip = forward * r**SHARPNESS
-    bend(k, w0 - slip * z0, w1 - slip * z1, w2 - slip * z2, touches)
-    along = z0 * m0 + z1 * m1 + z2 * m2
-    z0, z1, z2 = z0 - along * m0, z1 - along * m1, z2 - along * m2
-    wish = stiffness * sqrt(z0 * z0 + z1 * z1 + z2 * z2)
-    limit = touches.friction * total
+    up = exp(-total / (LEAST * stiffness * touches.layer))
+    fall = up * rate
+    w0 = (1.0 - up) * (w0 - slip * z0) - fall * z0
+    w1 = (1.0 - up) * (w1 - slip * z1) - fall * z1
+    w2 = (1.0 - up) * (w2 - slip * z2) - fall * z2
+    bend(k, w0, w1, w2, touches)
+    wish, limit = stiffness * length, touches.friction * total
     bears: float = stiffness * limit / wish if wish > limit else stiffness
-    r0, r1, r2 = -bears * z0, -bears * z1, -bears * z2
-    i = 3 * touches.nodes[k]
-    push(i, f, r0, r1, r2)
+    i, lost = 3 * touches.nodes[k], 0.0
     for pair in range(touches.first[k], touches.first[k + 1]):
         shape = touches.shape[pair]
         depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, shape, x, touches)
         if depth > 0.0:
-            _, _, _, closing = slide(i, shape, v, n0, n1, n2, wa, wb, wc, l0, l1, l2, touches)
+            s0, s1, s2, closing = slide(
+                i, shape, v, n0, n1, n2, wa, wb, wc, l0, l1, l2, touches
+            )
             pressure = press_at(depth, touches) * max(1.0 - touches.damping * closing, 0.0)
-            share = pressure / total
+            share, along = -bears * pressure / total, z0 * n0 + z1 * n1 + z2 * n2
+            r0, r1, r2 = z0 - along * n0, z1 - along * n1, z2 - along * n2
+            r0, r1, r2 = share * r0, share * r1, share * r2
+            push(i, f, r0, r1, r2)
             a, b, c = corners(shape, touches)
-            wa, wb, wc = share * wa, share * wb, share * wc
             push(a, f, -wa * r0, -wa * r1, -wa * r2)
             push(b, f, -wb * r0, -wb * r1, -wb * r2)
             push(c, f, -wc * r0, -wc * r1, -wc * r2)
-    return -(r0 * u0 + r1 * u1 + r2 * u2)
+            lost -= r0 * s0 + r1 * s1 + r2 * s2
+    return lost
+
+
+def count(bends: int, touches: Touches) -> None:
+    """Remember how many bends of their law all pressures together have passed."""
+    touches.bends[0] = bends
+    touches.bends[1] = min(touches.bends[1], bends)
+    touches.bends[2] = max(touches.bends[2], bends)
 
 
 def push(i: int, f: Floats, f0: float, f1: float, f2: float) -> None:

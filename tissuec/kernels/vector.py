@@ -22,6 +22,7 @@ from tissuec.kernels.records import (
 )
 from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.scalar import LEFT, TINY
+from tissuec.kernels.touching import count
 from tissuec.laws.evaluation import Behaviour
 
 
@@ -145,6 +146,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[0] += pumped
     if net.contact is not None:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
+        depth = net.contact.touches(at, by).place.depth
+        count(int((depth > 0.0).sum() + (depth >= net.contact.layer).sum()), net.touches)
         net.contact.add_forces(time, at, by, to)
         if net.ledger:
             power[1] += net.contact.dissipated(time, at, by)

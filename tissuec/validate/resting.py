@@ -54,6 +54,7 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
         )
     situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
     situation.velocity[field.free] = 0.0
+    situation.forget_friction(field.free)
 
 
 def _way_off(field: "Field", moved: Floats) -> Floats | None:
