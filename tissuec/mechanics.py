@@ -7,7 +7,8 @@ none either. What springs remember (``tissuec.inelastic``) stands in the velocit
 nodes.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
-that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
+that a whole batch of samples is one call. Parameters are those of a :class:`Situation`, whose
+rest lengths may have the leading axes of the states.
 """
 
 from functools import lru_cache
@@ -94,7 +95,7 @@ def rest_lengths(
     situation: Situation, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
     """Return L0 with what it flowed [m], shape (spring,) or, where any flows, (…, spring)."""
-    rest = situation.rest if springs is None else situation.rest[springs]
+    rest = situation.rest if springs is None else situation.rest[..., springs]
     memory = situation.memory(springs)
     return rest if memory is None else rest + memory.flowed(flat(velocity))
 

@@ -1,40 +1,45 @@
-"""Tools that have a shape: their nodes behind those of the bodies, and what they touch."""
+"""What tools and threads touch; nodes of tools stand behind those of the bodies."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from math import sqrt
 from typing import NoReturn
 
 import numpy as np
 
-from tissuec.contact import Contact
+from tissuec.compiling.threads import bonds
+from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
+from tissuec.core.errors import counted
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, STIFFNESS, show
-from tissuec.network import Floats, Indices, Network, Origin, Provenance, ToolPart
+from tissuec.network import FRICTION, Floats, Indices, Network, Origin, Provenance, ToolPart
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Environment, Tool
+from tissuec.scene.model import ContactLaw, Environment, Tool
 
+SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
-FRICTION = "friction"
+STRIDE = 0.5  # the same, as the way that nodes may go in a step
 
 
-def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Network:
+def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
     """Return a network with the nodes that carry the shapes of tools, and bristles.
 
-    Args:
-        rubbed: Whether there is friction, which is remembered at each node of a body.
+    Friction is remembered at each node of a body.
     """
+    law = environment.contact
+    rubbed = law is not None and law.friction > 0.0
     shaped = [tool for tool in tools if tool.shapes]
-    if not shaped:
+    if not shaped and not rubbed:
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
+    none = np.zeros((0, 3))
     ends = network.node_count + np.cumsum([0, *map(len, points)])
     parts = tuple(
-        ToolPart(tool.name, slice(int(start), int(stop)), tool.span)
+        ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
-    added = np.concatenate(points)
+    added = np.concatenate([none, *points])
     spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
     grams = np.ones(len(added))
     known = replace(
@@ -48,7 +53,7 @@ def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Netw
     )
     if not rubbed:
         return known
-    origin = Origin(shaped[0].span, "tool")
+    origin = Origin(environment.span, "friction")
     return known.with_memory(FRICTION, network.position, 1e-3, origin)
 
 
@@ -58,44 +63,159 @@ def _joined(provenance: Provenance, spans: Sequence[Span]) -> Provenance:
     return Provenance(np.concatenate([provenance.index, more]), (*provenance.origins, *origins))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Carried:
+    """Shapes and the nodes that carry them; see ``Contact``.
+
+    Attributes:
+        kind, points, radius, spared, bonds: As there.
+    """
+
+    kind: Indices
+    points: Indices
+    radius: Floats
+    spared: Indices
+    bonds: Indices
+
+
 def contact_of(
     network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings
 ) -> Contact | None:
-    """Return what tools touch, None if nothing does."""
-    shapes = [shape for tool in tools for shape in tool.shapes]
+    """Return what touches what, None if nothing does."""
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
-        for tool in tools:
-            if tool.shapes:
-                hint = "write: environment { contact is tools only; … }"
-                text = f"{tool.name} has a shape, but contact is off: it touches nothing"
-                findings.add("W401", text, tool.span, hint=hint)
+        _warn_of_idle_shapes(tools, findings)
         return None
-    if not shapes:
-        text = "no tool has a shape that could touch"
-        hint = (
-            "for example: tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
-        )
-        findings.add("W401", text, environment.span, hint=hint)
+    parts = [_of_tools(network, tools), _of_threads(network)]
+    if law.between_bodies:
+        parts.append(_of_skins(network, law))
+    kind, points, radius, spared, bonds = (
+        np.concatenate([getattr(part, entry.name) for part in parts])
+        for entry in fields(Carried)
+    )
+    if not len(kind):
+        _warn_of_nothing_to_touch(environment, findings)
         return None
-    radius = np.array([s.radius if s.kind == "capsule" else -1.0 for s in shapes])
+    thin = radius[radius > 0.0]
     stiffness = law.stiffness or _stiffness(network, environment, findings)
-    layer = law.layer or _layer(network, radius, environment, findings)
-    start = network.tools[0].nodes.start
-    points: Indices = start + np.arange(2 * len(shapes)).reshape(-1, 2)
     mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
-    return Contact(
+    contact = Contact(
         nodes=nodes,
+        owner=_owners(network),
+        kind=kind,
         points=points,
         radius=radius,
+        spared=spared,
+        bonds=bonds,
+        joined=network.ends[: None if law.within_bodies else 0].astype(np.int64),
+        stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
-        layer=layer,
+        layer=law.layer or _layer(network, radius, environment, findings),
         damping=law.damping,
         friction=law.friction,
         memory=network.remembering(FRICTION),
         rate=sqrt(stiffness / mass),
         span=environment.span,
     )
+    _warn_of_drawn_touches(contact, network, findings)
+    return contact
+
+
+def _of_tools(network: Network, tools: Sequence[Tool]) -> Carried:
+    shapes = [shape for tool in tools for shape in tool.shapes]
+    start = network.tools[0].nodes.start if network.tools else 0
+    return Carried(
+        kind=np.array(
+            [PLANE if s.kind == "plane" else CAPSULE for s in shapes], dtype=np.int64
+        ),
+        points=start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]],
+        radius=np.array([shape.radius for shape in shapes], dtype=float),
+        spared=np.full(len(shapes), -1),
+        bonds=_unbound(len(shapes)),
+    )
+
+
+def _of_threads(network: Network) -> Carried:
+    """Return the pieces of threads, and of their knots."""
+    found = [
+        (network.ends[spring], body.thread.radius, number, bond)
+        for number, body in enumerate(network.bodies)
+        if body.thread is not None
+        for spring, bond in bonds(body.thread)
+    ]
+    ends = np.array([row[0] for row in found], dtype=np.int64).reshape(-1, 2)
+    return Carried(
+        kind=np.full(len(found), CAPSULE),
+        points=ends[:, [0, 1, 1]],
+        radius=np.array([row[1] for row in found], dtype=float),
+        spared=np.array([row[2] for row in found], dtype=np.int64),
+        bonds=np.array([row[3] for row in found], dtype=np.int64).reshape(-1, 2),
+    )
+
+
+def _unbound(count: int) -> Indices:
+    """Return the bonds of shapes that need no springs."""
+    return np.full((count, 2), -1)
+
+
+def _of_skins(network: Network, law: ContactLaw) -> Carried:
+    """Return the triangles of the surfaces of all bodies."""
+    skin = network.skin.astype(np.int64)
+    thickness = law.thickness or SKIN * _mean_length(network)
+    if not thickness > 0.0:
+        thickness = 0.0  # without springs there is no skin either
+    owner = _owners(network)[skin[:, 0]]
+    return Carried(
+        kind=np.full(len(skin), TRIANGLE),
+        points=skin,
+        radius=np.full(len(skin), thickness),
+        spared=np.full(len(skin), -1) if law.within_bodies else owner,
+        bonds=_unbound(len(skin)),
+    )
+
+
+def _warn_of_drawn_touches(contact: Contact, network: Network, findings: Findings) -> None:
+    """Warn of what touches before anything moves: it is pushed apart at once."""
+    contact = contact.with_whole(network.present)
+    pairs = contact.near(network.position, 0.0)
+    if len(pairs.node):
+        depth = contact.places(network.position, pairs).depth
+        deepest = show(float(depth.max()), LENGTH)
+        findings.add(
+            "W406",
+            f"what is drawn touches already at {counted(len(np.unique(pairs.node)), 'node')}, "
+            f"by up to {deepest}, and is pushed apart at once",
+            contact.span,
+            hint="draw bodies and tools further apart, or write a smaller contact thickness",
+        )
+
+
+def _owners(network: Network) -> Indices:
+    """Return the body of each node of a body, shape (node,)."""
+    sizes = [part.nodes.stop - part.nodes.start for part in network.bodies]
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def _mean_length(network: Network) -> float:
+    """Return the mean length of the springs as drawn [m]; NaN without any."""
+    ends = network.position[network.ends]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return float(lengths.mean()) if len(lengths) else float("nan")
+
+
+def _warn_of_idle_shapes(tools: Sequence[Tool], findings: Findings) -> None:
+    for tool in tools:
+        if tool.shapes and not findings.errors:  # else contact may be what is wrong
+            hint = "write: environment { contact is tools only; … }"
+            text = f"{tool.name} has a shape, but contact is off: it touches nothing"
+            findings.add("W407", text, tool.span, hint=hint)
+
+
+def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> None:
+    if not findings.errors:  # else a tool may be what is wrong
+        text = "nothing has a shape that could touch"
+        example = "tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
+        findings.add("W407", text, environment.span, hint=f"for example: {example}")
 
 
 def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
@@ -104,18 +224,16 @@ def _stiffness(network: Network, environment: Environment, findings: Findings) -
     each = np.bincount(network.ends.ravel(), np.repeat(steep, 2), network.body_nodes)
     if each.any():
         return float(each[each > 0.0].mean())
-    _unknown("contact stiffness", show(1.0, STIFFNESS), environment, findings)
+    _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)
 
 
 def _layer(
     network: Network, radius: Floats, environment: Environment, findings: Findings
 ) -> float:
     """Return a tenth of the mean length of a spring, and no more than thin tools allow [m]."""
-    ends = network.position[network.ends]
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     thin = THINNEST * radius[radius > 0.0]
-    if len(lengths):
-        return min(SOFTEST_LAYER * float(lengths.mean()), float(thin.min(initial=np.inf)))
+    if network.spring_count:
+        return min(SOFTEST_LAYER * _mean_length(network), float(thin.min(initial=np.inf)))
     if len(thin):
         return SOFTEST_LAYER * float(thin.min())
     _unknown("contact layer", show(1e-3, LENGTH), environment, findings)

@@ -22,6 +22,7 @@ from tissuec.kernels.records import (
     OUTSIZE,
     PAUSED,
     REACHED,
+    STRAYED,
     SURPASSED,
     UNDERFLOW,
     UNSOLVED,
@@ -31,7 +32,7 @@ from tissuec.kernels.records import (
     Task,
     Work,
 )
-from tissuec.kernels.scalar import LEDGER, WATCHED
+from tissuec.kernels.scalar import LEDGER, TOUCHED, WATCHED
 from tissuec.kernels.vector import (
     VectorNet,
     combine,
@@ -67,13 +68,15 @@ def drive(
     time, size, end, memory, calm = progress[:5]
     displacement, speed, current, pending, prepared, fresh = progress[5:11]
     accepted, rejected, sample, filled, smallest, largest, energy, error = progress[11:19]
-    room, usual = progress[19:21]
+    room, usual, bends = progress[19:22]
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
         force(time, x, v, a, work.power[1], net)
         work.effort[0] += 1
         fresh = 0
+        if TOUCHED:
+            bends = net.touches.bends[0]
         if LEDGER:
             work.trend[0] = work.trend[1] = nan
     growing = True
@@ -98,7 +101,20 @@ def drive(
                 break
             if IMPLICIT:
                 aim(h, displacement, speed, task, work)
+            if TOUCHED:
+                net.touches.bends[1] = net.touches.bends[2] = bends
             near = step(time, end, current, work, net)
+            if TOUCHED:
+                # What moves far may pass through a shape, or meet one that is not listed.
+                way = strayed(work.x[1 - current], work.x[current], net)
+                if task.fixed == 0 and way > 1.0:
+                    size = h * max(0.1, 0.9 / way)
+                    rejected += 1
+                    memory, calm, growing = 0.0, 0, False
+                    continue
+                if strayed(work.x[1 - current], net.touches.listed, net) > 1.0:
+                    reason = STRAYED
+                    break
             reach = greater(displacement, distance(work.x[1 - current], work.origin, work.each))
             pace = greater(speed, distance(work.v[1 - current], work.zero, work.moving))
             ratio = 0.0
@@ -111,6 +127,9 @@ def drive(
             if task.fixed == 0:
                 # Implicit steps may brake what is too fast for them, and lose its energy.
                 strict = near or (LEDGER and IMPLICIT)
+                if TOUCHED:
+                    # What is thrown off flies on as wrongly as it was thrown.
+                    strict |= net.touches.bends[1] < net.touches.bends[2]
                 growth = reach - displacement
                 ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
                 if LEDGER:
@@ -143,6 +162,8 @@ def drive(
                         growing = False
                         continue
             accepted += 1
+            if TOUCHED:
+                bends = net.touches.bends[0]
             error += off / SAFETY
             displacement, speed, energy = reach, pace, most
             smallest, largest = min(smallest, h), max(largest, h)
@@ -211,7 +232,13 @@ def drive(
         error,
         room,
         usual,
+        bends,
     )
+
+
+def strayed(x: Floats, since: Floats, net: VectorNet) -> float:
+    """Return how far any node has moved, over how far it may; NaN does not count here."""
+    return distance(x, since, net.touches.squares) / net.touches.stride
 
 
 def landing(time: float, size: float, task: Task) -> float:

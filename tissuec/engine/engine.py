@@ -35,6 +35,7 @@ from tissuec.kernels.records import (
     OUTSIZE,
     PAUSED,
     REACHED,
+    STRAYED,
     SURPASSED,
     UNDERFLOW,
     UNSOLVED,
@@ -88,6 +89,7 @@ class Engine:
         self._stale = True
         self._segment: float | None = None
         self._asked = 0  # evaluations when a pause was last offered
+        self._listed_at = np.nan  # when what is near shapes was listed [s]
 
     @property
     def choice(self) -> Choice:
@@ -406,7 +408,8 @@ class Engine:
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
         features = layout.features
-        if features.moved or features.loaded or features.enclosed or features.touched:
+        changing = features.moved or features.loaded or bool(layout.situation.reelings)
+        if changing or features.enclosed or features.touched:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()
@@ -445,6 +448,8 @@ class Engine:
                 found = self._inside(reason == SURPASSED, watch)
                 if found is not None:
                     return found
+            elif reason == STRAYED and self._listed_at != self._progress.time:
+                self._nets.clear()  # and with them the lists of what is near
             elif reason == OUTSIZE and failures.is_flight(
                 self._work, self._progress, self._layout
             ):
@@ -496,6 +501,9 @@ class Engine:
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""
         if tier not in self._nets:
+            if self._layout.features.touched:
+                self._listed_at = self._progress.time
+                self._layout.list_near(self._work.x[self._progress.current])
             make = self._layout.compiled_net if tier == "compiled" else self._layout.vector_net
             self._nets[tier] = make(self._integrator)
         return self._nets[tier]
@@ -562,3 +570,4 @@ class Engine:
         situation.time = now.time
         situation.position[:] = self._layout.outwards(work.x[now.current])
         situation.velocity[:] = self._layout.outwards(work.v[now.current])
+        situation.rest = situation.rest_at(situation.time)

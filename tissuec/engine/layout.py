@@ -4,17 +4,19 @@ Nodes keep their places for a whole run. A spring that dies is first set to zero
 leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.contact import Contact
 from tissuec.engine.acts import (
     knots,
     longest_step,
     pack_acts,
     pack_enclosures,
     pack_internal,
+    pack_reels,
     pack_touches,
     pumps,
 )
@@ -23,11 +25,11 @@ from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.inelastic import Inelastic, pulled
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Internal, Net, Solver, Touches
+from tissuec.kernels.records import Acts, Enclosures, Internal, Net, Reels, Solver, Touches
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import SPRINGS, Floats, Indices, Network
+from tissuec.network import FRICTION, SPRINGS, Floats, Indices, Network
 from tissuec.situation import Load, Situation
 
 Bools = NDArray[np.bool_]
@@ -113,6 +115,8 @@ class Layout:
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
         self._solver: Solver | None = None
+        self._contact: Contact | None = None  # with the pairs that were listed last
+        self._listed = np.zeros(0)
 
     def update(self, situation: Situation) -> None:
         """Take over everything that acts in a situation, but not its state."""
@@ -185,6 +189,8 @@ class Layout:
             acting |= situation.alive & self.moved[ends].any(axis=1)
         if situation.inelastic is not None:
             acting |= situation.alive & situation.inelastic.remembers
+            for reeling in situation.reelings.values():
+                acting[reeling.springs] = situation.alive[reeling.springs]
         return acting
 
     @property
@@ -199,6 +205,8 @@ class Layout:
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
+            # Whatever may be drawn in, lest a second variant is compiled when it is.
+            reeled=bool(self.situation.network.threads),
             touched=self.situation.contact is not None,
             inelastic=self.springs.inelastic is not None,
             laws=self._laws,
@@ -211,6 +219,7 @@ class Layout:
         if self.springs.inelastic is not None:
             return "there are springs that relax or flow"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
+        pumped = pumped or bool(self.situation.reelings)
         if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
             return "work is done that is to be booked"
         return ""
@@ -263,13 +272,14 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            reels=self.reels(),
             touches=self.touches(),
             internal=self.internal(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
         """Return what acts, for the interpreted tier."""
-        springs, contact = self.springs, self.situation.contact
+        springs = self.springs
         return VectorNet(
             low=springs.low,
             high=springs.high,
@@ -284,10 +294,11 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
-            contact=contact and contact.renumbered(self.place),
-            home=self.touches().home,
             inelastic=springs.inelastic,
             internal=self.internal(),
+            reels=self.reels(),
+            contact=self._contact,
+            touches=self.touches(),
             watched=self.watched,
             crushed=self._crushed,
             ledger=self.ledger,
@@ -300,7 +311,7 @@ class Layout:
 
     @property
     def _courses(self) -> list[Load]:
-        """Return the loads that change in time, and changes of volumes behind them."""
+        """Return the loads that change in time, and changes of volumes and lengths behind."""
         return [*self.timed, *pumps(self.situation)]
 
     def enclosures(self) -> Enclosures:
@@ -308,9 +319,30 @@ class Layout:
         first_act = len(self.situation.motions) + len(self.timed)
         return pack_enclosures(self.situation, self.place, first_act)
 
+    def reels(self) -> Reels:
+        """Return the springs whose rest lengths change."""
+        situation, springs = self.situation, self.springs
+        row = np.full(self.spring_count, -1)
+        # Dead springs keep the rest lengths with which they pass for none.
+        acting = situation.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
+        row[springs.ids[acting]] = np.flatnonzero(acting)
+        first_act = len(situation.motions) + len(self.timed) + len(situation.enclosures)
+        return pack_reels(situation, row, self.place[situation.network.ends], first_act)
+
     def touches(self) -> Touches:
-        """Return what instruments touch."""
-        return pack_touches(self.situation, self.place)
+        """Return shapes and the nodes near them, as listed last."""
+        network = self.situation.network
+        home = network.position[network.remembering(FRICTION)]
+        return pack_touches(self._contact, home, self._listed)
+
+    def list_near(self, flat: Floats) -> None:
+        """List the nodes near shapes at positions of the stepping code [m], shape (3 node,)."""
+        contact = self.situation.touching
+        self._listed, self._contact = flat.copy(), None
+        if contact is not None:
+            contact = contact.renumbered(self.place)
+            pairs = contact.near(flat.reshape(-1, 3), 2.0 * contact.stride)
+            self._contact = replace(contact, pairs=pairs)
 
     def internal(self) -> Internal:
         """Return what springs remember."""

@@ -47,15 +47,33 @@ class Enclosures(NamedTuple):
     act: Integers  # whose first component is the relative change of volume, shape (cell,)
 
 
+class Reels(NamedTuple):
+    """Springs whose rest lengths change: base + change times a course."""
+
+    spring: Integers  # places among the springs, shape (reel,)
+    low: Integers  # nodes, shape (reel,)
+    high: Integers
+    base: Floats  # [m], shape (reel,)
+    change: Floats  # [m], shape (reel,)
+    act: Integers  # whose first component is the course, shape (reel,)
+
+
 class Touches(NamedTuple):
-    """Shapes of instruments and the nodes that they can touch; see ``tissuec.contact``."""
+    """Shapes and the nodes that they can touch; see ``tissuec.contact``."""
 
     nodes: Integers  # shape (m,)
-    points: Integers  # nodes that carry the shapes, shape (shape, 2)
-    radius: Floats  # of capsules [m]; negative for planes, shape (shape,)
+    first: Integers  # shapes near node k are shape[first[k]:first[k + 1]], shape (m + 1,)
+    shape: Integers  # numbers of shapes, shape (pair,)
+    kind: Integers  # shape (shape,)
+    points: Integers  # nodes that carry each shape, shape (shape, 3)
+    radius: Floats  # [m], shape (shape,)
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Floats  # scratch, their rates [m/s²], shape as ``home``
+    bends: Integers  # of the law that are passed: at the last look, least and most in a step
+    listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
+    squares: Floats  # scratch, shape (node,)
+    stride: float  # longest way of a node in a step, and since pairs were listed [m]
     stiffness: float  # [N/m]
     layer: float  # [m]
     damping: float  # [s/m]
@@ -99,6 +117,7 @@ class Net(NamedTuple):
     drag: float  # ambient damping [N s/m]
     acts: Acts
     enclosures: Enclosures
+    reels: Reels
     touches: Touches
     internal: Internal
 
@@ -194,6 +213,7 @@ class Progress(NamedTuple):
     error: float  # of positions, local estimates summed up [m]
     room: float  # that nodes may move before any spring can have turned over [m]
     usual: float  # step before it was made smaller because a spring turns over, or 0 [s]
+    bends: int  # of the laws of contact that pressures have passed
 
 
 class Buffer(NamedTuple):
@@ -208,6 +228,6 @@ class Buffer(NamedTuple):
 
 
 # Why the stepping code came back.
-REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED = range(8)
+REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
 
 AnyNet = Any  # ``Net`` in the compiled tier, ``vector.VectorNet`` in the interpreted one

@@ -12,8 +12,19 @@ import numpy as np
 
 from tissuec.inelastic import Inelastic
 from tissuec.kernels.acts import total, turning
-from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers, Internal
+from tissuec.kernels.records import (
+    Acts,
+    Buffer,
+    Enclosures,
+    Floats,
+    Integers,
+    Internal,
+    Reels,
+    Touches,
+)
+from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.scalar import LEFT, TINY
+from tissuec.kernels.touching import count
 from tissuec.laws.evaluation import Behaviour
 
 
@@ -33,8 +44,9 @@ class VectorNet:
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
-        contact: What instruments touch, if they do.
-        home: Where bristles stay [m], shape (m, 3).
+        reels: Springs whose rest lengths change.
+        contact: What instruments and threads touch, if they do.
+        touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
         inelastic: What springs remember, if they do; slots are places in velocities here.
         internal: Where that is kept.
         watched: Whether springs may break.
@@ -59,8 +71,9 @@ class VectorNet:
         drag: float,
         acts: Acts,
         enclosures: Enclosures,
+        reels: Reels,
         contact: Any,
-        home: Floats,
+        touches: Touches,
         inelastic: Inelastic | None,
         internal: Internal,
         watched: bool,
@@ -81,12 +94,10 @@ class VectorNet:
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
-        self.contact, self.home = contact, home
+        self.reels, self.contact, self.touches = reels, contact, touches
         self.inelastic, self.internal = inelastic, internal
-        self.giving, self.lost = (
-            np.zeros(0),
-            0.0,
-        )  # how fast springs give way, and its power [W]
+        self.giving = np.zeros(0)  # how fast springs give way
+        self.lost = 0.0  # the power of that [W]
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -138,13 +149,14 @@ def _remembering(stretch: Floats, v: Floats, net: VectorNet, inelastic: Inelasti
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
     """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
+    reel(time, net.rest, net.reels, net.acts)
     tension = _stretch(x, v, net)
     near = net.watched and bool((tension > net.near).any())
     if net.crushed:
         near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
         power[1] = net.lost + (np.dot(net.length, net.closing) if net.viscous else 0.0)
-        power[0] = np.dot(net.push, v)
+        power[0] = np.dot(net.push, v) - _reeled(time, x, net)
     np.multiply(tension, net.inverse, out=tension)
     np.multiply(net.r, tension, out=net.f[0])
     np.negative(net.f[0], out=net.f[1])
@@ -156,6 +168,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[0] += pumped
     if net.contact is not None:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
+        depth = net.contact.touches(at, by).place.depth
+        count(int((depth > 0.0).sum() + (depth >= net.contact.layer).sum()), net.touches)
         net.contact.add_forces(time, at, by, to)
         if net.ledger:
             power[1] += net.contact.dissipated(time, at, by)
@@ -169,7 +183,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[1] += np.dot(net.node_scratch, v * (net.inverse_mass > 0.0))
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
-    if net.contact is not None and net.home.size:
+    if net.contact is not None and len(net.contact.memory):
         rates = net.contact.bristle_rates(x.reshape(-1, 3), v.reshape(-1, 3))
         a.reshape(-1, 3)[net.contact.memory] = rates
     if net.inelastic is not None:
@@ -205,6 +219,19 @@ def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:
     return power
 
 
+def _reeled(time: float, x: Floats, net: VectorNet) -> float:
+    """Return the power that springs do on what changes their rest lengths [W]."""
+    reels = net.reels
+    if not reels.spring.size:
+        return 0.0
+    r = x.reshape(-1, 3)[reels.high] - x.reshape(-1, 3)[reels.low]
+    stretch = -net.rest
+    stretch[reels.spring] += np.sqrt(np.einsum("sk,sk->s", r, r))
+    tension = net.behaviour.pull(stretch)[reels.spring]
+    rates = [reel_rate(k, time, reels, net.acts) for k in range(reels.spring.size)]
+    return float(np.dot(tension, rates))
+
+
 def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
     """Set ``out`` to the tension of each spring [N]."""
     out[:] = _stretch(x, v, net)
@@ -237,8 +264,9 @@ def slack(x: Floats, x_end: Floats, net: VectorNet) -> float:
 
 
 def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
-    """Put driven nodes where their motions have them at a time."""
+    """Put driven nodes and lengths of threads where their courses have them at a time."""
     acts = net.acts
+    reel(time, net.rest, net.reels, acts)
     for act in range(acts.motions):
         chosen = slice(acts.first[act], acts.first[act + 1])
         nodes, position = acts.nodes[chosen], acts.base[chosen]
@@ -254,7 +282,7 @@ def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
         x.reshape(-1, 3)[nodes] = position + np.array(sums[:3])
         v.reshape(-1, 3)[nodes] = velocity
     if net.contact is not None:
-        x.reshape(-1, 3)[net.contact.memory] = net.home
+        x.reshape(-1, 3)[net.contact.memory] = net.touches.home
     if net.inelastic is not None:
         x.reshape(-1, 3)[net.internal.nodes] = net.internal.home
 

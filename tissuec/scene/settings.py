@@ -11,7 +11,7 @@ from tissuec.core import units
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
-from tissuec.instruments import INSTRUMENTS, Instrument, Shape
+from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
@@ -27,7 +27,7 @@ DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 AUTOMATIC = "automatic"
 HOLDING = "forceps"  # the kind that holds nodes, and so can move them
-CONTACTS = ("off", "tools only")
+CONTACTS = ("off", "tools only", "bodies too", "everywhere")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,13 +36,16 @@ class EnvironmentEntries:
 
     Attributes:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
-        contact: what can touch: nothing, or tools that have a shape
+        contact: what can touch: nothing, tools that have a shape and threads, bodies one
+            another as well, or even themselves
         friction: coefficient of friction between what touches
-        contact stiffness: force by depth of what is pressed into a shape; as stiff as the
+        contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
-        contact layer: depth over which this stiffness sets in; a tenth of a spring's length if
+        contact_thickness: how far from a surface of a body others begin to touch it; a quarter
+            of a spring's length if not written
+        contact_layer: depth over which this stiffness sets in; a tenth of a spring's length if
             not written
-        contact damping: how much contact loses of its force for each speed of leaving
+        contact_damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
     """
 
@@ -50,10 +53,9 @@ class EnvironmentEntries:
     contact: Annotated[str, OneOf(CONTACTS)] = "off"
     friction: Annotated[float | None, Measure(units.NUMBER, at_least=0.0)] = None
     contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
+    contact_thickness: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
-    contact_damping: Annotated[
-        float | None, Measure(units.TIME / units.LENGTH, at_least=0.0)
-    ] = None
+    contact_damping: Annotated[float | None, Measure(units.SLOWNESS, at_least=0.0)] = None
     damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
 
 
@@ -99,15 +101,18 @@ def _contact_law(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
 ) -> ContactLaw | None:
     """Return what is written of contact, None if it is off; then nothing may be written."""
-    numbers = (
-        entries.contact_stiffness,
-        entries.contact_layer,
-        entries.contact_damping or 0.0,
-        entries.friction or 0.0,
-    )
     if entries.contact != "off":
-        return ContactLaw(*numbers)
-    for name in ("friction", "contact stiffness", "contact layer", "contact damping"):
+        return ContactLaw(
+            between_bodies=entries.contact != "tools only",
+            within_bodies=entries.contact == "everywhere",
+            stiffness=entries.contact_stiffness,
+            thickness=entries.contact_thickness,
+            layer=entries.contact_layer,
+            damping=entries.contact_damping or 0.0,
+            friction=entries.friction or 0.0,
+        )
+    written = (f"contact {name}" for name in ("stiffness", "thickness", "layer", "damping"))
+    for name in ("friction", *written):
         if name in places:
             scope.findings.reject(
                 "TIS306",
@@ -196,8 +201,15 @@ def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     with scope.findings.item():
         kind, others = _kind_of(name, item, scope)
         what = f"tool {name.text}"
-        entries, _ = schema.build(INSTRUMENTS[kind], others, scope, what=what, where=item.head)
-        shapes = _shapes(entries, what, item, scope)
+        entries, places = schema.build(
+            INSTRUMENTS[kind], others, scope, what=what, where=item.head
+        )
+        try:
+            shapes = entries.shapes()
+        except ValueError as error:
+            reason = str(error)
+            span = schema.blamed(reason, places, item.head)
+            scope.findings.reject("TIS309", f"{what}: {reason}", span)
     return Tool(name.text, kind, shapes, item.head)
 
 
@@ -224,13 +236,6 @@ def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Ite
         notes = (Note("first here", written[0].span),)
         scope.findings.reject("TIS307", '"kind" is written twice', again.span, notes=notes)
     return kind.key, others
-
-
-def _shapes(entries: Instrument, what: str, item: s.Block, scope: Scope) -> tuple[Shape, ...]:
-    try:
-        return entries.shapes()
-    except ValueError as error:
-        scope.findings.reject("TIS309", f"{what}: {error}", item.head)
 
 
 def _single(

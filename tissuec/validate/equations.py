@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.network import Floats, Indices
+from tissuec.laws.evaluation import Behaviour
+from tissuec.network import FRICTION, Floats, Indices
 from tissuec.situation import Situation
 from tissuec.validate.yielding import Yielding
 
@@ -101,14 +102,23 @@ class Equations:
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
-        self.fields, self.contact = situation.fields, situation.contact
-        self.bodies, self.memory = network.body_nodes, network.remembering("friction")
+        self.fields, self.contact = situation.fields, situation.touching
+        self.bodies, self.memory = network.body_nodes, network.remembering(FRICTION)
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
         self.springs = np.flatnonzero(situation.alive)
         self.behaviour = situation.behaviour(self.springs)
         self.rest = self.behaviour.rest
+        # Of the springs that are drawn in or paid out, the places among the living ones.
+        self.reelings = [
+            (
+                reeling,
+                np.searchsorted(self.springs, reeling.springs),
+                situation.alive[reeling.springs],
+            )
+            for reeling in situation.reelings.values()
+        ]
         self.strength = situation.strength[self.springs]
         self.crush = situation.crush[self.springs]
         self.incidence = incidence_matrix(network.ends[self.springs], self.count)
@@ -158,17 +168,35 @@ class Equations:
 
     # --- forces -------------------------------------------------------------------------------
 
-    def pull(self, moved: Floats, velocity: Floats) -> Springs:
+    def behaviour_at(self, time: float) -> Behaviour:
+        """Return the laws of the living springs with their rest lengths at a time [s]."""
+        if not self.reelings:
+            return self.behaviour
+        rest, inside = self.rest.copy(), self._inside(time)
+        for reeling, place, lives in self.reelings:
+            rest[place[lives]] = reeling.rest(inside)[lives]
+        return self.behaviour.with_rest(rest)
+
+    def _drawing(self, time: float, pull: Floats) -> float:
+        """Return the power that drawing threads in puts in [W]; ``pull`` of springs in [N]."""
+        inside = self._inside(time)
+        return -sum(
+            float(pull[place[lives]] @ reeling.rate(inside)[lives])
+            for reeling, place, lives in self.reelings
+        )
+
+    def pull(self, time: float, moved: Floats, velocity: Floats) -> Springs:
         """Return what the living springs do."""
+        behaviour = self.behaviour_at(time)
         reach = self._reach + self.incidence @ moved
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
         closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
-        given = self.yielding.read(velocity)
-        stretch = length - self.rest - self.yielding.flowed(given)
-        pull = self.behaviour.pull(stretch) + self.yielding.pull(stretch, given)
-        tension = np.where(length > 0.0, pull + self.behaviour.brake(closing), 0.0)
+        behaviour, given = self.behaviour_at(time), self.yielding.read(velocity)
+        stretch = length - behaviour.rest - self.yielding.flowed(given)
+        pull = behaviour.pull(stretch) + self.yielding.pull(stretch, given)
+        tension = np.where(length > 0.0, pull + behaviour.brake(closing), 0.0)
         return Springs(direction, length, closing, tension, stretch, pull)
 
     def burdens(self, springs: Springs) -> Floats:
@@ -200,7 +228,7 @@ class Equations:
     def rate(self, time: float, y: Floats) -> Floats:
         """Return dy/dt, shape (6 free + inner + 2,)."""
         moved, velocity = self.spread(time, y)
-        springs, position = self.pull(moved, velocity), self.drawn + moved
+        springs, position = self.pull(time, moved, velocity), self.drawn + moved
         forces = self.inner_forces(time, moved, velocity, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
         inside = self._inside(time)
@@ -211,7 +239,9 @@ class Equations:
             loads = self.outside(time)[self.free]
             acting += loads
             work += np.vdot(loads, own)
-        braking = self.behaviour.brake(springs.closing)
+        behaviour = self.behaviour_at(time)
+        work += self._drawing(time, behaviour.pull(springs.length - behaviour.rest))
+        braking = behaviour.brake(springs.closing)
         lost = braking @ springs.closing + self.drag * np.vdot(own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
@@ -236,12 +266,12 @@ class Equations:
         springs remember there is what it does to the net and to itself.
         """
         moved, velocity = self.spread(time, y)
-        springs = self.pull(moved, velocity)
+        springs, behaviour = self.pull(time, moved, velocity), self.behaviour_at(time)
         n, safe = springs.direction, np.where(springs.length > 0.0, springs.length, 1.0)
         along = n[:, :, None] * n[:, None, :]
-        steep = self.behaviour.slope(springs.stretch)
+        steep = behaviour.slope(springs.stretch)
         stiffness = steep + self.yielding.sudden
-        damping = self.behaviour.sluggishness(springs.closing)
+        damping = behaviour.sluggishness(springs.closing)
         sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
             stiffness[:, None, None] * along
@@ -289,12 +319,13 @@ class Equations:
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
         own = velocity[self.free]
-        stretch = self.pull(moved, velocity).stretch
-        stored = self.yielding.energy(stretch, self.yielding.read(velocity))
+        stretch = self.pull(time, moved, velocity).stretch
+        stored = self.behaviour_at(time).energy(stretch).sum()
+        stored += self.yielding.energy(stretch, self.yielding.read(velocity)) + sum(pressed)
         place = (self.drawn + moved)[self.free]
         return Energies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
-            elastic=float(self.behaviour.energy(stretch).sum() + stored + sum(pressed)),
+            elastic=float(stored),
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 

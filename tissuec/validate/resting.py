@@ -54,6 +54,7 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
         )
     situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
     situation.velocity[field.free] = 0.0
+    situation.forget_friction(field.free)
     _give_way(situation, field.free)
 
 
@@ -61,7 +62,7 @@ def _give_way(situation: Situation, free: Indices) -> None:
     """Let what the branches of springs at some nodes remember be their elongation."""
     equations = Equations(situation, situation.time)
     moved = situation.position - situation.network.position
-    stretch = equations.pull(moved, situation.velocity).stretch
+    stretch = equations.pull(situation.time, moved, situation.velocity).stretch
     touched = np.isin(situation.network.ends[equations.springs], free).any(axis=1)
     given = equations.yielding.given_way(stretch, touched, situation.velocity)
     equations.yielding.write(given, situation.velocity)
@@ -176,7 +177,7 @@ class Field:
 
     def _springs(self, moved: Floats) -> Springs:
         state = self._state(moved)
-        return self._equations.pull(state, self._speed)
+        return self._equations.pull(self._time, state, self._speed)
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
