@@ -119,7 +119,7 @@ def test_the_reference_has_the_same_forces_energies_and_rates():
     y = equations.gather(situation.position, situation.velocity, 0.0, 0.0)
     moved, velocity = equations.spread(0.0, y)
     assert velocity[net.memory] == pytest.approx(situation.velocity[net.memory], rel=1e-14)
-    springs = equations.pull(moved, velocity)
+    springs = equations.pull(0.0, moved, velocity)
     tension = mechanics.tension(situation, situation.position, situation.velocity)
     assert springs.tension == pytest.approx(tension, rel=1e-12)
     energies = mechanics.energies(situation, 0.0, situation.position, situation.velocity)

@@ -184,8 +184,9 @@ def test_numbers_that_cannot_be_are_refused():
 
 def test_a_change_of_what_springs_do_not_have_is_refused():
     finding = refused(rod(script="at 1 ms: change yield force of rod to 1 N"))
-    assert (
-        finding.message == "1 spring of rod began without a yield force and a yield viscosity"
+    assert finding.message == (
+        "1 spring of rod began without a yield force and a yield viscosity; to have some later, "
+        'let their tissue say "yield force is none" and a yield viscosity'
     )
 
 
