@@ -185,8 +185,8 @@ def test_numbers_that_cannot_be_are_refused():
 def test_a_change_of_what_springs_do_not_have_is_refused():
     finding = refused(rod(script="at 1 ms: change yield force of rod to 1 N"))
     assert finding.message == (
-        "1 spring of rod began without a yield force and a yield viscosity; to have some later, "
-        'let their tissue say "yield force is none" and a yield viscosity'
+        "1 spring of rod began without a yield force and a yield viscosity; "
+        'to have some later, let their tissue say "yield force is none" and a yield viscosity'
     )
 
 
@@ -196,3 +196,25 @@ def test_methods_that_would_leave_it_out_are_refused(method):
     finding = refused(rod(method=f"integrator is {method}{step}"))
     assert finding.code == "TIS306"
     assert finding.message.startswith(f"{method} is no method for springs that relax or yield")
+
+
+def test_knots_neither_relax_nor_yield():
+    network = compiled_scene("""language 1
+tissue silk {
+  spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 1 g; fraction force = 2 N
+  relaxing constant = 50 N/m; relaxation time = 20 ms
+  yield force = 0.5 N; yield viscosity = 20 N*s/m
+}
+body sling {
+  mesh is thread { line from (0, 0, 0) mm to (20, 0, 0) mm; pieces = 4; thickness = 1 mm }
+  tissue is silk
+  rupture is allowed
+}
+environment { gravity = (0, 0, 0) m/s^2; contact is off }
+simulate { duration = 0.1 s }
+""").network
+    thread = network.threads["sling"]
+    memory = network.inelastic
+    for knot in (thread.hold, thread.slip):
+        assert (memory.slot[:, knot] == -1).all()
+    assert (memory.slot[:, thread.pieces] >= 0).all()
