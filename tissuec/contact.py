@@ -259,7 +259,7 @@ class Contact:
         each = sum(self.pressure(place.depth) * place.curvature for place in places)
         return float(np.max(each, initial=0.0))
 
-    def pumping(self, time: float, position: Floats) -> float:
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in beside that of moving nodes [W]: none."""
         return 0.0
 

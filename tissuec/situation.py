@@ -13,6 +13,7 @@ from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
+from tissuec.jets import Jet
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 
@@ -115,6 +116,7 @@ class Situation:
         loads: External forces, by name.
         enclosures: Volumes that are kept by pressure, by the name of the body.
         contact: What instruments touch, None where they touch nothing.
+        jets: Of fluid, by the name of the nozzle.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
@@ -140,6 +142,7 @@ class Situation:
     loads: dict[str, Load] = field(default_factory=dict)
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
     contact: Contact | None = None
+    jets: dict[str, Jet] = field(default_factory=dict)
     hold_ends: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -195,7 +198,7 @@ class Situation:
         return next(found, None)
 
     def let_leak(self) -> list[tuple[Enclosure, int]]:
-        """Give up the cells that are torn, which keep no pressure.
+        """Give up the cells that are torn, which keep no pressure; jets go through tears.
 
         Returns:
             Enclosures as they were, each with the number of cells that it loses.
@@ -209,13 +212,14 @@ class Situation:
             if enclosure.cell_count:
                 kept[name] = enclosure
         self.enclosures = kept
+        self.jets = {name: jet.torn(self.alive) for name, jet in self.jets.items()}
         return found
 
     @property
-    def fields(self) -> tuple[Enclosure | Contact, ...]:
+    def fields(self) -> tuple[Enclosure | Contact | Jet, ...]:
         """Return what acts on nodes by their places, beside springs."""
         contact = () if self.contact is None else (self.contact,)
-        return (*self.enclosures.values(), *contact)
+        return (*self.enclosures.values(), *contact, *self.jets.values())
 
     def place_held(self) -> None:
         """Put driven nodes on their paths and every other held node at rest, at ``time``."""

@@ -6,7 +6,9 @@ from math import inf
 import numpy as np
 
 from tissuec.courses import Course
-from tissuec.kernels.records import Acts, Enclosures, Touches
+from tissuec.jets import shares
+from tissuec.kernels.records import Acts, Enclosures, Jets, Touches
+from tissuec.kernels.rinsing import GRID
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
 
@@ -26,6 +28,16 @@ def pumps(situation: Situation) -> list[Load]:
     return [
         Load(none, tuple(Term(s.amount * along, s.course) for s in e.swellings), e.span)
         for e in situation.enclosures.values()
+    ]
+
+
+def flows(situation: Situation) -> list[Load]:
+    """Return the flows of jets as loads on no node, in their first component [m³/s]."""
+    none = np.zeros(0, dtype=np.int64)
+    along = np.array([1.0, 0.0, 0.0])
+    return [
+        Load(none, (Term(jet.flow * along, jet.course),), jet.span)
+        for jet in situation.jets.values()
     ]
 
 
@@ -76,6 +88,54 @@ def pack_touches(situation: Situation, place: Indices) -> Touches:
         damping=contact.damping,
         friction=contact.friction,
         rate=contact.rate,
+    )
+
+
+def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
+    """Return jets as tables, without triangles that are torn.
+
+    Args:
+        place: Where the engine keeps each node, shape (node,).
+        first_act: Number of the first of ``flows`` among the acts.
+    """
+    jets = list(situation.jets.values())
+    skins = [jet.skin for jet in jets]
+    none = np.zeros(0, dtype=np.int64)
+
+    def every(name: str) -> Floats:
+        return np.concatenate([none, *(getattr(skin, name)[skin.whole] for skin in skins)])
+
+    def each(name: str) -> Floats:
+        return np.array([getattr(jet, name) for jet in jets], dtype=float)
+
+    parts, count = every("parts").astype(np.int64), every("count").astype(np.int64)
+    sizes = np.unique(parts)
+    starts = _offsets([3 * int(n) ** 2 for n in sizes])[np.searchsorted(sizes, parts)]
+    corners = [place[skin.corners[skin.whole]] for skin in skins]
+    begin = _offsets(count.tolist())
+    return Jets(
+        opening=np.array([place[jet.opening] for jet in jets], dtype=np.int64).reshape(-1, 2),
+        bore=each("bore"),
+        density=each("density"),
+        growth=each("growth"),
+        width=each("width"),
+        act=first_act + np.arange(len(jets)),
+        first=_offsets([int(skin.whole.sum()) for skin in skins]),
+        corners=np.concatenate([none.reshape(0, 3), *corners]),
+        side=every("side").astype(np.int64),
+        struck=every("struck").astype(np.int64),
+        blur=every("blur").astype(float),
+        shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
+        shares_start=starts,
+        shares_end=starts + count,
+        begin=begin[:-1],
+        frame=np.zeros(12),
+        faces=np.zeros((len(parts), 11)),
+        points=np.zeros((begin[-1], 9)),
+        met=np.zeros(len(parts), dtype=np.int64),
+        link=np.zeros(len(parts), dtype=np.int64),
+        shades=np.zeros(len(parts), dtype=np.int64),
+        head=np.zeros(GRID * GRID if jets else 0, dtype=np.int64),
     )
 
 

@@ -483,7 +483,9 @@ class Engine:
             return
         contact = self._layout.situation.contact
         pairs = 0 if contact is None else len(contact.nodes) * len(contact.radius)
-        cost = evaluation_cost(self.network.spring_count, pairs)
+        cost = evaluation_cost(
+            self.network.spring_count, pairs, len(self._layout.situation.jets)
+        )
         ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
         if self._review and evaluations * cost * ahead > WORTHWHILE:
             self._tier = "compiled"

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.engine.acts import (
+    flows,
     knots,
     longest_step,
     pack_acts,
     pack_enclosures,
+    pack_jets,
     pack_touches,
     pumps,
 )
@@ -21,7 +23,7 @@ from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Net, Solver, Touches
+from tissuec.kernels.records import Acts, Enclosures, Jets, Net, Solver, Touches
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -171,6 +173,7 @@ class Layout:
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
             touched=self.situation.contact is not None,
+            rinsed=bool(self.situation.jets),
             laws=self._laws,
         )
 
@@ -178,6 +181,8 @@ class Layout:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
         if self._viscous or self.situation.drag:
             return "there is viscosity"
+        if self.situation.jets:
+            return "a jet puts energy in"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
         if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
             return "work is done that is to be booked"
@@ -232,6 +237,7 @@ class Layout:
             acts=self.acts(),
             enclosures=self.enclosures(),
             touches=self.touches(),
+            jets=self.jets(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
@@ -252,6 +258,7 @@ class Layout:
             acts=self.acts(),
             enclosures=self.enclosures(),
             contact=contact and contact.renumbered(self.place),
+            jets=tuple(jet.renumbered(self.place) for jet in self.situation.jets.values()),
             home=self.touches().home,
             watched=self.watched,
             crushed=self._crushed,
@@ -265,8 +272,8 @@ class Layout:
 
     @property
     def _courses(self) -> list[Load]:
-        """Return the loads that change in time, and changes of volumes behind them."""
-        return [*self.timed, *pumps(self.situation)]
+        """Return the loads that change in time; behind them, changes of volumes and flows."""
+        return [*self.timed, *pumps(self.situation), *flows(self.situation)]
 
     def enclosures(self) -> Enclosures:
         """Return the enclosed volumes."""
@@ -276,6 +283,11 @@ class Layout:
     def touches(self) -> Touches:
         """Return what instruments touch."""
         return pack_touches(self.situation, self.place)
+
+    def jets(self) -> Jets:
+        """Return the jets of fluid."""
+        loads = len(self._courses) - len(self.situation.jets)
+        return pack_jets(self.situation, self.place, len(self.situation.motions) + loads)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

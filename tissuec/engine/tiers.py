@@ -26,6 +26,7 @@ CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s
 SPRING_COST = 30e-9  # further, per spring [s]
 TOUCH_COST = 3e-4  # of one look at all contacts [s]
 PAIR_COST = 1e-6  # further, per node and shape [s]
+JET_COST = 1e-3  # of one look at a jet [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
     "accumulate",
@@ -49,6 +50,8 @@ OPERATIONS = (
     "subtract",
     "tension",
 )
+# Parts of them that are compiled by themselves, because they are long.
+PARTS = ("before", "cell", "divide", "light", "push", "recoil", "sort", "survey", "way")
 # Those that it takes from ``banded`` or ``iterative`` instead of ``linear``.
 SOLVING = ("assemble", "solve")
 
@@ -66,6 +69,7 @@ class Features:
     banded: bool = False
     enclosed: bool = False
     touched: bool = False
+    rinsed: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
 
@@ -92,7 +96,7 @@ def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) ->
     solving = banded if features.banded else iterative
     replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
     replaced |= {name: getattr(solving, name) for name in SOLVING}
-    return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING)).bind(loop.drive))
+    return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING, *PARTS)).bind(loop.drive))
 
 
 @cache
@@ -109,20 +113,21 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
     flags = ("viscous", "watched", "crushed", "ledger", "moved", "loaded")
-    flags += ("banded", "enclosed", "touched")
+    flags += ("banded", "enclosed", "touched", "rinsed")
     replaced |= {name.upper(): getattr(features, name) for name in flags}
     curved = code.functions(features.laws) if features.laws else {}
     return replaced | curved | {"CURVED": bool(features.laws)}
 
 
-def evaluation_cost(spring_count: int, pairs: int) -> float:
+def evaluation_cost(spring_count: int, pairs: int, jets: int) -> float:
     """Return the time of one interpreted evaluation of the forces [s].
 
     Args:
         pairs: Of nodes and shapes that may touch.
+        jets: How many there are.
     """
     contact = TOUCH_COST + PAIR_COST * pairs if pairs else 0.0
-    return CALL_COST + SPRING_COST * spring_count + contact
+    return CALL_COST + SPRING_COST * spring_count + contact + JET_COST * jets
 
 
 def forced_tier() -> Tier | None:

@@ -12,6 +12,7 @@ import numpy as np
 from tissuec.kernels.acts import pull_free, put_driven
 from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
+from tissuec.kernels.rinsing import blow
 from tissuec.kernels.touching import touch
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -24,6 +25,7 @@ MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
 ENCLOSED = True  # there are enclosed volumes
 TOUCHED = True  # there are instruments that touch
+RINSED = True  # there are jets
 CURVED = True  # some springs have laws that are not linear
 pull, slope, brake, brake_slope = functions((LINEAR,)).values()
 
@@ -89,6 +91,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         work += press(time, x, a, net.acts, net.enclosures)
     if TOUCHED:
         dissipated += touch(x, v, a, net.touches)
+    if RINSED:
+        work += blow(time, x, v, a, net.acts, net.jets)
     if LEDGER:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):

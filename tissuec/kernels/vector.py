@@ -33,6 +33,7 @@ class VectorNet:
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
         contact: What instruments touch, if they do.
+        jets: Of fluid, in the engine's numbers of nodes.
         home: Where bristles stay [m], shape (m, 3).
         watched: Whether springs may break.
         crushed: Whether they do so under pressure, too.
@@ -57,6 +58,7 @@ class VectorNet:
         acts: Acts,
         enclosures: Enclosures,
         contact: Any,
+        jets: tuple[Any, ...],
         home: Floats,
         watched: bool,
         crushed: bool,
@@ -76,7 +78,7 @@ class VectorNet:
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
-        self.contact, self.home = contact, home
+        self.contact, self.home, self.jets = contact, home, jets
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -136,6 +138,12 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         net.contact.add_forces(time, at, by, to)
         if net.ledger:
             power[1] += net.contact.dissipated(time, at, by)
+    for jet in net.jets:
+        at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
+        pushed = np.zeros_like(to)
+        jet.add_forces(time, at, by, pushed)
+        to += pushed
+        power[0] += np.vdot(pushed, by)
     if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:

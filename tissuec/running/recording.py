@@ -256,5 +256,6 @@ def _frozen(situation: Situation) -> Situation:
         motions=dict(situation.motions),
         loads=dict(situation.loads),
         enclosures=dict(situation.enclosures),
+        jets=dict(situation.jets),
         hold_ends=dict(situation.hold_ends),
     )

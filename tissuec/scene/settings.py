@@ -192,13 +192,14 @@ def simulate_schema() -> dict[str, schema.Entry]:
 def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     """Return a tool from its block; one that is wrong is still known by its name."""
     assert isinstance(item, s.Block)
-    kind, shapes = "", ()
+    kind, shapes, entries = "", (), None
     with scope.findings.item():
         kind, others = _kind_of(name, item, scope)
         what = f"tool {name.text}"
-        entries, _ = schema.build(INSTRUMENTS[kind], others, scope, what=what, where=item.head)
-        shapes = _shapes(entries, what, item, scope)
-    return Tool(name.text, kind, shapes, item.head)
+        read, _ = schema.build(INSTRUMENTS[kind], others, scope, what=what, where=item.head)
+        shapes = _shapes(read, what, item, scope)
+        entries = read
+    return Tool(name.text, kind, shapes, entries, item.head)
 
 
 def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Item]]:
