@@ -57,7 +57,7 @@ def shaken(net, size=0.1):
 
 def forces(enclosure, position, time=0.0):
     total = np.zeros_like(position)
-    enclosure.add_forces(time, position, total)
+    enclosure.add_forces(time, position, np.zeros_like(position), total)
     return total
 
 

@@ -61,8 +61,7 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     drawings, built = _bodies(scene, findings)
     # What can touch stands first, so that its nodes follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
-    law = scene.environment.contact
-    network = with_tools(join(built), tools, rubbed=law is not None and law.friction > 0.0)
+    network = with_tools(join(built), tools, scene.environment)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
     groups.choose_all()
     plan = _plan(scene, network, groups, findings)

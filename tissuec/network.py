@@ -75,11 +75,20 @@ class BodyPart:
 
 @dataclass(frozen=True, slots=True)
 class ToolPart:
-    """Which nodes carry the shape of an instrument."""
+    """Which nodes carry the shape of an instrument, and its kind."""
 
     name: str
+    kind: str
     nodes: slice
     span: Span
+
+    @property
+    def jaws(self) -> tuple[Indices, Indices] | None:
+        """Return the nodes of the upper and of the lower jaw of forceps, shape (2,) each."""
+        if self.kind != "forceps":
+            return None
+        start = self.nodes.start
+        return np.arange(start, start + 2), np.arange(start + 2, start + 4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -28,7 +28,7 @@ def network_of(mesh):
     """Return the network of one body."""
     span = Span(Source("scene.tis", "language 1"), 0, 10)
     nodes, springs = len(mesh.position), len(mesh.ends)
-    numbers = ("stiffness", "damping", "rest", "strength")
+    numbers = ("stiffness", "damping", "rest", "strength", "crush")
     return Network(
         position=mesh.position,
         velocity=np.zeros((nodes, 3)),

@@ -1,43 +1,47 @@
 """Tools that have a shape: their nodes behind those of the bodies, and what they touch."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NoReturn
 
 import numpy as np
 
-from tissuec.contact import Contact
+from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
+from tissuec.core.errors import counted
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.network import Floats, Indices, Network, Origin, Provenance, ToolPart
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Environment, Tool
+from tissuec.scene.model import ContactLaw, Environment, Tool
 
+SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
+STRIDE = 0.5  # the same, as the way that nodes may go in a step
 
 
-def with_tools(network: Network, tools: Sequence[Tool], *, rubbed: bool) -> Network:
+def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
     """Return a network with the nodes that carry the shapes of tools, and bristles.
 
-    Args:
-        rubbed: Whether there is friction, which is remembered at each node of a body.
+    Friction is remembered at each node of a body.
     """
+    law = environment.contact
+    rubbed = law is not None and law.friction > 0.0
     shaped = [tool for tool in tools if tool.shapes]
-    if not shaped:
+    if not shaped and not rubbed:
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
     ends = network.node_count + np.cumsum([0, *map(len, points)])
     parts = tuple(
-        ToolPart(tool.name, slice(int(start), int(stop)), tool.span)
+        ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
     home = network.position if rubbed else network.position[:0]
     memory = slice(int(ends[-1]), int(ends[-1]) + len(home))
     added = np.concatenate([*points, home])
     spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
-    spans += [shaped[0].span] * len(home)
+    spans += [environment.span] * len(home)
     grams = np.ones(len(added))
     return replace(
         network,
@@ -57,11 +61,24 @@ def _joined(provenance: Provenance, spans: Sequence[Span]) -> Provenance:
     return Provenance(np.concatenate([provenance.index, more]), (*provenance.origins, *origins))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Carried:
+    """Shapes and the nodes that carry them; see ``Contact``.
+
+    Attributes:
+        kind, points, radius, spared: As there.
+    """
+
+    kind: Indices
+    points: Indices
+    radius: Floats
+    spared: Indices
+
+
 def contact_of(
     network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings
 ) -> Contact | None:
-    """Return what tools touch, None if nothing does."""
-    shapes = [shape for tool in tools for shape in tool.shapes]
+    """Return what touches what, None if nothing does."""
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
         for tool in tools:
@@ -70,31 +87,98 @@ def contact_of(
                 text = f"{tool.name} has a shape, but contact is off: it touches nothing"
                 findings.add("W401", text, tool.span, hint=hint)
         return None
-    if not shapes:
-        text = "no tool has a shape that could touch"
+    parts = [_of_tools(network, tools)]
+    if law.between_bodies:
+        parts.append(_of_skins(network, law))
+    kind, points, radius, spared = (
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("kind", "points", "radius", "spared")
+    )
+    if not len(kind):
+        text = "nothing has a shape that could touch"
         hint = (
             "for example: tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
         )
         findings.add("W401", text, environment.span, hint=hint)
         return None
-    radius = np.array([s.radius if s.kind == "capsule" else -1.0 for s in shapes])
+    thin = radius[radius > 0.0]
     stiffness = law.stiffness or _stiffness(network, environment, findings)
-    layer = law.layer or _layer(network, radius, environment, findings)
-    start = network.tools[0].nodes.start
-    points: Indices = start + np.arange(2 * len(shapes)).reshape(-1, 2)
     mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
-    return Contact(
+    contact = Contact(
         nodes=nodes,
+        owner=_owners(network),
+        kind=kind,
         points=points,
         radius=radius,
+        spared=spared,
+        joined=network.ends[: None if law.within_bodies else 0].astype(np.int64),
+        stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
-        layer=layer,
+        layer=law.layer or _layer(network, radius, environment, findings),
         damping=law.damping,
         friction=law.friction,
         memory=np.arange(network.memory.start, network.memory.stop),
         rate=sqrt(stiffness / mass),
         span=environment.span,
     )
+    _warn_of_drawn_touches(contact, network, findings)
+    return contact
+
+
+def _of_tools(network: Network, tools: Sequence[Tool]) -> Carried:
+    shapes = [shape for tool in tools for shape in tool.shapes]
+    start = network.tools[0].nodes.start if network.tools else 0
+    return Carried(
+        kind=np.array(
+            [PLANE if s.kind == "plane" else CAPSULE for s in shapes], dtype=np.int64
+        ),
+        points=start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]],
+        radius=np.array([shape.radius for shape in shapes], dtype=float),
+        spared=np.full(len(shapes), -1),
+    )
+
+
+def _of_skins(network: Network, law: ContactLaw) -> Carried:
+    """Return the triangles of the surfaces of all bodies."""
+    skin = network.skin.astype(np.int64)
+    thickness = law.thickness or SKIN * _mean_length(network)
+    if not thickness > 0.0:
+        thickness = 0.0  # without springs there is no skin either
+    owner = _owners(network)[skin[:, 0]]
+    return Carried(
+        kind=np.full(len(skin), TRIANGLE),
+        points=skin,
+        radius=np.full(len(skin), thickness),
+        spared=np.full(len(skin), -1) if law.within_bodies else owner,
+    )
+
+
+def _warn_of_drawn_touches(contact: Contact, network: Network, findings: Findings) -> None:
+    """Warn of what touches before anything moves: it is pushed apart at once."""
+    pairs = contact.near(network.position, 0.0)
+    if len(pairs.node):
+        depth = contact.places(network.position, pairs).depth
+        deepest = show(float(depth.max()), LENGTH)
+        findings.add(
+            "W406",
+            f"{counted(len(np.unique(pairs.node)), 'node')} touch something as drawn, by up to "
+            f"{deepest}: they are pushed away at once",
+            contact.span,
+            hint="draw bodies and tools further apart, or write a smaller contact thickness",
+        )
+
+
+def _owners(network: Network) -> Indices:
+    """Return the body of each node of a body, shape (node,)."""
+    sizes = [part.nodes.stop - part.nodes.start for part in network.bodies]
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def _mean_length(network: Network) -> float:
+    """Return the mean length of the springs as drawn [m]; NaN without any."""
+    ends = network.position[network.ends]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return float(lengths.mean()) if len(lengths) else float("nan")
 
 
 def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
@@ -110,11 +194,9 @@ def _layer(
     network: Network, radius: Floats, environment: Environment, findings: Findings
 ) -> float:
     """Return a tenth of the mean length of a spring, and no more than thin tools allow [m]."""
-    ends = network.position[network.ends]
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     thin = THINNEST * radius[radius > 0.0]
-    if len(lengths):
-        return min(SOFTEST_LAYER * float(lengths.mean()), float(thin.min(initial=np.inf)))
+    if network.spring_count:
+        return min(SOFTEST_LAYER * _mean_length(network), float(thin.min(initial=np.inf)))
     if len(thin):
         return SOFTEST_LAYER * float(thin.min())
     _unknown("contact layer", show(1e-3, LENGTH), environment, findings)

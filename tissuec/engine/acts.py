@@ -5,6 +5,7 @@ from math import inf
 
 import numpy as np
 
+from tissuec.contact import Contact
 from tissuec.courses import Course
 from tissuec.jets import shares
 from tissuec.kernels.records import Acts, Enclosures, Jets, Touches
@@ -62,27 +63,35 @@ def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enc
     )
 
 
-def pack_touches(situation: Situation, place: Indices) -> Touches:
-    """Return instruments and what they can touch; nothing without contact.
+def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touches:
+    """Return shapes and what they can touch; nothing without contact.
 
     Args:
-        place: Where the engine keeps each node, shape (node,).
+        contact: In the engine's numbers of nodes, with its pairs.
+        home: Where bristles stay [m], shape (memory, 3).
+        listed: Positions at which the pairs were near [m], shape (3 node,).
     """
-    contact = situation.contact
-    none = np.zeros(0, dtype=np.int64)
-    if contact is None:
-        empty = np.zeros((0, 3))
+    none, empty, squares = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(len(listed) // 3)
+    if contact is None or contact.pairs is None:
+        first, points, nowhere = np.zeros(1, dtype=np.int64), none.reshape(0, 3), home[:0]
         return Touches(
-            none, none.reshape(0, 2), np.zeros(0), none, empty, empty, 0.0, 1.0, 0.0, 0.0, 1.0
-        )
-    home = situation.network.position[contact.memory]
+            none, first, none, none, points, empty, none, nowhere, nowhere, listed, squares,
+            np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
+        )  # fmt: skip
+    counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
     return Touches(
-        nodes=place[contact.nodes],
-        points=place[contact.points],
+        nodes=contact.nodes,
+        first=_offsets(counts.tolist()),
+        shape=contact.pairs.shape,
+        kind=contact.kind,
+        points=contact.points,
         radius=contact.radius,
-        memory=place[contact.memory],
+        memory=contact.memory,
         home=home,
         bent=np.zeros_like(home),
+        listed=listed,
+        squares=squares,
+        stride=contact.stride,
         stiffness=contact.stiffness,
         layer=contact.layer,
         damping=contact.damping,

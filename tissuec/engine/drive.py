@@ -22,6 +22,7 @@ from tissuec.kernels.records import (
     OUTSIZE,
     PAUSED,
     REACHED,
+    STRAYED,
     SURPASSED,
     UNDERFLOW,
     UNSOLVED,
@@ -31,7 +32,7 @@ from tissuec.kernels.records import (
     Task,
     Work,
 )
-from tissuec.kernels.scalar import LEDGER, WATCHED
+from tissuec.kernels.scalar import LEDGER, TOUCHED, WATCHED
 from tissuec.kernels.vector import (
     VectorNet,
     combine,
@@ -99,6 +100,17 @@ def drive(
             if IMPLICIT:
                 aim(h, displacement, speed, task, work)
             near = step(time, end, current, work, net)
+            if TOUCHED:
+                # What moves far may pass through a shape, or meet one that is not listed.
+                way = strayed(work.x[1 - current], work.x[current], net)
+                if task.fixed == 0 and way > 1.0:
+                    size = h * max(0.1, 0.9 / way)
+                    rejected += 1
+                    memory, calm, growing = 0.0, 0, False
+                    continue
+                if strayed(work.x[1 - current], net.touches.listed, net) > 1.0:
+                    reason = STRAYED
+                    break
             reach = greater(displacement, distance(work.x[1 - current], work.origin, work.each))
             pace = greater(speed, distance(work.v[1 - current], work.zero, work.each))
             ratio = 0.0
@@ -212,6 +224,11 @@ def drive(
         room,
         usual,
     )
+
+
+def strayed(x: Floats, since: Floats, net: VectorNet) -> float:
+    """Return how far any node has moved, over how far it may; NaN does not count here."""
+    return distance(x, since, net.touches.squares) / net.touches.stride
 
 
 def landing(time: float, size: float, task: Task) -> float:

@@ -35,6 +35,7 @@ from tissuec.kernels.records import (
     OUTSIZE,
     PAUSED,
     REACHED,
+    STRAYED,
     SURPASSED,
     UNDERFLOW,
     UNSOLVED,
@@ -88,6 +89,7 @@ class Engine:
         self._stale = True
         self._segment: float | None = None
         self._asked = 0  # evaluations when a pause was last offered
+        self._listed_at = np.nan  # when what is near shapes was listed [s]
 
     @property
     def choice(self) -> Choice:
@@ -442,6 +444,8 @@ class Engine:
                 found = self._inside(reason == SURPASSED, watch)
                 if found is not None:
                     return found
+            elif reason == STRAYED and self._listed_at != self._progress.time:
+                self._nets.clear()  # and with them the lists of what is near
             elif reason == OUTSIZE and failures.is_flight(
                 self._work, self._progress, self._layout
             ):
@@ -495,6 +499,9 @@ class Engine:
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""
         if tier not in self._nets:
+            if self._layout.features.touched:
+                self._listed_at = self._progress.time
+                self._layout.list_near(self._work.x[self._progress.current])
             make = self._layout.compiled_net if tier == "compiled" else self._layout.vector_net
             self._nets[tier] = make(self._integrator)
         return self._nets[tier]

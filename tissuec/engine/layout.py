@@ -4,11 +4,12 @@ Nodes keep their places for a whole run. A spring that dies is first set to zero
 leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.contact import Contact
 from tissuec.engine.acts import (
     flows,
     knots,
@@ -96,6 +97,8 @@ class Layout:
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
         self._solver: Solver | None = None
+        self._contact: Contact | None = None  # with the pairs that were listed last
+        self._listed = np.zeros(0)
 
     def update(self, situation: Situation) -> None:
         """Take over everything that acts in a situation, but not its state."""
@@ -242,7 +245,7 @@ class Layout:
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
         """Return what acts, for the interpreted tier."""
-        springs, contact = self.springs, self.situation.contact
+        springs = self.springs
         return VectorNet(
             low=springs.low,
             high=springs.high,
@@ -257,9 +260,9 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
-            contact=contact and contact.renumbered(self.place),
+            contact=self._contact,
+            touches=self.touches(),
             jets=tuple(jet.renumbered(self.place) for jet in self.situation.jets.values()),
-            home=self.touches().home,
             watched=self.watched,
             crushed=self._crushed,
             ledger=self.ledger,
@@ -281,8 +284,19 @@ class Layout:
         return pack_enclosures(self.situation, self.place, first_act)
 
     def touches(self) -> Touches:
-        """Return what instruments touch."""
-        return pack_touches(self.situation, self.place)
+        """Return shapes and the nodes near them, as listed last."""
+        memory = self.situation.network.memory
+        home = self.situation.network.position[memory]
+        return pack_touches(self._contact, home, self._listed)
+
+    def list_near(self, flat: Floats) -> None:
+        """List the nodes near shapes at positions of the stepping code [m], shape (3 node,)."""
+        contact = self.situation.contact
+        self._listed, self._contact = flat.copy(), None
+        if contact is not None:
+            contact = contact.renumbered(self.place)
+            pairs = contact.near(flat.reshape(-1, 3), 2.0 * contact.stride)
+            self._contact = replace(contact, pairs=pairs)
 
     def jets(self) -> Jets:
         """Return the jets of fluid."""

@@ -17,17 +17,17 @@ class Plane:
     """A plane without end that lets nothing pass to behind it.
 
     Attributes:
-        through: a point of it
-        facing: the direction in front of it
+        point: any point of it
+        normal: the direction in front of it, at right angles to it
     """
 
-    through: Position
-    facing: Annotated[Floats, Point(units.NUMBER)]
+    point: Position
+    normal: Annotated[Floats, Point(units.NUMBER)]
 
     def shapes(self) -> tuple[Shape, ...]:
-        length = float(np.linalg.norm(self.facing))
+        length = float(np.linalg.norm(self.normal))
         if not length > 0.0:
-            raise ValueError('"facing" is a direction and cannot be (0, 0, 0)')
+            raise ValueError('"normal" is a direction and cannot be (0, 0, 0)')
         # A step of one metre would lose digits in small scenes; its length does not matter.
-        ahead = self.facing / length * max(float(np.abs(self.through).max()), 1e-3)
-        return (Shape("plane", np.array([self.through, self.through + ahead])),)
+        ahead = self.normal / length * max(float(np.abs(self.point).max()), 1e-3)
+        return (Shape("plane", np.array([self.point, self.point + ahead])),)

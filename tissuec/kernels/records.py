@@ -48,14 +48,20 @@ class Enclosures(NamedTuple):
 
 
 class Touches(NamedTuple):
-    """Shapes of instruments and the nodes that they can touch; see ``tissuec.contact``."""
+    """Shapes and the nodes that they can touch; see ``tissuec.contact``."""
 
     nodes: Integers  # shape (m,)
-    points: Integers  # nodes that carry the shapes, shape (shape, 2)
-    radius: Floats  # of capsules [m]; negative for planes, shape (shape,)
+    first: Integers  # shapes near node k are shape[first[k]:first[k + 1]], shape (m + 1,)
+    shape: Integers  # numbers of shapes, shape (pair,)
+    kind: Integers  # shape (shape,)
+    points: Integers  # nodes that carry each shape, shape (shape, 3)
+    radius: Floats  # [m], shape (shape,)
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Floats  # scratch, their rates [m/s²], shape as ``home``
+    listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
+    squares: Floats  # scratch, shape (node,)
+    stride: float  # longest way of a node in a step, and since pairs were listed [m]
     stiffness: float  # [N/m]
     layer: float  # [m]
     damping: float  # [s/m]
@@ -218,6 +224,6 @@ class Buffer(NamedTuple):
 
 
 # Why the stepping code came back.
-REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED = range(8)
+REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
 
 AnyNet = Any  # ``Net`` in the compiled tier, ``vector.VectorNet`` in the interpreted one

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tissuec.kernels.acts import total, turning
-from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers
+from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers, Touches
 from tissuec.kernels.scalar import LEFT, TINY
 from tissuec.laws.evaluation import Behaviour
 
@@ -33,8 +33,8 @@ class VectorNet:
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
         contact: What instruments touch, if they do.
+        touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
         jets: Of fluid, in the engine's numbers of nodes.
-        home: Where bristles stay [m], shape (m, 3).
         watched: Whether springs may break.
         crushed: Whether they do so under pressure, too.
         ledger: Whether work and dissipation are integrated.
@@ -58,8 +58,8 @@ class VectorNet:
         acts: Acts,
         enclosures: Enclosures,
         contact: Any,
+        touches: Touches,
         jets: tuple[Any, ...],
-        home: Floats,
         watched: bool,
         crushed: bool,
         ledger: bool,
@@ -78,7 +78,7 @@ class VectorNet:
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
-        self.contact, self.home, self.jets = contact, home, jets
+        self.contact, self.touches, self.jets = contact, touches, jets
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -154,7 +154,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[1] += np.dot(net.node_scratch, v * (net.inverse_mass > 0.0))
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
-    if net.contact is not None and net.home.size:
+    if net.contact is not None and len(net.contact.memory):
         rates = net.contact.bristle_rates(x.reshape(-1, 3), v.reshape(-1, 3))
         a.reshape(-1, 3)[net.contact.memory] = rates
     return near
@@ -237,7 +237,7 @@ def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
         x.reshape(-1, 3)[nodes] = position + np.array(sums[:3])
         v.reshape(-1, 3)[nodes] = velocity
     if net.contact is not None:
-        x.reshape(-1, 3)[net.contact.memory] = net.home
+        x.reshape(-1, 3)[net.contact.memory] = net.touches.home
 
 
 def combine(

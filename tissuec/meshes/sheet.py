@@ -66,7 +66,9 @@ class Sheet:
         shape = (self.rows, self.columns)
         pairs = [grid_pairs(shape, step) for step in self._steps()]
         ends = springs(self.rows * self.columns, *pairs)
-        return Mesh(self._position(), ends, grid_triangles(shape), grid=Grid(*shape, closed=False))
+        return Mesh(
+            self._position(), ends, grid_triangles(shape), grid=Grid(*shape, closed=False)
+        )
 
     def _steps(self) -> list[tuple[int, int]]:
         """Return how far springs reach, as (rows, columns)."""

@@ -187,13 +187,19 @@ class ContactLaw:
     """What is written of contact.
 
     Attributes:
+        between_bodies: Whether surfaces of bodies touch other bodies.
+        within_bodies: Whether they touch their own body, too.
         stiffness: [N/m]; None where it follows from the springs.
+        thickness: Of surfaces of bodies [m]; None where it follows from lengths of springs.
         layer: [m]; None where it follows from the lengths of springs.
         damping: [s/m].
         friction: Coefficient.
     """
 
+    between_bodies: bool
+    within_bodies: bool
     stiffness: float | None
+    thickness: float | None
     layer: float | None
     damping: float
     friction: float

@@ -27,7 +27,7 @@ DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 AUTOMATIC = "automatic"
 HOLDING = "forceps"  # the kind that holds nodes, and so can move them
-CONTACTS = ("off", "tools only")
+CONTACTS = ("off", "tools only", "bodies too", "everywhere")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,13 +36,16 @@ class EnvironmentEntries:
 
     Attributes:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
-        contact: what can touch: nothing, or tools that have a shape
+        contact: what can touch: nothing, tools that have a shape, bodies one another as well,
+            or even themselves
         friction: coefficient of friction between what touches
-        contact stiffness: force by depth of what is pressed into a shape; as stiff as the
+        contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
-        contact layer: depth over which this stiffness sets in; a tenth of a spring's length if
+        contact_thickness: how far from a surface of a body others begin to touch it; a quarter
+            of a spring's length if not written
+        contact_layer: depth over which this stiffness sets in; a tenth of a spring's length if
             not written
-        contact damping: how much contact loses of its force for each speed of leaving
+        contact_damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
     """
 
@@ -50,6 +53,7 @@ class EnvironmentEntries:
     contact: Annotated[str, OneOf(CONTACTS)] = "off"
     friction: Annotated[float | None, Measure(units.NUMBER, at_least=0.0)] = None
     contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
+    contact_thickness: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_damping: Annotated[
         float | None, Measure(units.TIME / units.LENGTH, at_least=0.0)
@@ -99,15 +103,18 @@ def _contact_law(
     entries: EnvironmentEntries, places: Mapping[str, Span], scope: Scope
 ) -> ContactLaw | None:
     """Return what is written of contact, None if it is off; then nothing may be written."""
-    numbers = (
-        entries.contact_stiffness,
-        entries.contact_layer,
-        entries.contact_damping or 0.0,
-        entries.friction or 0.0,
-    )
     if entries.contact != "off":
-        return ContactLaw(*numbers)
-    for name in ("friction", "contact stiffness", "contact layer", "contact damping"):
+        return ContactLaw(
+            between_bodies=entries.contact != "tools only",
+            within_bodies=entries.contact == "everywhere",
+            stiffness=entries.contact_stiffness,
+            thickness=entries.contact_thickness,
+            layer=entries.contact_layer,
+            damping=entries.contact_damping or 0.0,
+            friction=entries.friction or 0.0,
+        )
+    written = (f"contact {name}" for name in ("stiffness", "thickness", "layer", "damping"))
+    for name in ("friction", *written):
         if name in places:
             scope.findings.reject(
                 "TIS306",

@@ -32,8 +32,10 @@ class Blade:
     spans: Floats
     limited: tuple[bool, bool]
 
-    def crosses(self, first: Floats, second: Floats, size: float) -> NDArray[np.bool_]:
-        """Return which segments the blade goes through, shape (segment,).
+    def crosses(
+        self, first: Floats, second: Floats, size: float
+    ) -> tuple[NDArray[np.bool_], Floats]:
+        """Return which segments the blade goes through, and p there, each of shape (segment,).
 
         Args:
             first, second: Ends of the segments [m], each of shape (segment, 3).
@@ -48,7 +50,7 @@ class Blade:
         for axis, is_limited in enumerate(self.limited):
             if is_limited:
                 is_across &= np.abs(share[:, axis] - 0.5) <= 0.5 + ON_PLANE
-        return is_across
+        return is_across, share[:, 0]
 
 
 def plane(through: Floats, facing: Floats) -> Blade:

@@ -3,14 +3,18 @@
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import numpy as np
+
 from tissuec.core import units
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
-from tissuec.network import Indices
+from tissuec.courses import Course
+from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
-from tissuec.verbs.blade import Blade, plane, strip, stroke
+from tissuec.verbs.blade import ON_PLANE, Blade, plane, strip, stroke
 from tissuec.verbs.holding import sentence
+from tissuec.verbs.motion import schedule
 
 
 @VERBS.member("cut")
@@ -24,6 +28,10 @@ class Cut:
     A node on the blade counts as in front of it. Without ``along`` all springs of a set of
     springs are cut. The tool after ``with`` must be scissors and is entered in the event log.
     A cut that goes through nothing is noted and changes nothing.
+
+    Over an interval the blades close along a line, or along the edge of a stroke, from its
+    first point to its second: each spring is cut when they come to where it was as the cut
+    began, or at the next such time if it has moved by then, and the rest at the end.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -32,9 +40,12 @@ class Cut:
         "cut BODY along stroke from POINT to POINT by VECTOR",
         "cut BODY along line from POINT to POINT facing VECTOR",
         "cut BODY along plane through POINT facing VECTOR with TOOL",
+        "cut BODY along line from POINT to POINT facing VECTOR using PROFILE",
     )
     group: Group
     blade: Blade | None
+    course: Course | None  # of the closing blades, None where all is cut at once
+    duration: float | None  # [s]
     span: Span
 
     @classmethod
@@ -48,22 +59,78 @@ class Cut:
                 '"cut" needs "along", unless it names a set of springs',
                 hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
             )
-        return cls(group, blade, order.span)
+        if order.duration is None:
+            return cls(group, blade, None, None, order.span)
+        if blade is None or not blade.limited[0]:
+            order.reject(
+                "TIS306",
+                "blades that close over an interval need a line or a stroke to close along",
+                hint="write at T: cut …, or: cut … along line from … to … facing …",
+            )
+        course = order.courses(default="constant speed")[0]
+        return cls(group, blade, course, order.duration, order.span)
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        text, springs = sentence(self.span), self._found(situation)
+        if self.course is not None:
+            return self._begin(self.course, situation, agenda)
+        springs, _ = self.found(situation)
         if not len(springs):
-            return (Happening("note", (), f"{text}: there is nothing to cut", self.span),)
-        situation.alive = situation.alive.copy()
-        situation.alive[springs] = False
-        return (Happening("cut", tuple(springs.tolist()), text, self.span),)
+            text = f"{sentence(self.span)}: there is nothing to cut"
+            return (Happening("note", (), text, self.span),)
+        return (sever(situation, springs, self.span),)
 
-    def _found(self, situation: Situation) -> Indices:
+    def _begin(
+        self, course: Course, situation: Situation, agenda: Agenda
+    ) -> tuple[Happening, ...]:
+        (begun,), stop = schedule(agenda, (course,), situation.time, self.duration)
+        shares = np.unique(np.append(self.found(situation)[1], 1.0))
+        for time in np.unique([when(begun, share, situation.time, stop) for share in shares]):
+            agenda.add(float(time), Snip(self, begun, stop))
+        text = f"begin of: {sentence(self.span)}"
+        return (Happening("stroke", (), text, self.span),)
+
+    def found(self, situation: Situation) -> tuple[Indices, Floats]:
+        """Return the intact springs that the blade goes through, and where along its edge."""
         springs = self.group.indices[situation.alive[self.group.indices]]
         if self.blade is None:
-            return springs
+            return springs, np.zeros(len(springs))
         first, second = situation.position[situation.network.ends[springs]].swapaxes(0, 1)
-        return springs[self.blade.crosses(first, second, situation.network.extent)]
+        across, share = self.blade.crosses(first, second, situation.network.extent)
+        return springs[across], share[across]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snip:
+    """Closing blades that have come so far along their edge."""
+
+    cut: Cut
+    course: Course
+    stop: float  # [s]
+
+    @property
+    def span(self) -> Span:
+        return self.cut.span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        springs, share = self.cut.found(situation)
+        come = 1.0 if situation.time >= self.stop else self.course.at(situation.time)[0]
+        reached = springs[share <= come + ON_PLANE]
+        return (sever(situation, reached, self.span),) if len(reached) else ()
+
+
+def sever(situation: Situation, springs: Indices, span: Span) -> Happening:
+    """Remove springs for good, and say so."""
+    situation.alive = situation.alive.copy()
+    situation.alive[springs] = False
+    return Happening("cut", tuple(springs.tolist()), sentence(span), span)
+
+
+def when(course: Course, share: float, start: float, stop: float) -> float:
+    """Return when a course that rises from 0 to 1 comes to a share [s], by bisection."""
+    for _ in range(60):
+        middle = 0.5 * (start + stop)
+        start, stop = (middle, stop) if course.at(middle)[0] < share else (start, middle)
+    return stop
 
 
 def _read_blade(order: Order) -> Blade:

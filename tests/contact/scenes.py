@@ -1,0 +1,108 @@
+"""Scenes in which something touches, as text; running them; what came out as arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.validate.scenes import compiled_scene
+from tissuec.compiler import Compiled
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import Outcome, run
+
+
+@dataclass
+class Played:
+    """A run that was kept in memory."""
+
+    compiled: Compiled
+    outcome: Outcome
+    recording: MemoryRecording
+
+    @property
+    def time(self):
+        """Return the times of the frames [s], shape (frame,)."""
+        return self.recording.frame_arrays()[0]
+
+    @property
+    def position(self):
+        """Return positions [m], shape (frame, node, 3); tools stand behind the bodies."""
+        return self.recording.frame_arrays()[1]
+
+    @property
+    def velocity(self):
+        """Return velocities [m/s], shape (frame, node, 3)."""
+        return self.recording.frame_arrays()[2]
+
+    def log(self, name):
+        """Return times [s] and rows of a log."""
+        return self.recording.log_arrays(name)
+
+    def energies(self):
+        """Return times [s], and the columns of the energies by name [J]."""
+        time, rows = self.recording.energy_arrays()
+        names = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
+        return time, dict(zip(names, rows.T, strict=True))
+
+
+def play(text, *, tier="interpreted"):
+    """Run a scene to its end."""
+    compiled = compiled_scene(text)
+    recording = MemoryRecording()
+    recorder = Recorder(compiled.network, compiled.plan, recording)
+    outcome = run(compiled.network, compiled.plan, recorder, tier=tier)
+    return Played(compiled, outcome, recording)
+
+
+def balance(played):
+    """Return the largest gap in the energy balance, as a part of the energy that was moved."""
+    _, e = played.energies()
+    stored = e["kinetic"] + e["elastic"] + e["gravity"]
+    gap = stored - stored[0] - (e["work"] - e["dissipated"] - e["switched"])
+    moved = np.abs(e["work"]).max() + e["kinetic"].max() + np.abs(e["dissipated"]).max()
+    return np.abs(gap).max() / moved
+
+
+def ball(*, height="10 mm", velocity="(0, 0, 0) m/s", mass="1 g", extra=""):
+    """Return the text of one mass point, to be followed by what it meets."""
+    return f"""language 1
+tissue lead {{ spring constant = 1 N/m; viscosity = 0 N*s/m; mass = {mass} }}
+body ball {{ mesh is explicit; tissue is lead; velocity = {velocity} }}
+table nodes of ball with columns "id x in mm y in mm z in mm" {{ 1 0 0 {height.split()[0]} }}
+{extra}"""
+
+
+#: Tools of every shape, which reach into the cube of 20 mm around (10, 10, 10) mm.
+MEETING = {
+    "ball": "kind is probe; radius = 5 mm; centre = (4, 5, 6) mm",
+    "rod": "kind is probe; radius = 4 mm; axis from (14, 2, 3) mm to (18, 16, 12) mm",
+    "hook": "kind is hook; radius = 3 mm; shaft from (3, 25, 18) mm to (6, 14, 16) mm"
+    "; bend = (12, 12, 17) mm; tip = (13, 9, 14) mm",
+    "jaws": "kind is forceps; radius = 2 mm; upper from (0, 14, 12) mm to (12, 13, 11) mm"
+    "; lower from (0, 14, 7) mm to (12, 13, 5) mm",
+    "plate": "kind is plane; point = (0, 0, 2) mm; normal = (0.2, -0.1, 1)",
+}
+
+
+def meeting(count, *, tools=MEETING, friction="0", damping="0 s/m"):
+    """Return the text of a cloud of points in a cube that every shape of tool reaches into."""
+    places = np.random.default_rng(7).uniform(0.0, 20.0, (count, 3)).round(3)
+    rows = "; ".join(f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(places, 1))
+    drawn = "\n".join(f"tool {name} {{ {entries} }}" for name, entries in tools.items())
+    return f"""language 1
+tissue dust {{ spring constant = 1 N/m; viscosity = 0 N*s/m; mass = 1 g }}
+body cloud {{ mesh is explicit; tissue is dust }}
+table nodes of cloud in mm with columns "id x y z" {{ {rows} }}
+{drawn}
+environment {{
+  gravity = (0, 0, 0) m/s^2; contact is tools only; friction = {friction}
+  contact stiffness = 500 N/m; contact layer = 0.5 mm; contact damping = {damping}
+}}
+simulate {{ duration = 10 ms }}
+"""
+
+
+def contact_of(compiled):
+    """Return the contact of a scene that has one."""
+    assert compiled.plan.contact is not None
+    return compiled.plan.contact
