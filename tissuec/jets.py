@@ -5,10 +5,10 @@ distance s ahead of the opening and r beside the axis is
 
     u = U b0/b exp(-r²/b²),    b² = b0² + (k s)²,    b0 = d/√2,    U = 4 Q / π d²,
 
-so that its momentum flux, J = ∫ ρ u² dA = 4 ρ Q² / π d², is the same at every distance. A jet of
-liquid in gas hardly spreads (k = 0); one within the same fluid is a free turbulent jet, whose
-half-width r½ = b √ln 2 grows by 0.094 for each length (H. J. Hussein, S. P. Capp, W. K. George,
-J. Fluid Mech. 258:31, 1994; S. B. Pope, Turbulent Flows, 2000, section 5.1).
+so that its momentum flux, J = ∫ ρ u² dA = 4 ρ Q² / π d², is the same at every distance. A jet
+of liquid in gas hardly spreads (k = 0); one within the same fluid is a free turbulent jet,
+whose half-width r½ = b √ln 2 grows by 0.094 for each length (H. J. Hussein, S. P. Capp, W. K.
+George, J. Fluid Mech. 258:31, 1994; S. B. Pope, Turbulent Flows, 2000, section 5.1).
 
 Where it meets a surface, fluid goes on along the surface and leaves to it the part of its
 momentum that is normal to it. An element of area A with the unit normal n, at the angle
@@ -20,16 +20,16 @@ where φ is (u - w)², w being the speed at which the element itself goes along 
 the part of the jet that nothing takes away before. A plate that catches all of a jet is thus
 pressed with J cos θ along its normal.
 
-V follows from the elements before: an element of area A' covers its surroundings, in coordinates
-ξ = r/b that go along with the jet, by A' cos θ' K(ξ - ξ'), K being a smooth bump of integral one.
-It counts as far as it lies in front of the plane of the element in its shadow, and this one
-behind its own plane: surfaces that are curved, either way, thus do not shade themselves. V falls
-from 1 to 0 while the sum C rises from ``LIT`` to ``DARK``. All of this is smooth in all places.
+V follows from the triangles that stand before. In coordinates ξ = r/b, which go along with the
+jet, each covers what lies within its edges, by a product of smooth steps over the distances
+from them, so that neighbours cover together what is between them. It covers what is behind its
+plane and has no corner in common with it. V falls from 1 to 0 while the sum rises from ``LIT``
+to ``DARK``. Forces have continuous derivatives by all places.
 """
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +46,14 @@ if TYPE_CHECKING:
 CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
 FINE = 1.0  # parts of an edge for each width b0 of it
 MOST = 16  # parts of an edge; jets that would need more are widened
-BLUR = 1.0  # radius of a bump over the length of a part
-DEEP = 0.25  # of that radius: how far behind something its shadow is full
-LIT, DARK = 0.25, 0.75  # covered parts of the jet
-STEEP = 0.2  # cos θ below which elements fade as shades
+BLUR, THIN = 0.4, 0.35  # of b0, and of the height of a triangle: how far its shade is blurred
+DEEP = 0.5  # of that: how far behind a triangle its shade is full
+LIT, DARK = 0.3, 0.7  # covered parts of the jet
+STEEP = 0.2  # cos θ below which the shades of triangles fade
 NEAR = 0.5  # bores in front of the opening within which the jet sets in
-FLAT = 1e-6  # of the radius of a bump: what is no nearer than this to a plane is in it
+FLAT = 1e-6  # of what is blurred: what is no further than this behind a plane is in it
+SLACK = 1.1  # elements may be further off in ξ than the corners of their triangle
+TINY = 1e-200  # added to a length before dividing
 SLIGHT = 1e-6  # of an edge: step of differences
 
 
@@ -65,7 +67,7 @@ class Skin:
             other side, 0 from both, as what belongs to no closed surface.
         struck: Whether it is pushed, or shades others only.
         parts: Into how many parts its edges are divided; it has three elements for each square.
-        blur: Radii of their bumps [m].
+        blur: How far their shades are blurred, to each side [m].
         edges: What holds the edges.
         whole: Which triangles are not torn.
     """
@@ -95,7 +97,7 @@ class Skin:
         rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
         edges = Edges.of(Strands.of(network.ends), rings)
         struck = np.isin(corners, nodes).all(axis=1)
-        blur = BLUR * longest / parts
+        blur = np.minimum(BLUR * width, THIN * _height(network, corners))
         whole = np.asarray(edges.holding(alive).all(axis=1))
         return cls(corners, _sides(network, corners), struck, parts, blur, edges, whole)
 
@@ -122,6 +124,16 @@ def _longest(network: Network, corners: NDArray[np.integer]) -> Floats:
     return np.linalg.norm(edges, axis=2).max(axis=1)
 
 
+def _height(network: Network, corners: Indices) -> Floats:
+    """Return the least heights of triangles as drawn [m], shape (triangle,)."""
+    one, other = (
+        network.position[corners[:, k]] - network.position[corners[:, 0]] for k in (1, 2)
+    )
+    twice = np.linalg.norm(np.cross(one, other), axis=1)
+    longest = _longest(network, corners)
+    return twice / np.where(longest > 0.0, longest, 1.0)
+
+
 def _sides(network: Network, corners: Indices) -> Indices:
     """Return from where triangles can be pushed, as ``Skin.side``, body by body."""
     side = np.zeros(len(corners), dtype=np.int64)
@@ -134,13 +146,27 @@ def _sides(network: Network, corners: Indices) -> Indices:
     return side
 
 
+class Axis(NamedTuple):
+    """The axis of a jet.
+
+    Attributes:
+        start: The opening [m], shape (3,).
+        along: Unit vector, shape (3,).
+        across: Two more, all three right-handed, shape (2, 3).
+    """
+
+    start: Floats
+    along: Floats
+    across: Floats
+
+
 class Way(NamedTuple):
     """Where points are in a jet, each of shape (…).
 
     Attributes:
         ahead: Distance from the opening along the axis [m].
         width: b there [m].
-        beside: Place beside the axis over b, shape (…, 3).
+        beside: ξ, shape (…, 2).
     """
 
     ahead: Floats
@@ -209,17 +235,20 @@ class Jet:
         flow = max(self.flow * self.course.at(time)[0], 0.0)
         return self.density * flow * flow / (0.25 * np.pi * self.bore**2)
 
-    def axis(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return where the opening is [m], and the direction of the jet, each of shape (3,)."""
+    def axis(self, position: Floats) -> Axis:
+        """Return where the opening is now, and which way the jet goes."""
         start, ahead = position[self.opening]
-        return start, (ahead - start) / np.linalg.norm(ahead - start)
+        along = (ahead - start) / np.linalg.norm(ahead - start)
+        one = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+        one /= np.linalg.norm(one)
+        return Axis(start, along, np.stack([one, np.cross(along, one)]))
 
-    def way(self, points: Floats, axis: tuple[Floats, Floats]) -> Way:
+    def way(self, points: Floats, axis: Axis) -> Way:
         """Return where points, shape (…, 3) [m], are in the jet."""
-        seen = points - axis[0]
-        ahead = seen @ axis[1]
+        seen = points - axis.start
+        ahead = seen @ axis.along
         width = np.hypot(self.width, self.growth * ahead)
-        return Way(ahead, width, (seen - ahead[..., None] * axis[1]) / width[..., None])
+        return Way(ahead, width, seen @ axis.across.T / width[..., None])
 
     def met(self, position: Floats) -> Indices:
         """Return the triangles that are not torn and, some part of them, within the jet."""
@@ -246,7 +275,7 @@ class Jet:
         if not thrust > 0.0:
             return
         axis, met = self.axis(position), self.met(position)
-        to[self.opening[0]] -= thrust * axis[1]
+        to[self.opening[0]] -= thrust * axis.along
         corners = self.skin.corners[met]
         elements = _elements(self.skin.parts[met])
         pushed = self._pushed(thrust, axis, met, elements, position[corners], velocity[corners])
@@ -257,7 +286,7 @@ class Jet:
     def _pushed(
         self,
         thrust: float,
-        axis: tuple[Floats, Floats],
+        axis: Axis,
         met: Indices,
         elements: Elements,
         corners: Floats,
@@ -269,12 +298,12 @@ class Jet:
             met: The triangles.
             corners, velocity: Theirs [m], [m/s], shape (triangle, 3, 3).
         """
-        area, normal, slope = _facing(corners, axis[1])
+        area, normal, slope = _facing(corners, axis.along)
         part = area / self.skin.count[met] * self._turned(met, slope) * slope * slope
         way = self.way(elements.at(corners), axis)
         speed = np.sqrt(2.0 * thrust / (np.pi * self.density)) / way.width
         speed *= np.exp(-_squares(way.beside))
-        flux = self.density * _left(speed, elements.at(velocity) @ axis[1])
+        flux = self.density * _left(speed, elements.at(velocity) @ axis.along)
         flux *= _rise(way.ahead / (NEAR * self.bore)) * part[elements.owner]
         return flux[:, None] * _along(normal, slope)[elements.owner]
 
@@ -283,64 +312,58 @@ class Jet:
         side = self.skin.side[met]
         return self.skin.struck[met] & ((side == 0) | (side * slope < 0.0))
 
-    def _lit(
-        self, axis: tuple[Floats, Floats], met: Indices, elements: Elements, corners: Floats
-    ) -> Floats:
+    def _lit(self, axis: Axis, met: Indices, elements: Elements, corners: Floats) -> Floats:
         """Return the parts V of the jet that come to elements, shape (element,)."""
-        area, normal, slope = _facing(corners, axis[1])
-        normal = _along(normal, slope)
-        middle, points = corners.mean(axis=1), elements.at(corners)
-        level = np.einsum("tk,tk->t", normal, middle)
-        way, beside = self.way(points, axis), self.way(middle, axis).beside
-        # Of all elements of a triangle, how far they are from its middle, beside the axis.
-        off = np.linalg.norm(way.beside - beside[elements.owner], axis=1)
-        reach = np.zeros(len(met))
-        np.maximum.at(reach, elements.owner, off)
-        bump = self.skin.blur[met][elements.owner] / way.width
-        span = reach.copy()
-        np.maximum.at(span, elements.owner, off + bump)
-        below, above = self._shaded(met, beside, reach, span, slope)
+        _, normal, slope = _facing(corners, axis.along)
+        normal, points = _along(normal, slope), elements.at(corners)
+        level = np.einsum("tk,tk->t", normal, corners[:, 0])
+        blur, way = self.skin.blur[met], self.way(points, axis)
+        edge = self.way(corners, axis)
+        below, above = self._shaded(met, edge, slope)
         # What is in a plane, but for rounding, shades nothing there.
-        least = FLAT * self.skin.blur[met][above]
         height = np.einsum("pk,pik->pi", normal[above], corners[below]).max(axis=1)
-        lowest = np.einsum("pk,pik->pi", normal[below], corners[above]).min(axis=1)
-        may = (height - level[above] > least) & (level[below] - lowest > least)
-        one, other = _pairs(elements.owner, below[may], above[may], len(met))
-        gap = _squares(way.beside[one] - way.beside[other]) / bump[other] ** 2
-        one, other, gap = one[gap < 1.0], other[gap < 1.0], gap[gap < 1.0]
-        depth = self.skin.blur[met][elements.owner[other]] * DEEP
-        across = points[one] - points[other]
-        deep = _rise(np.einsum("pk,pk->p", across, normal[elements.owner[other]]) / depth)
-        deep *= _rise(np.einsum("pk,pk->p", across, normal[elements.owner[one]]) / depth)
-        shade = area * np.abs(slope) * _rise(np.abs(slope) / STEEP) / self.skin.count[met]
-        cover = shade[elements.owner] * _rise(way.ahead / (NEAR * self.bore))
-        cover *= 3.0 / (np.pi * self.skin.blur[met][elements.owner] ** 2)
-        bumps = cover[other] * deep * (1.0 - gap) ** 2
-        total = np.bincount(one, bumps, len(points))
+        may = height - level[above] > FLAT * blur[above]
+        one, shade = _with_elements(elements.owner, below[may], above[may], len(met))
+        deep = np.einsum("pk,pk->p", points[one], normal[shade]) - level[shade]
+        before = way.ahead[one] * np.abs(slope[shade]) - deep
+        inside = (deep > 0.0) & (before > 0.0)
+        one, shade, deep, before = (part[inside] for part in (one, shade, deep, before))
+        steep = np.abs(slope[shade])
+        cover = _rise(deep / (DEEP * blur[shade])) * _rise(steep / STEEP)
+        cover *= _rise(before / (steep * NEAR * self.bore))
+        soft = blur / edge.width.mean(axis=1)
+        for k in range(3):
+            start, stop = edge.beside[shade, k], edge.beside[shade, (k + 1) % 3]
+            distance = _left_of(stop - start, way.beside[one] - start)
+            cover *= _rise(0.5 + 0.5 * np.sign(slope[shade]) * distance / soft[shade])
+        total = np.bincount(one, cover, len(points))
         return 1.0 - _rise((total - LIT) / (DARK - LIT))
 
-    def _shaded(
-        self, met: Indices, beside: Floats, reach: Floats, span: Floats, slope: Floats
-    ) -> tuple[Indices, Indices]:
-        """Return pairs of a triangle that is pushed and one that is near it beside the axis.
+    def _shaded(self, met: Indices, edge: Way, slope: Floats) -> tuple[Indices, Indices]:
+        """Return pairs of a triangle that is pushed and another one that is near it in ξ.
 
         Args:
-            beside: Their middles over b, shape (triangle, 3).
-            reach: How far their elements are from these, shape (triangle,).
-            span: How far their bumps are.
+            edge: Where the corners are, shape (triangle, 3).
         """
+        middle = edge.beside.mean(axis=1)
+        reach = np.linalg.norm(edge.beside - middle[:, None], axis=2).max(axis=1, initial=0.0)
+        reach = SLACK * reach
+        span = reach + self.skin.blur[met] / edge.width.mean(axis=1)
         lit = np.flatnonzero(self._turned(met, slope))
-        apart = np.linalg.norm(beside[lit, None] - beside[None], axis=2)
+        apart = np.linalg.norm(middle[lit, None] - middle[None], axis=2)
         below, above = np.nonzero(apart < reach[lit, None] + span)
-        return lit[below], above
+        below = lit[below]
+        nodes = self.skin.corners[met]
+        joined = (nodes[below][:, :, None] == nodes[above][:, None]).any(axis=(1, 2))
+        return below[~joined], above[~joined]
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "coo_matrix":
         """Return the symmetric part of how forces fall with places [N/m], as they are lit now.
 
-        The rest is none of an energy's. Where ``exact`` is not asked for it is left out, because
-        it may be negative.
+        The other part belongs to no energy. Unless it is to be ``exact``, nothing is returned,
+        because what there is may be negative.
 
         Args:
             number: Of each node of the scene among those that may move, -1 for others.
@@ -442,18 +465,20 @@ def shares(parts: int) -> Floats:
     return np.stack([1.0 - one - other, one, other], axis=1)
 
 
-def _pairs(
+def _with_elements(
     owner: Indices, below: Indices, above: Indices, triangles: int
 ) -> tuple[Indices, Indices]:
-    """Return all pairs of an element of one triangle and one of another, for some pairs."""
+    """Return all elements of the triangles ``below``, each with that ``above`` it."""
     count = np.bincount(owner, minlength=triangles)
-    first = np.cumsum(count) - count
-    sizes = count[below] * count[above]
-    which = np.repeat(np.arange(len(below)), sizes)
-    within = np.arange(len(which)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    columns = count[above][which]
-    one, other = within // np.maximum(columns, 1), within % np.maximum(columns, 1)
-    return first[below][which] + one, first[above][which] + other
+    sizes = count[below]
+    first = (np.cumsum(count) - count)[below] - (np.cumsum(sizes) - sizes)
+    return np.arange(int(sizes.sum())) + np.repeat(first, sizes), np.repeat(above, sizes)
+
+
+def _left_of(edge: Floats, seen: Floats) -> Floats:
+    """Return how far points are to the left of edges; both are of shape (…, 2)."""
+    twice = edge[..., 0] * seen[..., 1] - edge[..., 1] * seen[..., 0]
+    return twice / (np.hypot(edge[..., 0], edge[..., 1]) + TINY)
 
 
 def _left(speed: Floats, away: Floats) -> Floats:

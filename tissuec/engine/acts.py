@@ -121,7 +121,6 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
     sizes = np.unique(parts)
     starts = _offsets([3 * int(n) ** 2 for n in sizes])[np.searchsorted(sizes, parts)]
     corners = [place[skin.corners[skin.whole]] for skin in skins]
-    begin = _offsets(count.tolist())
     return Jets(
         opening=np.array([place[jet.opening] for jet in jets], dtype=np.int64).reshape(-1, 2),
         bore=each("bore"),
@@ -137,10 +136,9 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
         shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
         shares_start=starts,
         shares_end=starts + count,
-        begin=begin[:-1],
         frame=np.zeros(12),
-        faces=np.zeros((len(parts), 11)),
-        points=np.zeros((begin[-1], 9)),
+        faces=np.zeros((len(parts), 17)),
+        points=np.zeros((count.max(initial=0), 7)),
         met=np.zeros(len(parts), dtype=np.int64),
         link=np.zeros(len(parts), dtype=np.int64),
         shades=np.zeros(len(parts), dtype=np.int64),

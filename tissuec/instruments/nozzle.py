@@ -25,8 +25,8 @@ class Nozzle:
         tip: the middle of the opening
         direction: which way the fluid leaves
         density: of the fluid
-        surroundings: what the jet goes through: gas, in which a jet of liquid hardly spreads, or
-            the same liquid, in which it draws along what is around it
+        surroundings: what the jet goes through: gas, in which a jet of liquid hardly spreads,
+            or the same liquid, which it draws along
         spreading: angle at which the radius grows where the speed is half of that on the axis;
             none in gas, 5.4 deg in liquid
     """
@@ -36,9 +36,9 @@ class Nozzle:
     direction: Annotated[Floats, Point(units.NUMBER)]
     density: Annotated[float, Measure(units.DENSITY, above=0.0)] = 1000.0
     surroundings: Annotated[str, OneOf(("gas", "liquid"))] = "gas"
-    spreading: Annotated[
-        float | None, Measure(units.NUMBER, at_least=0.0, at_most=WIDEST)
-    ] = None
+    spreading: Annotated[float | None, Measure(units.NUMBER, at_least=0.0, at_most=WIDEST)] = (
+        None
+    )
 
     @property
     def growth(self) -> float:

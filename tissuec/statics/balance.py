@@ -2,9 +2,10 @@
 
     E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
-with p the weight and the external forces of this moment. Jets belong to p as well, with a force
-that depends on the place: E takes it as it was where ``freeze`` was called last. Dashpots and drag do not act, because
-nothing moves. K has, for each spring of direction u and tension T = f(L - L0),
+with p the weight and the external forces of this moment. Jets belong to p as well, though what
+they do depends on x: E takes it as it was where ``freeze`` was called last. Dashpots and drag
+do not act, because nothing moves. K has, for each spring of direction u and tension
+T = f(L - L0),
 
     f' u uᵀ + T/L (1 - u uᵀ),
 

@@ -87,7 +87,9 @@ class Irrigate:
                 )
         nozzle = order.tool("through", kind="nozzle")
         if nozzle is None:
-            order.reject("TIS304", "the nozzle is missing", hint=f"add: through …, with {NOZZLE}")
+            order.reject(
+                "TIS304", "the nozzle is missing", hint=f"add: through …, with {NOZZLE}"
+            )
         flow = order.number("with", units.FLOW)
         if flow <= 0.0:
             order.reject("TIS308", "a flow is above 0", word="with")
