@@ -2,9 +2,10 @@
 
     python docs/make_figures.py
 
-needs matplotlib (``pip install matplotlib``) and takes about ten seconds. Nothing in the
+needs matplotlib (``pip install matplotlib``) and takes about twenty seconds. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
-``sterilisation.tis``, ``bladder.tis`` and ``liver.tis`` in ``library/scenes``, words from
+``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis`` and ``ligature.tis``
+in ``library/scenes`` and of ``stroke.tis`` in ``language.md``, words from
 ``library/fuzzy/soft_tissue.tis``, and laws from their formulas.
 """
 
@@ -76,6 +77,13 @@ def main() -> None:
         path = run(library() / "scenes" / "liver.tis", Path(folder) / "liver.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(liver(trajectory), "liver.png")
+        path = run(library() / "scenes" / "ligature.tis", Path(folder) / "ligature.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(ligature(trajectory), "ligature.png")
+        path = run(library() / "scenes" / "palpation.tis", Path(folder) / "palpation.vtkhdf")
+        stroke = run(on_page("stroke.tis", Path(folder)), Path(folder) / "stroke.vtkhdf")
+        with Trajectory.open(path) as pressed, Trajectory.open(stroke) as stroked:
+            save(contact(pressed, stroked), "contact.png")
     save(laws(), "laws.png")
     save(words(), "words.png")
 
@@ -86,6 +94,14 @@ def run(scene: Path, target: Path, *, output: str = "") -> Path:
     request = Request(Source(scene.name, text, scene))
     compiled, _ = compile_request(request)
     return simulate(compiled, target, request=request).path
+
+
+def on_page(name: str, folder: Path) -> Path:
+    """Return a file with a scene that the page of the language shows."""
+    page = (FIGURES.parent / "language.md").read_text(encoding="utf-8")
+    text = page.split(f"```tis {name}\n")[1].split("```")[0]
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
 
 
 def overview(trajectory: Trajectory) -> plt.Figure:
@@ -286,6 +302,86 @@ def liver(trajectory: Trajectory) -> plt.Figure:
     rows[1].set_xlabel("x in mm")
     figure.colorbar(collection, ax=rows, label="tension in N", shrink=0.7)
     return figure
+
+
+def ligature(trajectory: Trajectory) -> plt.Figure:
+    """Return the net of the tube and the sling from the side at three moments."""
+    figure, rows = plt.subplots(3, figsize=(7.0, 5.4), layout="constrained", sharex=True)
+    titles = ("0 s", "0.5 s: drawn in and tied", "0.8 s: cut beside the ligature")
+    tube = trajectory.network.bodies[0].springs.stop
+    for axes, time, title in zip(rows, (0.0, 0.5, 0.8), titles, strict=True):
+        frame = int(np.argmin(np.abs(trajectory.times - time)))
+        cells = trajectory.cells(frame)
+        ends = 1e3 * trajectory.position[frame][cells.lines][:, :, [0, 2]]
+        is_tube = cells.springs < tube
+        nearer = trajectory.position[frame][cells.lines][:, :, 1].mean(axis=1) < 1e-4
+        axes.add_collection(
+            LineCollection(list(ends[is_tube & ~nearer]), colors="#e8c4bd", linewidths=0.7)
+        )
+        axes.add_collection(
+            LineCollection(list(ends[is_tube & nearer]), colors="#b5523f", linewidths=0.8)
+        )
+        axes.add_collection(
+            LineCollection(
+                list(ends[~is_tube]), colors=BLUE, linewidths=5.0, capstyle="round", alpha=0.8
+            )
+        )
+        axes.set(aspect="equal", ylabel="z in mm", xlim=(-1, 27), ylim=(-4.6, 7.6))
+        axes.set_title(title, loc="left", fontsize=9)
+    rows[-1].set_xlabel("x in mm")
+    return figure
+
+
+def contact(pressed: Trajectory, stroked: Trajectory) -> plt.Figure:
+    """Return a pressed net, force against indentation, and force against a stroke."""
+    figure = plt.figure(figsize=(8.8, 3.0), layout="constrained")
+    net, depth, way = figure.subplots(1, 3, width_ratios=[1.25, 1.0, 1.0])
+    frame = int(np.abs(pressed.times - 0.7).argmin())
+    place, ends = 1e3 * pressed.position[frame], pressed.ends
+    near = np.abs(1e3 * pressed.position[0][:, 1] - 10.0) < 0.1
+    shown = near[ends].all(axis=1)
+    hard = pressed.network.stiffness > 400.0
+    for chosen, colour in ((shown & ~hard, "#c9a58b"), (shown & hard, RED)):
+        lines = list(place[ends[chosen]][:, :, [0, 2]])
+        net.add_collection(LineCollection(lines, colors=colour, linewidths=1.0))
+    log = pressed.logs["position of finger"]
+    x, _, z = 1e3 * log.value[np.abs(log.time - pressed.times[frame]).argmin()]
+    net.add_patch(plt.Circle((x, z), 8.0, color=BLUE, alpha=0.25, lw=0))
+    net.set(aspect="equal", xlabel="x [mm]", ylabel="z [mm]", xlim=(-1, 51), ylim=(-1, 32))
+    draw_indentation(depth, pressed)
+    draw_stroke(way, stroked)
+    return figure
+
+
+def draw_indentation(axes: plt.Axes, trajectory: Trajectory) -> None:
+    """Draw the force on the finger against its depth, at each of its places."""
+    force, place = (trajectory.logs[f"{name} of finger"] for name in ("force", "position"))
+    every = np.searchsorted(force.time, place.time - 1e-6)
+    for count in range(5):
+        during = (place.time >= 0.3 * count) & (place.time < 0.3 * count + 0.2)
+        deep = 1e3 * (0.023 - place.value[during, 2])
+        x = 1e3 * place.value[during][0, 0]
+        felt = -force.value[every[during], 2]
+        beside = abs(x - 25.0)
+        colour = RED if beside < 1.0 else GREEN if beside < 6.0 else BLUE
+        style = "--" if x > 26.0 else "-"
+        axes.plot(deep, felt, style, color=colour, lw=1.2, label=f"x = {x:.0f} mm")
+    axes.set(xlabel="indentation [mm]", ylabel="force on the finger [N]", xlim=(-0.2, 3.2))
+    axes.legend(frameon=False, fontsize=7.5, handlelength=1.8)
+
+
+def draw_stroke(axes: plt.Axes, trajectory: Trajectory) -> None:
+    """Draw the force along the stroke of a probe against its way."""
+    force, place = (trajectory.logs[f"{name} of probe"] for name in ("force", "position"))
+    during = (force.time >= 0.1) & (force.time <= 0.7)
+    way = 1e3 * (place.value[during, 0] - place.value[0, 0])
+    along, down = force.value[during, 0], -force.value[during, 2]
+    half = len(way) // 2
+    for part, sign in ((slice(0, half), 1), (slice(half, None), -1)):
+        axes.plot(way[part], sign * 0.3 * down[part], color="#999999", lw=0.8)
+    axes.plot(way, along, color=BLUE, lw=1.2)
+    axes.text(3.0, 0.5, "0.3 x force down", color="#777777", fontsize=7.5)
+    axes.set(xlabel="way of the stroke [mm]", ylabel="force along it [N]", ylim=(-1.0, 1.0))
 
 
 def words() -> plt.Figure:

@@ -26,7 +26,7 @@ PAGE = Path(__file__).resolve().parent / "numerics.md"
 TOLERANCES = (1e-3, 1e-5, 1e-8)
 SCENES = (
     "two_masses", "published_net", "hanging_net", "rupture", "sterilisation", "bladder",
-    "indentation",
+    "indentation", "palpation",
 )  # fmt: skip
 Known = Callable[[np.ndarray], np.ndarray]
 

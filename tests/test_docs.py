@@ -30,6 +30,7 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.formats import FORMATS
+from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.render import render
 from tissuec.laws import SPRING_LAWS
@@ -216,7 +217,9 @@ def pattern_of(line: str) -> str:
 @pytest.fixture
 def families_stay():
     """Undo what a page adds to the families."""
-    families = (MESHES, FORMATS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES)
+    families = (
+        MESHES, FORMATS, INSTRUMENTS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
+    )  # fmt: skip
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]
     yield

@@ -69,7 +69,7 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
     network = compiled.network
     held = situation_at_start(compiled).held
     for body, ends in _bodies(compiled):
-        if not len(ends):
+        if not len(ends) or body.thread is not None:  # threads are meant to fold
             continue
         modes = topology.floppy_modes(
             network.position[body.nodes],

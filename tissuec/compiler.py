@@ -19,6 +19,7 @@ from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.script import Script, ScriptReader
+from tissuec.compiling.threads import renumbered
 from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
@@ -30,6 +31,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.verbs import Demanding
 from tissuec.verbs.change import ChangeParameter
+from tissuec.verbs.tie import Tie
 
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
 
@@ -126,6 +128,7 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
                 body.mesh.grid,
                 body.bending,
                 mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
+                renumbered(body.thread, int(p)),
             )
             for body, n, n2, p, p2 in zip(
                 bodies, nodes, nodes[1:], springs, springs[1:], strict=False
@@ -164,8 +167,10 @@ def _events(script: Script) -> list[Event]:
 
 
 def _can_break(network: Network, script: Script) -> bool:
-    """Return whether a spring can rupture, from the start or after a ``change``."""
-    actions = (event.action for event in _events(script))
+    """Return whether a spring can rupture, from the start or after a ``change``, or slip."""
+    actions = [event.action for event in _events(script)]
+    if any(isinstance(action, Tie) for action in actions):
+        return True
     changes = (action for action in actions if isinstance(action, ChangeParameter))
     limits = (network.strength, network.crush)
     return any(bool(np.isfinite(limit).any()) for limit in limits) or any(

@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.network import Floats, Indices
@@ -112,6 +113,8 @@ class Contact:
         memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
+        bonds: Springs of which one must be there for a shape to touch, -1 for none; shape
+            (shape, 2).
         pairs: Those that are looked at; None for all that are near.
     """
 
@@ -130,7 +133,21 @@ class Contact:
     memory: Indices
     rate: float
     span: Span
+    bonds: Indices
     pairs: Pairs | None = None
+
+    def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
+        """Return the same without the shapes whose springs are gone.
+
+        Args:
+            alive: Springs that are there, shape (spring,).
+        """
+        bound = self.bonds >= 0
+        whole = ~bound.any(axis=1) | (bound & alive[self.bonds]).any(axis=1)
+        if whole.all():
+            return self
+        kept = ("kind", "points", "radius", "spared", "bonds")
+        return replace(self, **{name: getattr(self, name)[whole] for name in kept})
 
     def renumbered(self, place: Indices) -> "Contact":
         """Return the same with other numbers of nodes: node i becomes ``place[i]``."""

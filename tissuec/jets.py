@@ -96,7 +96,7 @@ class Skin:
         parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
         rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
         edges = Edges.of(Strands.of(network.ends), rings)
-        struck = np.isin(corners, nodes).all(axis=1)
+        struck = np.asarray(np.isin(corners, nodes).all(axis=1))
         blur = np.minimum(BLUR * width, THIN * _height(network, corners))
         whole = np.asarray(edges.holding(alive).all(axis=1))
         return cls(corners, _sides(network, corners), struck, parts, blur, edges, whole)
@@ -331,12 +331,12 @@ class Jet:
         steep = np.abs(slope[shade])
         cover = _rise(deep / (DEEP * blur[shade])) * _rise(steep / STEEP)
         cover *= _rise(before / (steep * NEAR * self.bore))
-        soft = blur / edge.width.mean(axis=1)
+        soft = np.asarray(blur / edge.width.mean(axis=1))
         for k in range(3):
             start, stop = edge.beside[shade, k], edge.beside[shade, (k + 1) % 3]
             distance = _left_of(stop - start, way.beside[one] - start)
             cover *= _rise(0.5 + 0.5 * np.sign(slope[shade]) * distance / soft[shade])
-        total = np.bincount(one, cover, len(points))
+        total = np.bincount(one, cover, len(points)).astype(float, copy=False)
         return 1.0 - _rise((total - LIT) / (DARK - LIT))
 
     def _shaded(self, met: Indices, edge: Way, slope: Floats) -> tuple[Indices, Indices]:

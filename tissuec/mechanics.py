@@ -6,7 +6,8 @@ T u and b with -T u. A dead spring has no tension, and one of zero length no dir
 none either.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
-that a whole batch of samples is one call. Parameters are those of a :class:`Situation`.
+that a whole batch of samples is one call. Parameters are those of a :class:`Situation`, whose
+rest lengths may have the leading axes of the states.
 """
 
 from functools import lru_cache
@@ -46,7 +47,7 @@ def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Float
     Args:
         ends: Node pair of each spring, shape (spring, 2).
         position: Node positions [m], shape (…, node, 3).
-        rest: Rest lengths [m], shape (spring,).
+        rest: Rest lengths [m], shape (spring,) or (…, spring).
 
     Returns:
         Elongation [m], shape (…, spring); negative where a spring is compressed.
@@ -179,7 +180,7 @@ def elastic_energy(
     chosen = np.flatnonzero(situation.alive) if springs is None else springs
     chosen = chosen[situation.alive[chosen]]
     network = situation.network
-    stretched = elongation(network.ends[chosen], position, situation.rest[chosen])
+    stretched = elongation(network.ends[chosen], position, situation.rest[..., chosen])
     return _sum_each(situation.behaviour(chosen).energy(stretched))
 
 

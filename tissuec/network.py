@@ -53,6 +53,25 @@ class Grid(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class Thread:
+    """A body that is a thread.
+
+    Attributes:
+        pieces: The springs along it.
+        hold: Between its ends: the spring that a knot holds by. A loop has it from the start.
+        slip: Beside it: takes its place while the knot slips.
+        radius: Of the thread [m].
+        closed: Whether it is a loop.
+    """
+
+    pieces: slice
+    hold: int
+    slip: int
+    radius: float
+    closed: bool
+
+
+@dataclass(frozen=True, slots=True)
 class BodyPart:
     """Where the nodes and springs of one body stand in the arrays.
 
@@ -62,6 +81,7 @@ class BodyPart:
         cells: Of a solid body, gives the cells that it is divided into, all of them alike:
             nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),
             counted from those of the body.
+        thread: Where it is a thread.
     """
 
     name: str
@@ -71,6 +91,7 @@ class BodyPart:
     grid: Grid | None = None
     bending: int = 0
     cells: Callable[[], CellNodes] | None = field(default=None, compare=False)
+    thread: Thread | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +180,7 @@ class Network:
     @property
     def body_nodes(self) -> int:
         """Return how many nodes belong to bodies; they stand first."""
-        return self.tools[0].nodes.start if self.tools else self.shown_nodes
+        return max((body.nodes.stop for body in self.bodies), default=0)
 
     @property
     def bends(self) -> NDArray[np.bool_]:
@@ -168,6 +189,20 @@ class Network:
         for body in self.bodies:
             bends[body.springs.stop - body.bending : body.springs.stop] = True
         return bends
+
+    @property
+    def threads(self) -> dict[str, Thread]:
+        """Return the bodies that are threads, by name."""
+        return {body.name: body.thread for body in self.bodies if body.thread is not None}
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Return which springs are there from the start, shape (spring,); knots are not."""
+        present = np.ones(self.spring_count, dtype=bool)
+        for thread in self.threads.values():
+            present[thread.slip] = False
+            present[thread.hold] = thread.closed
+        return present
 
     def behaviour(self) -> Behaviour:
         """Return what the springs do at the start of a run."""

@@ -122,7 +122,10 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     inner = int(held[network.ends].all(axis=1).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes, left out of the sums"
-    yield "contact: it is off"
+    if plan.contact is None:
+        yield "contact: nothing can touch"
+    elif not plan.contact.friction:
+        yield "friction: none is written, so contact remembers nothing"
 
 
 def _file_size(compiled: Compiled) -> int:

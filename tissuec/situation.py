@@ -4,7 +4,7 @@ The engine and the reference both step a ``Situation`` from event to event; even
 between steps. Arrays stand in the order of the network.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from tissuec.enclosures import Enclosure
 from tissuec.jets import Jet
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
+from tissuec.threads import SURE, Knot, Reeling
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,13 +116,15 @@ class Situation:
         motions: Prescribed motions under way, by the name of the tool or set that moves.
         loads: External forces, by name.
         enclosures: Volumes that are kept by pressure, by the name of the body.
-        contact: What instruments touch, None where they touch nothing.
+        contact: What instruments and threads touch, None where they touch nothing.
         jets: Of fluid, by the name of the nozzle.
+        reelings: Threads that are drawn in or paid out, by the name of the body.
+        knots: Knots that were tied, by the name of the body.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
         mass, stiffness, damping, rest, strength, crush: Present values; the network's own
-            arrays until a ``change``.
+            arrays until a ``change``. Rest lengths of threads under way are those at ``time``.
     """
 
     network: Network
@@ -143,13 +146,15 @@ class Situation:
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
     contact: Contact | None = None
     jets: dict[str, Jet] = field(default_factory=dict)
+    reelings: dict[str, Reeling] = field(default_factory=dict)
+    knots: dict[str, Knot] = field(default_factory=dict)
     hold_ends: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def start(
         cls, network: Network, *, gravity: Floats, drag: float, contact: Contact | None = None
     ) -> "Situation":
-        """Return the situation at 0 s, before any event: everything is free and alive."""
+        """Return the situation at 0 s, before any event: all is free, no knot is tied."""
         tools = {
             tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in network.tools
         }
@@ -158,7 +163,7 @@ class Situation:
             time=0.0,
             position=network.position.copy(),
             velocity=network.velocity.copy(),
-            alive=np.ones(network.spring_count, dtype=bool),
+            alive=network.present,
             mass=network.mass,
             stiffness=network.stiffness,
             damping=network.damping,
@@ -189,8 +194,100 @@ class Situation:
             network.law[chosen],
             self.stiffness[chosen],
             self.damping[chosen],
-            self.rest[chosen],
+            self.rest[..., chosen],
         )
+
+    def rest_at(self, time: Floats | float) -> Floats:
+        """Return the rest lengths at times until the next event [m], shape (…, spring)."""
+        if not self.reelings:
+            return self.rest
+        times = np.asarray(time, dtype=float)
+        springs = self.rest.shape[-1]
+        own = self.rest.reshape(-1, springs)[0]  # what does not change is alike at all times
+        rest = np.broadcast_to(own, (*times.shape, springs)).copy()
+        for reeling in self.reelings.values():
+            found = [reeling.rest(float(t)) for t in times.ravel()]
+            rest[..., reeling.springs] = np.reshape(found, (*times.shape, -1))
+        return rest
+
+    def at(self, time: Floats | float) -> "Situation":
+        """Return this with the rest lengths of times; of shape (…, spring) if they change."""
+        return replace(self, rest=self.rest_at(time)) if self.reelings else self
+
+    def stop_reeling(self, springs: Indices) -> None:
+        """Leave the threads with some of these springs as long as they are now."""
+        self.rest = self.rest_at(self.time)
+        self.reelings = {
+            name: reeling
+            for name, reeling in self.reelings.items()
+            if not np.isin(reeling.springs, springs).any()
+        }
+
+    def give_way(self, springs: Indices) -> list[str]:
+        """Let the knots slip whose springs surpass their limits; return them by name.
+
+        Args:
+            springs: That surpass what they bear.
+        """
+        found = [name for name, knot in self.knots.items() if self._slips(knot, springs)]
+        for name in found:
+            knot = self.knots[name]
+            stretch = SURE * (self._distance(knot) - float(self.rest[knot.hold]))
+            self._switch(name, replace(knot, stretch=stretch))
+        return found
+
+    def _slips(self, knot: Knot, springs: Indices) -> bool:
+        """Return whether this knot gives way, rather than the thread that breaks there."""
+        return knot.limit < knot.strength and knot.hold in springs
+
+    @property
+    def is_slipping(self) -> bool:
+        """Return whether any knot slips."""
+        return any(self.alive[knot.slip] for knot in self.knots.values())
+
+    def seizing(self, time: float, position: Floats, velocity: Floats) -> list[str]:
+        """Return the knots that slip but through which no thread runs any more, by name.
+
+        Args:
+            time: [s], until the next event.
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        found = []
+        for name, knot in self.knots.items():
+            if self.alive[knot.slip]:
+                drawn = sum(r.rate_of(knot.hold, time) for r in self.reelings.values())
+                if _parting(self.network, knot, position, velocity) <= drawn:
+                    found.append(name)
+        return found
+
+    def seize(self) -> list[str]:
+        """Let knots hold again that do not slip any more; return them by name."""
+        found = self.seizing(self.time, self.position, self.velocity)
+        for name in found:
+            knot = self.knots[name]
+            assert knot.stretch is not None
+            rest = self._distance(knot) - knot.stretch
+            longer = rest - float(self.rest[knot.hold])
+            self.rest = self.rest.copy()
+            self.rest[knot.hold] = rest
+            self.reelings = {
+                name: reeling.lengthened(knot.hold, longer)
+                for name, reeling in self.reelings.items()
+            }
+            self._switch(name, replace(knot, stretch=None))
+        return found
+
+    def _switch(self, name: str, knot: Knot) -> None:
+        """Let the one spring of a knot take the place of the other."""
+        self.alive = self.alive.copy()
+        slips = knot.stretch is not None
+        self.alive[[knot.hold, knot.slip]] = not slips, slips
+        self.knots = {**self.knots, name: knot}
+
+    def _distance(self, knot: Knot) -> float:
+        """Return how far the ends of a thread are apart [m]."""
+        first, second = self.position[self.network.ends[knot.hold]]
+        return float(np.linalg.norm(second - first))
 
     def enclosure(self, body: str) -> Enclosure | None:
         """Return the volume of a body that is kept, None without one."""
@@ -216,14 +313,37 @@ class Situation:
         return found
 
     @property
+    def touching(self) -> Contact | None:
+        """Return what touches now: no thread where it is cut or broken."""
+        return None if self.contact is None else self.contact.with_whole(self.alive)
+
+    @property
     def fields(self) -> tuple[Enclosure | Contact | Jet, ...]:
         """Return what acts on nodes by their places, beside springs."""
-        contact = () if self.contact is None else (self.contact,)
+        contact = () if (touching := self.touching) is None else (touching,)
         return (*self.enclosures.values(), *contact, *self.jets.values())
 
+    def forget_friction(self, nodes: Indices) -> None:
+        """Let go what friction on some nodes remembers, as if they had just been put down."""
+        if self.contact is not None and len(self.contact.memory):
+            settled = np.isin(self.contact.nodes, nodes)
+            self.velocity[self.contact.memory[settled]] = 0.0
+
     def place_held(self) -> None:
-        """Put driven nodes on their paths and every other held node at rest, at ``time``."""
+        """Put driven nodes on their paths and every other held node at rest, at ``time``.
+
+        Threads that are drawn in or paid out are as long as they are then.
+        """
+        self.rest = self.rest_at(self.time)
         for nodes in self.holders.values():
             self.velocity[nodes] = 0.0
         for motion in self.motions.values():
             self.position[motion.nodes], self.velocity[motion.nodes] = motion.at(self.time)
+
+
+def _parting(network: Network, knot: Knot, position: Floats, velocity: Floats) -> float:
+    """Return how fast the ends of a thread part [m/s]."""
+    first, second = network.ends[knot.slip]
+    reach = position[second] - position[first]
+    distance = float(np.linalg.norm(reach))
+    return float(np.vdot(reach, velocity[second] - velocity[first])) / (distance or 1.0)

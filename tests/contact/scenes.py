@@ -54,7 +54,12 @@ def play(text, *, tier="interpreted"):
     return Played(compiled, outcome, recording)
 
 
-def balance(played):
+def bodies(played):
+    """Return which nodes belong to bodies and not to tools."""
+    return slice(0, played.compiled.network.body_nodes)
+
+
+def gap_of_balance(played):
     """Return the largest gap in the energy balance, as a part of the energy that was moved."""
     _, e = played.energies()
     stored = e["kinetic"] + e["elastic"] + e["gravity"]

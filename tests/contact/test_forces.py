@@ -1,4 +1,4 @@
-"""Forces of contact as functions of where nodes are and how they move."""
+"""Forces of contact, of every shape at once, against reaction, derivatives and losses."""
 
 import numpy as np
 import pytest
@@ -99,7 +99,7 @@ def test_matrix_is_minus_the_derivative_of_the_forces(seed):
             forces(contact, position + sign * step.reshape(position.shape))[:count].ravel()
             for sign in (1.0, -1.0)
         )
-        # Third derivatives of distances and the kink of the law at the end of the layer.
+        # Third derivatives of distances, and the kink of the law where the layer ends.
         slope = (behind - ahead) / (2.0 * h)
         assert matrix[:, column] == pytest.approx(slope, abs=1e-4 * np.abs(matrix).max())
 

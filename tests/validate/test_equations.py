@@ -60,7 +60,7 @@ def test_forces_are_minus_the_slope_of_the_elastic_energy():
     situation = tangle(damping=0.0)
     equations = Equations(situation, 1.0)
     moved, still = RNG.normal(size=(6, 3)), np.zeros((6, 3))
-    forces = equations.node_forces(equations.pull(moved, still))
+    forces = equations.node_forces(equations.pull(0.0, moved, still))
     h = 1e-6
     for node in range(6):
         for axis in range(3):
@@ -75,7 +75,7 @@ def test_independent_formulas_agree_with_those_of_logs():
     situation = tangle()
     equations = Equations(situation, 1.0)
     moved = situation.position - situation.network.position
-    springs = equations.pull(moved, situation.velocity)
+    springs = equations.pull(0.0, moved, situation.velocity)
     theirs = mechanics.spring_forces(situation, situation.position, situation.velocity)
     assert equations.node_forces(springs) == pytest.approx(theirs, rel=1e-12, abs=1e-12)
     ours = equations.energies(situation.time, moved, situation.velocity)

@@ -5,6 +5,7 @@ coordinate beside its own velocity, in the order of nodes that keeps matrices na
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy import sparse
 from tissuec.bench.trial import Deadline
 from tissuec.engine.binding import Binder
 from tissuec.engine.layout import Layout
-from tissuec.engine.tiers import OPERATIONS
+from tissuec.engine.tiers import OPERATIONS, Features, constants
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import Floats, Integers, Net
 from tissuec.kernels.scalar import force, place
@@ -77,8 +78,7 @@ class Kernel:
         self._origin = layout.inwards(situation.network.position)
         still = np.where((layout.held & ~layout.moved)[:, None], 0.0, situation.velocity)
         self._x, self._v = layout.inwards(situation.position), layout.inwards(still)
-        needs = layout.features
-        self._rate = bound_rate(needs.viscous, needs.moved, needs.loaded)
+        self._rate = bound_rate(layout.features)
         self._net = layout.compiled_net(INTEGRATORS["dop853"])
         self._scratch = np.zeros_like(self._x), np.zeros(2)
 
@@ -153,8 +153,7 @@ class Kernel:
 
 
 @cache
-def bound_rate(viscous: bool, moved: bool, loaded: bool) -> Rate:
-    """Return the compiled ``rate`` of what a scene needs; see ``Features``."""
-    flags = {"VISCOUS": viscous, "MOVED": moved, "LOADED": loaded}
-    flags |= {"WATCHED": False, "CRUSHED": False, "LEDGER": False}
-    return Binder(flags, OPERATIONS).bind(rate)
+def bound_rate(features: Features) -> Rate:
+    """Return the compiled ``rate`` of what a scene needs."""
+    needed = replace(features, watched=False, crushed=False, ledger=False)
+    return Binder(constants(needed), OPERATIONS).bind(rate)

@@ -15,7 +15,7 @@ def as_text(bench: Bench) -> list[str]:
     """Return tables and remarks, line by line."""
     network, truth = bench.problem.network, bench.truth
     lines = [
-        f"{counted(network.node_count, 'node')}, {counted(network.spring_count, 'spring')}; "
+        f"{counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}; "
         f"errors against {truth.method} with tolerance {truth.tolerance:g}, "
         f"known to {bench.floor:.1e}",
         "",
@@ -32,7 +32,7 @@ def as_dict(bench: Bench) -> dict[str, Any]:
     """Return all numbers, in SI units."""
     network, truth = bench.problem.network, bench.truth
     return {
-        "nodes": network.node_count,
+        "nodes": network.body_nodes,
         "springs": network.spring_count,
         "reference": {
             "method": truth.method,

@@ -14,10 +14,15 @@ SURPRISES = (
 )
 
 
+CONTACT = "other solvers are left out: what is near to what must be listed anew on the way"
+
+
 def rivals(problem: Problem, scales: Scales) -> tuple[list[Solver], list[str]]:
     """Return the other solvers that can solve a problem, and sentences about those left out."""
     if problem.has_surprises:
         return [], [SURPRISES]
+    if problem.plan.contact is not None:
+        return [], [CONTACT]
     offers = (_by_scipy(problem, scales), _by_cvode(problem, scales), _by_mujoco(problem))
     solvers = [solver for found, _ in offers for solver in found]
     return solvers, [why for _, why in offers if why]

@@ -63,7 +63,7 @@ def _check(
     if compiled is None:
         return list(warnings), ""
     network = compiled.network
-    parts = [counted(network.node_count, "node"), counted(network.spring_count, "spring")]
+    parts = [counted(network.body_nodes, "node"), counted(network.spring_count, "spring")]
     if bending := int(network.bends.sum()):
         parts[1] += f", {bending} of them against bending"
     if too_large := uncounted(compiled):

@@ -200,7 +200,7 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     else:
         click.echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
     settings.say(
-        f"  {counted(network.node_count, 'node')}, {counted(network.spring_count, 'spring')}; "
+        f"  {counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}; "
         f"{_methods(statistics)}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
         f"{outcome.wall_time:.2f} s"
     )
@@ -275,7 +275,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         "outcome": outcome.kind,
         "message": outcome.message,
         "wall_time": outcome.wall_time,
-        "nodes": compiled.network.node_count,
+        "nodes": compiled.network.body_nodes,
         "springs": compiled.network.spring_count,
         "statistics": asdict(outcome.statistics),
         "notes": list(outcome.notes),

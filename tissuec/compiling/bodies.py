@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiling.materials import MaterialReader
+from tissuec.compiling.threads import with_slipping
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes import Mesh
-from tissuec.network import Floats, Indices, Provenance
+from tissuec.network import Floats, Indices, Provenance, Thread
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
 from tissuec.scene.values import LARGEST_NUMBER
@@ -30,6 +31,7 @@ class BodyArrays:
     node_ids: Indices
     spring_ids: Indices
     bending: int  # how many springs, the last ones, resist bending only
+    thread: Thread | None  # numbered within the body
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -38,6 +40,8 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     body, reader = drawing.body, MaterialReader(drawing, findings)
     quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}
+    if drawing.thread is not None:
+        arrays, law, laws = with_slipping(arrays, law, laws, drawing.thread)
     velocity = _velocity(body, drawing, arrays["mass"])
     _check_sizes(body, arrays, velocity, findings)
     _check_laws(body, arrays["rest"], law, laws, findings)
@@ -52,6 +56,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         drawing.columns.node_ids,
         drawing.columns.spring_ids,
         len(drawing.length) - drawing.own,
+        drawing.thread,
     )
 
 

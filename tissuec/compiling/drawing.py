@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.compiling.tables import ExplicitBody, read_tables
+from tissuec.compiling.threads import knot_pairs, thread_of
 from tissuec.core.errors import Note, counted
 from tissuec.lang.syntax import key_of
-from tissuec.meshes import Mesh
+from tissuec.meshes import Mesh, Threaded
 from tissuec.meshes.imported import Imported, MeshFileError
-from tissuec.network import Floats
+from tissuec.network import Floats, Thread
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
@@ -35,7 +36,9 @@ class Drawing:
         regions: Membership of each node in each region, by key of its name.
         part: Number of each node's region from 1, 0 without one, shape (node,).
         length: Drawn length of each spring [m], shape (spring,).
-        own: How many springs the mesh itself has; those behind them resist bending.
+        own: How many springs the mesh itself has, with that of its knot; those behind them
+            resist bending.
+        thread: Where it is a thread, numbered within the body.
     """
 
     body: Body
@@ -45,6 +48,7 @@ class Drawing:
     part: NDArray[np.int64]
     length: Floats
     own: int
+    thread: Thread | None = None
 
     @property
     def bends(self) -> Mask:
@@ -59,7 +63,9 @@ def draw(body: Body, scope: Scope) -> Drawing:
         columns = read_tables(body, body.tables, scope)
     else:
         columns = ExplicitBody.without_columns(_generate(body, scope.findings))
-    own = len(columns.mesh.ends)
+    if isinstance(body.mesh, Threaded):
+        columns = columns.with_springs(knot_pairs(columns.mesh, body.mesh))
+    thread, own = thread_of(body.mesh, columns.mesh.ends), len(columns.mesh.ends)
     if body.bending is not None:
         columns = columns.with_springs(_bending(body, columns.mesh, scope.findings))
     mesh = columns.mesh
@@ -70,7 +76,9 @@ def draw(body: Body, scope: Scope) -> Drawing:
     first, second = mesh.position[mesh.ends].swapaxes(0, 1)
     length = np.linalg.norm(second - first, axis=1)
     refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
-    return Drawing(body, mesh, columns, regions, part, length, own)
+    if thread is not None:  # a knot is made of as much thread as any piece
+        length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
+    return Drawing(body, mesh, columns, regions, part, length, own, thread)
 
 
 def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:

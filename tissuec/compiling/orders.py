@@ -16,7 +16,6 @@ from tissuec.lang import syntax as s
 from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
-from tissuec.scene.settings import HOLDING
 from tissuec.scene.values import Value, unit_vector
 from tissuec.verbs import Group, Mover
 
@@ -76,7 +75,15 @@ class SentenceOrder:
         return word in self.clauses
 
     def nodes(self, *, after: str = "") -> Group:
-        return self.groups.nodes(self._object(after))
+        name = self._object(after)
+        if name.key in self.tools and not self.groups.is_known(name):
+            self.scope.findings.reject(
+                "TIS301",
+                f'"{name.text}" is a tool, and {self.verb} takes a set or a body',
+                name.span,
+                hint="a tool rests where it is until it is moved or turned",
+            )
+        return self.groups.nodes(name)
 
     def nodes_of(self, word: str) -> Group:
         return self.groups.nodes(self._name(word))
@@ -95,7 +102,13 @@ class SentenceOrder:
         if name.key in self.tools:
             tool = self.tools[name.key]
             if not tool.holds_nodes:
-                self._check_kind(tool, HOLDING, f"{self.verb} {after}".rstrip(), name.span)
+                self.scope.findings.reject(
+                    "TIS405",
+                    f'"{tool.name}" is of the kind {tool.kind}, which has no shape and holds '
+                    f"nothing, so that there is nothing to {self.verb}",
+                    name.span,
+                    hint="name a tool with a shape, forceps that grasped something, or a set",
+                )
             return Mover(tool.name, None)
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):
@@ -145,7 +158,7 @@ class SentenceOrder:
         fitting = [f'"{before} {t.name}"' for t in self.tools.values() if t.kind == kind]
         self.scope.findings.reject(
             "TIS405",
-            f"{tool.name} is {tool.kind}; {self.verb} needs {kind}",
+            f'{self.verb} needs {kind}, and "{tool.name}" is of the kind {tool.kind}',
             span,
             hint=f"write {' or '.join(fitting)}"
             if fitting

@@ -1,12 +1,13 @@
-"""Tools that have a shape: their nodes behind those of the bodies, and what they touch."""
+"""What tools and threads touch; nodes of tools stand behind those of the bodies."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import sqrt
 from typing import NoReturn
 
 import numpy as np
 
+from tissuec.compiling.threads import bonds
 from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
 from tissuec.core.errors import counted
 from tissuec.core.source import Span
@@ -32,6 +33,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     if not shaped and not rubbed:
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
+    none = np.zeros((0, 3))
     ends = network.node_count + np.cumsum([0, *map(len, points)])
     parts = tuple(
         ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
@@ -39,7 +41,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     )
     home = network.position if rubbed else network.position[:0]
     memory = slice(int(ends[-1]), int(ends[-1]) + len(home))
-    added = np.concatenate([*points, home])
+    added = np.concatenate([none, *points, home])
     spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
     spans += [environment.span] * len(home)
     grams = np.ones(len(added))
@@ -66,13 +68,14 @@ class Carried:
     """Shapes and the nodes that carry them; see ``Contact``.
 
     Attributes:
-        kind, points, radius, spared: As there.
+        kind, points, radius, spared, bonds: As there.
     """
 
     kind: Indices
     points: Indices
     radius: Floats
     spared: Indices
+    bonds: Indices
 
 
 def contact_of(
@@ -81,25 +84,17 @@ def contact_of(
     """Return what touches what, None if nothing does."""
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
-        for tool in tools:
-            if tool.shapes:
-                hint = "write: environment { contact is tools only; … }"
-                text = f"{tool.name} has a shape, but contact is off: it touches nothing"
-                findings.add("W401", text, tool.span, hint=hint)
+        _warn_of_idle_shapes(tools, findings)
         return None
-    parts = [_of_tools(network, tools)]
+    parts = [_of_tools(network, tools), _of_threads(network)]
     if law.between_bodies:
         parts.append(_of_skins(network, law))
-    kind, points, radius, spared = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("kind", "points", "radius", "spared")
+    kind, points, radius, spared, bonds = (
+        np.concatenate([getattr(part, entry.name) for part in parts])
+        for entry in fields(Carried)
     )
     if not len(kind):
-        text = "nothing has a shape that could touch"
-        hint = (
-            "for example: tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
-        )
-        findings.add("W401", text, environment.span, hint=hint)
+        _warn_of_nothing_to_touch(environment, findings)
         return None
     thin = radius[radius > 0.0]
     stiffness = law.stiffness or _stiffness(network, environment, findings)
@@ -111,6 +106,7 @@ def contact_of(
         points=points,
         radius=radius,
         spared=spared,
+        bonds=bonds,
         joined=network.ends[: None if law.within_bodies else 0].astype(np.int64),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
@@ -135,7 +131,31 @@ def _of_tools(network: Network, tools: Sequence[Tool]) -> Carried:
         points=start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]],
         radius=np.array([shape.radius for shape in shapes], dtype=float),
         spared=np.full(len(shapes), -1),
+        bonds=_unbound(len(shapes)),
     )
+
+
+def _of_threads(network: Network) -> Carried:
+    """Return the pieces of threads, and of their knots."""
+    found = [
+        (network.ends[spring], body.thread.radius, number, bond)
+        for number, body in enumerate(network.bodies)
+        if body.thread is not None
+        for spring, bond in bonds(body.thread)
+    ]
+    ends = np.array([row[0] for row in found], dtype=np.int64).reshape(-1, 2)
+    return Carried(
+        kind=np.full(len(found), CAPSULE),
+        points=ends[:, [0, 1, 1]],
+        radius=np.array([row[1] for row in found], dtype=float),
+        spared=np.array([row[2] for row in found], dtype=np.int64),
+        bonds=np.array([row[3] for row in found], dtype=np.int64).reshape(-1, 2),
+    )
+
+
+def _unbound(count: int) -> Indices:
+    """Return the bonds of shapes that need no springs."""
+    return np.full((count, 2), -1)
 
 
 def _of_skins(network: Network, law: ContactLaw) -> Carried:
@@ -150,19 +170,21 @@ def _of_skins(network: Network, law: ContactLaw) -> Carried:
         points=skin,
         radius=np.full(len(skin), thickness),
         spared=np.full(len(skin), -1) if law.within_bodies else owner,
+        bonds=_unbound(len(skin)),
     )
 
 
 def _warn_of_drawn_touches(contact: Contact, network: Network, findings: Findings) -> None:
     """Warn of what touches before anything moves: it is pushed apart at once."""
+    contact = contact.with_whole(network.present)
     pairs = contact.near(network.position, 0.0)
     if len(pairs.node):
         depth = contact.places(network.position, pairs).depth
         deepest = show(float(depth.max()), LENGTH)
         findings.add(
             "W406",
-            f"{counted(len(np.unique(pairs.node)), 'node')} touch something as drawn, by up to "
-            f"{deepest}: they are pushed away at once",
+            f"what is drawn touches already at {counted(len(np.unique(pairs.node)), 'node')}, "
+            f"by up to {deepest}, and is pushed apart at once",
             contact.span,
             hint="draw bodies and tools further apart, or write a smaller contact thickness",
         )
@@ -181,13 +203,28 @@ def _mean_length(network: Network) -> float:
     return float(lengths.mean()) if len(lengths) else float("nan")
 
 
+def _warn_of_idle_shapes(tools: Sequence[Tool], findings: Findings) -> None:
+    for tool in tools:
+        if tool.shapes and not findings.errors:  # else contact may be what is wrong
+            hint = "write: environment { contact is tools only; … }"
+            text = f"{tool.name} has a shape, but contact is off: it touches nothing"
+            findings.add("W407", text, tool.span, hint=hint)
+
+
+def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> None:
+    if not findings.errors:  # else a tool may be what is wrong
+        text = "nothing has a shape that could touch"
+        example = "tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
+        findings.add("W407", text, environment.span, hint=f"for example: {example}")
+
+
 def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
     """Return the mean over the nodes of what their springs resist with [N/m]."""
     steep = network.behaviour().steepness(np.zeros(network.spring_count))
     each = np.bincount(network.ends.ravel(), np.repeat(steep, 2), network.body_nodes)
     if each.any():
         return float(each[each > 0.0].mean())
-    _unknown("contact stiffness", show(1.0, STIFFNESS), environment, findings)
+    _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)
 
 
 def _layer(

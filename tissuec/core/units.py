@@ -45,6 +45,7 @@ POWER = ENERGY / TIME
 PRESSURE = FORCE / AREA
 STIFFNESS = FORCE / LENGTH
 VISCOSITY = FORCE / VELOCITY
+SLOWNESS = TIME / LENGTH
 
 #: What to call a dimension in messages, and the SI unit to show it in.
 DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
@@ -65,6 +66,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     PRESSURE: ("a pressure", "Pa"),
     STIFFNESS: ("force per length", "N/m"),
     VISCOSITY: ("force per speed", "N*s/m"),
+    SLOWNESS: ("time per length", "s/m"),
     DENSITY: ("a density", "kg/m^3"),
 }
 

@@ -2,13 +2,15 @@
 
 from collections.abc import Iterable, Sequence
 from math import inf
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.contact import Contact
 from tissuec.courses import Course
 from tissuec.jets import shares
-from tissuec.kernels.records import Acts, Enclosures, Jets, Touches
+from tissuec.kernels.records import Acts, Enclosures, Jets, Reels, Touches
 from tissuec.kernels.rinsing import GRID
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
@@ -20,16 +22,21 @@ LOOKS = (
 
 
 def pumps(situation: Situation) -> list[Load]:
-    """Return the changes of enclosed volumes as loads on no node.
+    """Return the changes of enclosed volumes, and of lengths of threads, as loads on no node.
 
     Their first component is the relative change, so that kernels evaluate it as they do loads.
     """
     none = np.zeros(0, dtype=np.int64)
     along = np.array([1.0, 0.0, 0.0])
-    return [
+    volumes = [
         Load(none, tuple(Term(s.amount * along, s.course) for s in e.swellings), e.span)
         for e in situation.enclosures.values()
     ]
+    lengths = [
+        Load(none, (Term(along, reeling.course),), reeling.span)
+        for reeling in situation.reelings.values()
+    ]
+    return [*volumes, *lengths]
 
 
 def flows(situation: Situation) -> list[Load]:
@@ -63,6 +70,28 @@ def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enc
     )
 
 
+def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int) -> Reels:
+    """Return springs whose rest lengths change as tables.
+
+    Args:
+        row: Where the engine keeps each spring, -1 for those that do not act, shape (spring,).
+        ends: Nodes of each spring as the engine keeps them, shape (spring, 2).
+        first_act: Number of the first course of a thread among the acts.
+    """
+    parts = list(situation.reelings.values())
+    springs = np.concatenate([*(part.springs for part in parts), np.zeros(0, dtype=np.int64)])
+    acts = np.repeat(first_act + np.arange(len(parts)), [len(part.springs) for part in parts])
+    acting = row[springs] >= 0
+    return Reels(
+        spring=row[springs][acting],
+        low=ends[springs, 0][acting],
+        high=ends[springs, 1][acting],
+        base=np.concatenate([*(part.base for part in parts), np.zeros(0)])[acting],
+        change=np.concatenate([*(part.change for part in parts), np.zeros(0)])[acting],
+        act=acts[acting].astype(np.int64),
+    )
+
+
 def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touches:
     """Return shapes and what they can touch; nothing without contact.
 
@@ -73,10 +102,14 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
     """
     none, empty, squares = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(len(listed) // 3)
     if contact is None or contact.pairs is None:
-        first, points, nowhere = np.zeros(1, dtype=np.int64), none.reshape(0, 3), home[:0]
+        first, points, nowhere = (
+            np.zeros(1, dtype=np.int64),
+            none.reshape(0, 3),
+            np.zeros((0, 3)),
+        )
         return Touches(
-            none, first, none, none, points, empty, none, nowhere, nowhere, listed, squares,
-            np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
+            none, first, none, none, points, empty, none, nowhere, nowhere, none, listed,
+            squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
         )  # fmt: skip
     counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
     return Touches(
@@ -89,6 +122,7 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
         memory=contact.memory,
         home=home,
         bent=np.zeros_like(home),
+        bends=np.zeros(3, dtype=np.int64),
         listed=listed,
         squares=squares,
         stride=contact.stride,
@@ -111,7 +145,7 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
     skins = [jet.skin for jet in jets]
     none = np.zeros(0, dtype=np.int64)
 
-    def every(name: str) -> Floats:
+    def every(name: str) -> NDArray[Any]:
         return np.concatenate([none, *(getattr(skin, name)[skin.whole] for skin in skins)])
 
     def each(name: str) -> Floats:

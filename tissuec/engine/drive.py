@@ -68,13 +68,15 @@ def drive(
     time, size, end, memory, calm = progress[:5]
     displacement, speed, current, pending, prepared, fresh = progress[5:11]
     accepted, rejected, sample, filled, smallest, largest, energy, error = progress[11:19]
-    room, usual = progress[19:21]
+    room, usual, bends = progress[19:22]
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
         force(time, x, v, a, work.power[1], net)
         work.effort[0] += 1
         fresh = 0
+        if TOUCHED:
+            bends = net.touches.bends[0]
         if LEDGER:
             work.trend[0] = work.trend[1] = nan
     growing = True
@@ -99,6 +101,8 @@ def drive(
                 break
             if IMPLICIT:
                 aim(h, displacement, speed, task, work)
+            if TOUCHED:
+                net.touches.bends[1] = net.touches.bends[2] = bends
             near = step(time, end, current, work, net)
             if TOUCHED:
                 # What moves far may pass through a shape, or meet one that is not listed.
@@ -123,6 +127,9 @@ def drive(
             if task.fixed == 0:
                 # Implicit steps may brake what is too fast for them, and lose its energy.
                 strict = near or (LEDGER and IMPLICIT)
+                if TOUCHED:
+                    # What is thrown off flies on as wrongly as it was thrown.
+                    strict |= net.touches.bends[1] < net.touches.bends[2]
                 growth = reach - displacement
                 ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
                 if LEDGER:
@@ -155,6 +162,8 @@ def drive(
                         growing = False
                         continue
             accepted += 1
+            if TOUCHED:
+                bends = net.touches.bends[0]
             error += off / SAFETY
             displacement, speed, energy = reach, pace, most
             smallest, largest = min(smallest, h), max(largest, h)
@@ -223,6 +232,7 @@ def drive(
         error,
         room,
         usual,
+        bends,
     )
 
 

@@ -405,7 +405,8 @@ class Engine:
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
         features = layout.features
-        if features.moved or features.loaded or features.enclosed or features.touched:
+        changing = features.moved or features.loaded or bool(layout.situation.reelings)
+        if changing or features.enclosed or features.touched or features.rinsed:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()
@@ -568,3 +569,4 @@ class Engine:
         situation.time = now.time
         situation.position[:] = self._layout.outwards(work.x[now.current])
         situation.velocity[:] = self._layout.outwards(work.v[now.current])
+        situation.rest = situation.rest_at(situation.time)

@@ -17,6 +17,7 @@ from tissuec.engine.acts import (
     pack_acts,
     pack_enclosures,
     pack_jets,
+    pack_reels,
     pack_touches,
     pumps,
 )
@@ -24,7 +25,7 @@ from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Jets, Net, Solver, Touches
+from tissuec.kernels.records import Acts, Enclosures, Jets, Net, Reels, Solver, Touches
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -161,6 +162,8 @@ class Layout:
         acting = situation.alive & ~self.held[ends].all(axis=1)
         if self.watched or self.ledger:
             acting |= situation.alive & self.moved[ends].any(axis=1)
+            for reeling in situation.reelings.values():
+                acting[reeling.springs] = situation.alive[reeling.springs]
         return acting
 
     @property
@@ -175,8 +178,11 @@ class Layout:
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
+            # Whatever may be drawn in, lest a second variant is compiled when it is.
+            reeled=bool(self.situation.network.threads),
             touched=self.situation.contact is not None,
-            rinsed=bool(self.situation.jets),
+            # Whatever may be irrigated, for the same reason.
+            rinsed=any(tool.kind == "nozzle" for tool in self.situation.network.tools),
             laws=self._laws,
         )
 
@@ -187,6 +193,7 @@ class Layout:
         if self.situation.jets:
             return "a jet puts energy in"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
+        pumped = pumped or bool(self.situation.reelings)
         if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
             return "work is done that is to be booked"
         return ""
@@ -239,6 +246,7 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            reels=self.reels(),
             touches=self.touches(),
             jets=self.jets(),
         )
@@ -260,6 +268,7 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            reels=self.reels(),
             contact=self._contact,
             touches=self.touches(),
             jets=tuple(jet.renumbered(self.place) for jet in self.situation.jets.values()),
@@ -275,13 +284,26 @@ class Layout:
 
     @property
     def _courses(self) -> list[Load]:
-        """Return the loads that change in time; behind them, changes of volumes and flows."""
+        """Return the loads that change in time; behind them, what has courses as they have.
+
+        These are changes of volumes and lengths, and the flows of jets.
+        """
         return [*self.timed, *pumps(self.situation), *flows(self.situation)]
 
     def enclosures(self) -> Enclosures:
         """Return the enclosed volumes."""
         first_act = len(self.situation.motions) + len(self.timed)
         return pack_enclosures(self.situation, self.place, first_act)
+
+    def reels(self) -> Reels:
+        """Return the springs whose rest lengths change."""
+        situation, springs = self.situation, self.springs
+        row = np.full(self.spring_count, -1)
+        # Dead springs keep the rest lengths with which they pass for none.
+        acting = situation.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
+        row[springs.ids[acting]] = np.flatnonzero(acting)
+        first_act = len(situation.motions) + len(self.timed) + len(situation.enclosures)
+        return pack_reels(situation, row, self.place[situation.network.ends], first_act)
 
     def touches(self) -> Touches:
         """Return shapes and the nodes near them, as listed last."""
@@ -291,7 +313,7 @@ class Layout:
 
     def list_near(self, flat: Floats) -> None:
         """List the nodes near shapes at positions of the stepping code [m], shape (3 node,)."""
-        contact = self.situation.contact
+        contact = self.situation.touching
         self._listed, self._contact = flat.copy(), None
         if contact is not None:
             contact = contact.renumbered(self.place)

@@ -7,7 +7,7 @@ is known of what is between. What the energy loses on the way is booked as dissi
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -164,10 +164,11 @@ class QuasiStatic:
             return Interruption("triggered", time)
         return None
 
-    def _look(self, situation: Situation) -> tuple[Floats, Floats, float]:
-        """Return positions, forces from outside that do work, and the energy; if it is kept."""
+    def _look(self, situation: Situation) -> "_Look":
+        """Return what energies are booked from; nothing if they are not kept."""
         if not self.method.ledger:
-            return np.zeros((0, 3)), np.zeros((0, 3)), 0.0
+            none = np.zeros(0)
+            return _Look(none, none, none, none, 0.0)
         position, still = situation.position, np.zeros_like(situation.velocity)
         held = situation.held
         force = np.zeros_like(position)
@@ -175,13 +176,35 @@ class QuasiStatic:
             np.add.at(force, load.nodes, load.at(situation.time))
         springs = mechanics.inner_forces(situation, situation.time, position, still)
         force[held] = -springs[held]
+        for jet in situation.jets.values():
+            jet.add_forces(situation.time, position, still, force)
         energy = float(mechanics.energies(situation, situation.time, position, still).total)
-        return position.copy(), force, energy
+        reeled = [reeling.springs for reeling in situation.reelings.values()]
+        drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
+        pull = mechanics.tension(situation, position, still, drawn)
+        return _Look(position.copy(), force, situation.rest[drawn], -pull, energy)
 
-    def _book(
-        self, before: tuple[Floats, Floats, float], after: tuple[Floats, Floats, float]
-    ) -> None:
+    def _book(self, before: "_Look", after: "_Look") -> None:
         """Book the work of forces by the trapezoidal rule, and what is missing as lost."""
-        done = float(np.vdot(0.5 * (before[1] + after[1]), after[0] - before[0]))
-        self._work += done
-        self._lost += done - (after[2] - before[2])
+        done = np.vdot(0.5 * (before.force + after.force), after.position - before.position)
+        done += np.vdot(0.5 * (before.pull + after.pull), after.rest - before.rest)
+        self._work += float(done)
+        self._lost += float(done) - (after.energy - before.energy)
+
+
+class _Look(NamedTuple):
+    """What work and energy are made of.
+
+    Attributes:
+        position: Of all nodes [m], shape (node, 3).
+        force: From outside, that does work on them [N], shape (node, 3).
+        rest: Rest lengths of threads that are drawn in or paid out [m], shape (piece,).
+        pull: What does work on these: minus their tensions [N], shape (piece,).
+        energy: [J].
+    """
+
+    position: Floats
+    force: Floats
+    rest: Floats
+    pull: Floats
+    energy: float

@@ -22,7 +22,8 @@ BALANCE = 0.1  # of the tolerance, where energies are kept
 LOW_ORDER = 4
 JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero
-# Part of the tolerance that errors may use up while displacements grow, rather than in time.
+# Part of the tolerance that errors of implicit steps may use up while displacements grow, not
+# in time; explicit ones may miss forces that swing as they grow.
 GROWTH = 0.5
 ROUNDING = 8 * float(np.finfo(float).eps)
 
@@ -82,6 +83,7 @@ def new_progress(time: float) -> Progress:
         error=0.0,
         room=0.0,
         usual=0.0,
+        bends=0,
     )
 
 
@@ -124,7 +126,7 @@ def new_task(
         fixed=0,
         longest=inf,
         budget=integrator.safety * tolerance / duration if duration else inf,
-        growth=GROWTH * integrator.safety * tolerance,
+        growth=GROWTH * integrator.safety * tolerance if integrator.implicit else 0.0,
         share=integrator.share * tolerance,
         jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,

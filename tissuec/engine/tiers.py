@@ -6,7 +6,7 @@ clock, so that a run gives the same bytes again. The constants of the cost model
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any, cast
 
@@ -68,6 +68,7 @@ class Features:
     loaded: bool
     banded: bool = False
     enclosed: bool = False
+    reeled: bool = False
     touched: bool = False
     rinsed: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
@@ -112,11 +113,17 @@ def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    flags = ("viscous", "watched", "crushed", "ledger", "moved", "loaded")
-    flags += ("banded", "enclosed", "touched", "rinsed")
-    replaced |= {name.upper(): getattr(features, name) for name in flags}
+    return replaced | constants(features)
+
+
+def constants(features: Features) -> dict[str, Any]:
+    """Return what the names of ``kernels`` mean where a scene has certain features."""
+    flags = (entry.name for entry in fields(features) if entry.name != "laws")
     curved = code.functions(features.laws) if features.laws else {}
-    return replaced | curved | {"CURVED": bool(features.laws)}
+    return {name.upper(): getattr(features, name) for name in flags} | {
+        **curved,
+        "CURVED": bool(features.laws),
+    }
 
 
 def evaluation_cost(spring_count: int, pairs: int, jets: int) -> float:

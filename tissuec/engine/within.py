@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.tiers import Inside
 from tissuec.kernels.records import Progress, Work
+from tissuec.kernels.reeling import reel
 from tissuec.kernels.scalar import TINY
 from tissuec.kernels.vector import VectorNet, parabola_tops
 from tissuec.network import Floats, Indices
@@ -56,6 +57,7 @@ class Within:
         """Return how strongly springs pull or press towards their limits at a time [N]."""
         x, v, _ = self.state(when)
         springs = self._layout.springs
+        reel(when, springs.rest, self._net.reels, self._net.acts)
         low, high = springs.low[limits.spring], springs.high[limits.spring]
         x, v = x.reshape(-1, 3), v.reshape(-1, 3)
         r = x[high] - x[low]

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
 from tissuec.instruments import INSTRUMENTS, Shape, capsule
 
@@ -23,8 +25,10 @@ class Probe:
 
     def shapes(self) -> tuple[Shape, ...]:
         if (self.centre is None) == (self.axis is None):
-            raise ValueError('it is a sphere with "centre" or a rod with "axis", one of them')
+            raise ValueError('it has either a "centre", as a sphere, or an "axis", as a rod')
         if self.axis is not None:
+            if not np.any(np.subtract(*self.axis)):
+                raise ValueError('"axis" has no length; for a sphere, write its "centre"')
             return (capsule(*self.axis, self.radius),)
         assert self.centre is not None
         return (capsule(self.centre, self.centre, self.radius),)

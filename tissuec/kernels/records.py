@@ -47,6 +47,17 @@ class Enclosures(NamedTuple):
     act: Integers  # whose first component is the relative change of volume, shape (cell,)
 
 
+class Reels(NamedTuple):
+    """Springs whose rest lengths change: base + change times a course."""
+
+    spring: Integers  # places among the springs, shape (reel,)
+    low: Integers  # nodes, shape (reel,)
+    high: Integers
+    base: Floats  # [m], shape (reel,)
+    change: Floats  # [m], shape (reel,)
+    act: Integers  # whose first component is the course, shape (reel,)
+
+
 class Touches(NamedTuple):
     """Shapes and the nodes that they can touch; see ``tissuec.contact``."""
 
@@ -59,6 +70,7 @@ class Touches(NamedTuple):
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Floats  # scratch, their rates [m/s²], shape as ``home``
+    bends: Integers  # of the law that are passed: at the last look, least and most in a step
     listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
     squares: Floats  # scratch, shape (node,)
     stride: float  # longest way of a node in a step, and since pairs were listed [m]
@@ -115,6 +127,7 @@ class Net(NamedTuple):
     drag: float  # ambient damping [N s/m]
     acts: Acts
     enclosures: Enclosures
+    reels: Reels
     touches: Touches
     jets: Jets
 
@@ -209,6 +222,7 @@ class Progress(NamedTuple):
     error: float  # of positions, local estimates summed up [m]
     room: float  # that nodes may move before any spring can have turned over [m]
     usual: float  # step before it was made smaller because a spring turns over, or 0 [s]
+    bends: int  # of the laws of contact that pressures have passed
 
 
 class Buffer(NamedTuple):

@@ -70,7 +70,7 @@ def way(
 ) -> tuple[float, float, float, float]:
     """Return how far ahead a point is [m], b there [m], and where it is in ξ."""
     a = jets.frame
-    r0, r1, r2 = float(p0 - a[0]), float(p1 - a[1]), float(p2 - a[2])
+    r0, r1, r2 = p0 - a[0], p1 - a[1], p2 - a[2]
     ahead = r0 * a[3] + r1 * a[4] + r2 * a[5]
     width = sqrt(jets.width[jet] ** 2 + (jets.growth[jet] * ahead) ** 2)
     one = (r0 * a[6] + r1 * a[7] + r2 * a[8]) / width
@@ -96,7 +96,7 @@ def survey(jet: int, x: Floats, jets: Jets) -> int:
         for c in (i, j, k):
             far = max(far, (x[c] - m0) ** 2 + (x[c + 1] - m1) ** 2 + (x[c + 2] - m2) ** 2)
         far = sqrt(far)
-        ahead, width, one, other = way(jet, m0, m1, m2, jets)
+        ahead, width, one, other = way(jet, float(m0), float(m1), float(m2), jets)
         most = sqrt(jets.width[jet] ** 2 + (jets.growth[jet] * (abs(ahead) + far)) ** 2)
         off = sqrt(one * one + other * other) * width
         if ahead + far > 0.0 and off < CUT * most + far:
@@ -128,7 +128,8 @@ def look(jet: int, k: int, t: int, x: Floats, jets: Jets) -> None:
     mean = 0.0
     place = 7
     for c in (h, i, j):
-        _, width, one, other = way(jet, x[c], x[c + 1], x[c + 2], jets)
+        p0, p1, p2 = float(x[c]), float(x[c + 1]), float(x[c + 2])
+        _, width, one, other = way(jet, p0, p1, p2, jets)
         face[place], face[place + 1] = one, other
         mean += width / 3.0
         place += 2
@@ -181,7 +182,8 @@ def divide(jet: int, k: int, speed: float, x: Floats, v: Floats, jets: Jets) -> 
         for m in range(3):
             point[m] = a * x[h + m] + b * x[i + m] + c * x[j + m]
             away += frame[3 + m] * (a * v[h + m] + b * v[i + m] + c * v[j + m])
-        ahead, width, one, other = way(jet, point[0], point[1], point[2], jets)
+        p0, p1, p2 = float(point[0]), float(point[1]), float(point[2])
+        ahead, width, one, other = way(jet, p0, p1, p2, jets)
         point[3], point[4], point[5] = ahead, one, other
         here = speed / width * exp(-(one * one + other * other))
         slower = min(away, here)
@@ -196,7 +198,7 @@ def before(k: int, side: float, x: Floats, jets: Jets) -> int:
     row, column = cell(k, side, jets)
     for i in range(max(row - 1, 0), min(row + 2, GRID)):
         for j in range(max(column - 1, 0), min(column + 2, GRID)):
-            other = jets.head[GRID * i + j]
+            other = int(jets.head[GRID * i + j])
             while other >= 0:
                 shade = jets.faces[other]
                 one, two = face[13] - shade[13], face[14] - shade[14]
@@ -204,7 +206,7 @@ def before(k: int, side: float, x: Floats, jets: Jets) -> int:
                 if one * one + two * two < span * span and stands_before(k, other, x, jets):
                     jets.shades[found] = other
                     found += 1
-                other = jets.link[other]
+                other = int(jets.link[other])
     return found
 
 
@@ -220,7 +222,7 @@ def stands_before(k: int, other: int, x: Floats, jets: Jets) -> bool:
         i = 3 * corners[t, c]
         level = shade[0] * x[i] + shade[1] * x[i + 1] + shade[2] * x[i + 2]
         behind = max(behind, level - shade[3])
-    return behind > FLAT * jets.blur[u]
+    return bool(behind > FLAT * jets.blur[u])
 
 
 def dim(jet: int, k: int, shades: int, jets: Jets) -> None:

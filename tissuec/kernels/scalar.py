@@ -12,6 +12,7 @@ import numpy as np
 from tissuec.kernels.acts import pull_free, put_driven
 from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
+from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.rinsing import blow
 from tissuec.kernels.touching import touch
 from tissuec.laws import LINEAR
@@ -24,7 +25,8 @@ LEDGER = True  # work and dissipation are integrated
 MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
 ENCLOSED = True  # there are enclosed volumes
-TOUCHED = True  # there are instruments that touch
+REELED = True  # there are threads that are drawn in or paid out
+TOUCHED = True  # there are instruments or threads that touch
 RINSED = True  # there are jets
 CURVED = True  # some springs have laws that are not linear
 pull, slope, brake, brake_slope = functions((LINEAR,)).values()
@@ -48,6 +50,10 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     limit, limit_pressed = net.near, net.near_crush
     near = False
     work = dissipated = 0.0
+    if REELED:
+        reel(time, rest, net.reels, net.acts)
+        if LEDGER:
+            work -= reeled(time, x, net)
     for i in range(a.size):
         a[i] = 0.0
     for node in range(first.size - 1):
@@ -117,6 +123,20 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         power[0] = work
         power[1] = dissipated
     return near
+
+
+def reeled(time: float, x: Floats, net: Net) -> float:
+    """Return the power that springs do on what changes their rest lengths [W]."""
+    power, reels = 0.0, net.reels
+    for k in range(reels.spring.size):
+        s, i, j = reels.spring[k], 3 * reels.low[k], 3 * reels.high[k]
+        r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
+        stretch = sqrt(r0 * r0 + r1 * r1 + r2 * r2) - net.rest[s]
+        tension = net.stiffness[s] * stretch
+        if CURVED:
+            tension = pull(net.law[s], stretch, net.stiffness[s], net.rest[s])
+        power += tension * reel_rate(k, time, reels, net.acts)
+    return float(power)
 
 
 def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
@@ -208,9 +228,11 @@ def slack(x: Floats, x_end: Floats, net: Net) -> float:
 
 
 def place(time: float, x: Floats, v: Floats, net: Net) -> None:
-    """Put driven nodes where their motions have them at a time."""
+    """Put driven nodes and lengths of threads where their courses have them at a time."""
     if MOVED:
         put_driven(time, x, v, net.acts)
+    if REELED:
+        reel(time, net.rest, net.reels, net.acts)
     if TOUCHED:
         for k in range(net.touches.memory.size):
             i = 3 * net.touches.memory[k]

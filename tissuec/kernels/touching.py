@@ -20,7 +20,7 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
     Returns:
         The power that damping and friction take out [W].
     """
-    lost = 0.0
+    lost, bends = 0.0, 0
     for k in range(touches.nodes.size):
         i = 3 * touches.nodes[k]
         total = u0 = u1 = u2 = 0.0
@@ -29,6 +29,7 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
             depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, shape, x, touches)
             if depth <= 0.0:
                 continue
+            bends += 1 if depth < touches.layer else 2
             s0, s1, s2, rate = slide(i, shape, v, n0, n1, n2, wa, wb, wc, l0, l1, l2, touches)
             steady = press_at(depth, touches)
             pressure = steady * max(1.0 - touches.damping * rate, 0.0)
@@ -46,6 +47,7 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
             u2 += pressure * (s2 - rate * n2)
         if touches.memory.size:
             lost += rub(k, total, u0, u1, u2, x, v, f, touches)
+    count(bends, touches)
     return lost
 
 
@@ -108,6 +110,13 @@ def rub(
             push(c, f, -wc * r0, -wc * r1, -wc * r2)
             lost -= r0 * s0 + r1 * s1 + r2 * s2
     return lost
+
+
+def count(bends: int, touches: Touches) -> None:
+    """Remember how many bends of their law all pressures together have passed."""
+    touches.bends[0] = bends
+    touches.bends[1] = min(touches.bends[1], bends)
+    touches.bends[2] = max(touches.bends[2], bends)
 
 
 def push(i: int, f: Floats, f0: float, f1: float, f2: float) -> None:

@@ -11,8 +11,18 @@ from typing import Any
 import numpy as np
 
 from tissuec.kernels.acts import total, turning
-from tissuec.kernels.records import Acts, Buffer, Enclosures, Floats, Integers, Touches
+from tissuec.kernels.records import (
+    Acts,
+    Buffer,
+    Enclosures,
+    Floats,
+    Integers,
+    Reels,
+    Touches,
+)
+from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.scalar import LEFT, TINY
+from tissuec.kernels.touching import count
 from tissuec.laws.evaluation import Behaviour
 
 
@@ -32,7 +42,8 @@ class VectorNet:
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
-        contact: What instruments touch, if they do.
+        reels: Springs whose rest lengths change.
+        contact: What instruments and threads touch, if they do.
         touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
         jets: Of fluid, in the engine's numbers of nodes.
         watched: Whether springs may break.
@@ -57,6 +68,7 @@ class VectorNet:
         drag: float,
         acts: Acts,
         enclosures: Enclosures,
+        reels: Reels,
         contact: Any,
         touches: Touches,
         jets: tuple[Any, ...],
@@ -78,7 +90,8 @@ class VectorNet:
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
-        self.contact, self.touches, self.jets = contact, touches, jets
+        self.reels, self.contact, self.touches = reels, contact, touches
+        self.jets = jets
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -117,13 +130,14 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
     """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
+    reel(time, net.rest, net.reels, net.acts)
     tension = _stretch(x, v, net)
     near = net.watched and bool((tension > net.near).any())
     if net.crushed:
         near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
         power[1] = np.dot(net.length, net.closing) if net.viscous else 0.0
-        power[0] = np.dot(net.push, v)
+        power[0] = np.dot(net.push, v) - _reeled(time, x, net)
     np.multiply(tension, net.inverse, out=tension)
     np.multiply(net.r, tension, out=net.f[0])
     np.negative(net.f[0], out=net.f[1])
@@ -135,6 +149,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[0] += pumped
     if net.contact is not None:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
+        depth = net.contact.touches(at, by).place.depth
+        count(int((depth > 0.0).sum() + (depth >= net.contact.layer).sum()), net.touches)
         net.contact.add_forces(time, at, by, to)
         if net.ledger:
             power[1] += net.contact.dissipated(time, at, by)
@@ -143,7 +159,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         pushed = np.zeros_like(to)
         jet.add_forces(time, at, by, pushed)
         to += pushed
-        power[0] += np.vdot(pushed, by)
+        if net.ledger:
+            power[0] += np.vdot(pushed, by)
     if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:
@@ -188,6 +205,19 @@ def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:
     return power
 
 
+def _reeled(time: float, x: Floats, net: VectorNet) -> float:
+    """Return the power that springs do on what changes their rest lengths [W]."""
+    reels = net.reels
+    if not reels.spring.size:
+        return 0.0
+    r = x.reshape(-1, 3)[reels.high] - x.reshape(-1, 3)[reels.low]
+    stretch = -net.rest
+    stretch[reels.spring] += np.sqrt(np.einsum("sk,sk->s", r, r))
+    tension = net.behaviour.pull(stretch)[reels.spring]
+    rates = [reel_rate(k, time, reels, net.acts) for k in range(reels.spring.size)]
+    return float(np.dot(tension, rates))
+
+
 def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
     """Set ``out`` to the tension of each spring [N]."""
     out[:] = _stretch(x, v, net)
@@ -220,8 +250,9 @@ def slack(x: Floats, x_end: Floats, net: VectorNet) -> float:
 
 
 def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
-    """Put driven nodes where their motions have them at a time."""
+    """Put driven nodes and lengths of threads where their courses have them at a time."""
     acts = net.acts
+    reel(time, net.rest, net.reels, acts)
     for act in range(acts.motions):
         chosen = slice(acts.first[act], acts.first[act + 1])
         nodes, position = acts.nodes[chosen], acts.base[chosen]

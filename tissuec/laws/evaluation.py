@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
+from copy import copy
 from functools import cache
 
 import numpy as np
@@ -22,7 +23,8 @@ class Behaviour:
     Args:
         laws: All laws of the net; the first is ``LINEAR``.
         law: Which one each spring has, shape (spring,).
-        stiffness, damping, rest: c [N/m], d [N s/m] and L0 [m], shape (spring,).
+        stiffness, damping, rest: c [N/m], d [N s/m] and L0 [m], shape (spring,); rest lengths
+            may have leading axes.
     """
 
     def __init__(
@@ -37,6 +39,12 @@ class Behaviour:
         # Asked for at every look at a spring: most nets have no laws to look for.
         found = np.unique(law[law > 0]) if len(laws) > 1 else ()
         self._curved = [(laws[k], np.flatnonzero(law == k)) for k in found]
+
+    def with_rest(self, rest: Floats) -> "Behaviour":
+        """Return the same with other rest lengths [m], shape (spring,)."""
+        other = copy(self)
+        other.rest = rest
+        return other
 
     @property
     def is_linear(self) -> bool:
@@ -98,8 +106,10 @@ class Behaviour:
 
     def _values(self, chosen: NDArray[np.intp]) -> dict[str, Floats]:
         return {
-            "c": self.stiffness[chosen], "d": self.damping[chosen], "rest": self.rest[chosen],
-        }  # fmt: skip
+            "c": self.stiffness[chosen],
+            "d": self.damping[chosen],
+            "rest": self.rest[..., chosen],
+        }
 
 
 def _resisting(slope: Floats) -> Floats:

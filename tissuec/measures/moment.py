@@ -62,7 +62,8 @@ class Moment:
     """The state at a time, and what follows from it.
 
     Attributes:
-        situation: What is alive, held and set; its own state and time are not looked at.
+        situation: What is alive, held and set; its own state and time are not looked at. Where
+            threads are drawn in, its rest lengths are those of this time, shape (…, spring).
         time: [s], shape (…).
         position, velocity: State [m], [m/s], shape (…, node, 3).
         ruptured: True for springs that broke by themselves until now, shape (spring,).
@@ -77,6 +78,10 @@ class Moment:
     ruptured: NDArray[np.bool_]
     ledger: Ledger | None = None
     pinned: Mapping[float, "Moment"] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.situation.reelings:  # rest lengths are those of this time
+            object.__setattr__(self, "situation", self.situation.at(self.time))
 
     @classmethod
     def of(cls, situation: Situation) -> "Moment":

@@ -27,8 +27,9 @@ class Strain(Scalar):
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = moment.intact(subjects[0])
-        rest = moment.situation.rest[springs]
-        springs, rest = springs[rest > 0.0], rest[rest > 0.0]
+        rest = moment.situation.rest[..., springs]
+        some = (rest > 0.0).reshape(-1, len(springs)).all(axis=0)
+        springs, rest = springs[some], rest[..., some]
         ends = moment.situation.network.ends[springs]
         strain = np.abs(mechanics.elongation(ends, moment.position, rest)) / rest
         return one_column(strain.max(axis=-1, initial=0.0), moment)

@@ -66,4 +66,18 @@ class Celled(Protocol):
         ...
 
 
+@runtime_checkable
+class Threaded(Protocol):
+    """A generator of a thread: a chain of springs, in the order of its nodes, without a skin.
+
+    The chain leads from node to node, and back to the first one if it is a loop.
+    """
+
+    def is_loop(self) -> bool: ...
+
+    def thread_radius(self) -> float:
+        """Return how thick it is when it touches others [m]."""
+        ...
+
+
 MESHES: Family[type[Generator]] = Family("tissuec.meshes", "mesh")

@@ -18,7 +18,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "outcome": trajectory.outcome,
         "finished": trajectory.finished,
         "network": {
-            "nodes": network.node_count,
+            "nodes": network.body_nodes,
             "springs": network.spring_count,
             "bodies": [body.name for body in network.bodies],
         },

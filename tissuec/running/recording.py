@@ -257,5 +257,7 @@ def _frozen(situation: Situation) -> Situation:
         loads=dict(situation.loads),
         enclosures=dict(situation.enclosures),
         jets=dict(situation.jets),
+        reelings=dict(situation.reelings),
+        knots=dict(situation.knots),
         hold_ends=dict(situation.hold_ends),
     )

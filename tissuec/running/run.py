@@ -151,7 +151,7 @@ class _Loop:
         situation, duration = self.standing.situation, self.plan.simulation.duration
         while not self.stage.failure:
             until = min(self.standing.agenda.next, duration)
-            watch = self._watch if self.standing.waiting else None
+            watch = self._watch if self.standing.waiting or situation.is_slipping else None
             reason = self.engine.advance(situation, until, watch, self._pause)
             self.progress(situation.time)
             if reason.kind == "diverged" or reason.kind == "stuck":
@@ -163,6 +163,7 @@ class _Loop:
                 continue
             self.stage.leave(*self._sums())
             true = self.true if reason.kind == "triggered" else None
+            self.true = []
             if self.stage.happen(ruptured=reason.springs, true=true):
                 self.engine.restart(situation)
                 self.stage.enter()
@@ -189,7 +190,7 @@ class _Loop:
         found = self.stage.true_triggers(self.stage.moment_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true
-        return bool(found)
+        return bool(found) or bool(self.standing.situation.seizing(time, position, velocity))
 
     def _sums(self) -> tuple[float, float]:
         """Return work and dissipated energy until now [J]; zero where they are not kept."""

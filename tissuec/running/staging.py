@@ -15,6 +15,7 @@ from tissuec.running.failing import explain_action
 from tissuec.running.recording import Recorder
 from tissuec.running.standing import Standing
 from tissuec.verbs import Failed, Happening
+from tissuec.verbs.tie import seized, slipped
 
 #: How springs break by themselves: the array of the limit, and the cause in words.
 _BROKEN = {
@@ -66,6 +67,8 @@ class Stage:
         with self._booked():
             if ruptured is not None and len(ruptured):
                 self._rupture(ruptured)
+            for name in self.standing.situation.seize():
+                self._log(seized(name, self.standing.situation.knots[name]))
             self._carry_out()
             fired = true or self.true_triggers(self.moment())
             while fired:
@@ -121,6 +124,10 @@ class Stage:
 
     def _rupture(self, springs: Indices) -> None:
         situation = self.standing.situation
+        for name in situation.give_way(springs):
+            knot = situation.knots[name]
+            springs = springs[springs != knot.hold]
+            self._log(slipped(name, knot))
         state = situation.position, situation.velocity
         is_pressed = mechanics.tension(situation, *state, springs) < 0.0
         situation.alive = situation.alive.copy()

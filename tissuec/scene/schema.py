@@ -113,9 +113,14 @@ def build(
         scope.findings.reject("TIS309", message, where, hint="check the units")
     except ValueError as error:  # entries that are right one by one and impossible together
         reason = str(error)
-        named = [name for name in places if f'"{name}' in reason]
-        first = min(named, key=lambda name: reason.index(f'"{name}'), default="")
-        scope.findings.reject("TIS309", f"{what}: {reason}", places.get(first, where))
+        scope.findings.reject("TIS309", f"{what}: {reason}", blamed(reason, places, where))
+
+
+def blamed(reason: str, places: Mapping[str, Span], where: Span) -> Span:
+    """Return the place of the entry that a reason quotes first, or the head of the block."""
+    named = [name for name in places if f'"{name}' in reason]
+    first = min(named, key=lambda name: reason.index(f'"{name}'), default="")
+    return places.get(first, where)
 
 
 def read(

@@ -11,7 +11,7 @@ from tissuec.core import units
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
-from tissuec.instruments import INSTRUMENTS, Instrument, Shape
+from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
@@ -36,8 +36,8 @@ class EnvironmentEntries:
 
     Attributes:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
-        contact: what can touch: nothing, tools that have a shape, bodies one another as well,
-            or even themselves
+        contact: what can touch: nothing, tools that have a shape and threads, bodies one
+            another as well, or even themselves
         friction: coefficient of friction between what touches
         contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
@@ -55,9 +55,7 @@ class EnvironmentEntries:
     contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
     contact_thickness: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
-    contact_damping: Annotated[
-        float | None, Measure(units.TIME / units.LENGTH, at_least=0.0)
-    ] = None
+    contact_damping: Annotated[float | None, Measure(units.SLOWNESS, at_least=0.0)] = None
     damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
 
 
@@ -203,8 +201,15 @@ def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     with scope.findings.item():
         kind, others = _kind_of(name, item, scope)
         what = f"tool {name.text}"
-        read, _ = schema.build(INSTRUMENTS[kind], others, scope, what=what, where=item.head)
-        shapes = _shapes(read, what, item, scope)
+        read, places = schema.build(
+            INSTRUMENTS[kind], others, scope, what=what, where=item.head
+        )
+        try:
+            shapes = read.shapes()
+        except ValueError as error:
+            reason = str(error)
+            span = schema.blamed(reason, places, item.head)
+            scope.findings.reject("TIS309", f"{what}: {reason}", span)
         entries = read
     return Tool(name.text, kind, shapes, entries, item.head)
 
@@ -232,13 +237,6 @@ def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Ite
         notes = (Note("first here", written[0].span),)
         scope.findings.reject("TIS307", '"kind" is written twice', again.span, notes=notes)
     return kind.key, others
-
-
-def _shapes(entries: Instrument, what: str, item: s.Block, scope: Scope) -> tuple[Shape, ...]:
-    try:
-        return entries.shapes()
-    except ValueError as error:
-        scope.findings.reject("TIS309", f"{what}: {error}", item.head)
 
 
 def _single(

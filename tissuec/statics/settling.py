@@ -66,6 +66,7 @@ def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...
     x, remarks = _minimum(balance)
     situation.position[balance.free] = x
     situation.velocity[balance.free] = 0.0
+    situation.forget_friction(balance.free)
     return remarks
 
 

@@ -46,7 +46,8 @@ class Strains:
     def at(self, time: float, y: Floats) -> Floats:
         """Return tensions and pressures over the forces that break, shape (able,)."""
         equations = self._equations
-        return equations.burdens(equations.pull(*equations.spread(time, y)))[self.able]
+        springs = equations.pull(time, *equations.spread(time, y))
+        return equations.burdens(springs)[self.able]
 
     def first_break(self, step: Step) -> Break | None:
         """Return the first break within a step, with all springs that break at that time."""

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
@@ -95,7 +96,7 @@ class Equations:
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
-        self.fields, self.contact = situation.fields, situation.contact
+        self.fields, self.contact = situation.fields, situation.touching
         self.bodies, self.memory = network.body_nodes, np.arange(self.count)[network.memory]
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
@@ -103,6 +104,15 @@ class Equations:
         self.springs = np.flatnonzero(situation.alive)
         self.behaviour = situation.behaviour(self.springs)
         self.rest = self.behaviour.rest
+        # Of the springs that are drawn in or paid out, the places among the living ones.
+        self.reelings = [
+            (
+                reeling,
+                np.searchsorted(self.springs, reeling.springs),
+                situation.alive[reeling.springs],
+            )
+            for reeling in situation.reelings.values()
+        ]
         self.strength = situation.strength[self.springs]
         self.crush = situation.crush[self.springs]
         self.incidence = incidence_matrix(network.ends[self.springs], self.count)
@@ -142,14 +152,32 @@ class Equations:
 
     # --- forces -------------------------------------------------------------------------------
 
-    def pull(self, moved: Floats, velocity: Floats) -> Springs:
+    def behaviour_at(self, time: float) -> Behaviour:
+        """Return the laws of the living springs with their rest lengths at a time [s]."""
+        if not self.reelings:
+            return self.behaviour
+        rest, inside = self.rest.copy(), self._inside(time)
+        for reeling, place, lives in self.reelings:
+            rest[place[lives]] = reeling.rest(inside)[lives]
+        return self.behaviour.with_rest(rest)
+
+    def _drawing(self, time: float, pull: Floats) -> float:
+        """Return the power that drawing threads in puts in [W]; ``pull`` of springs in [N]."""
+        inside = self._inside(time)
+        return -sum(
+            float(pull[place[lives]] @ reeling.rate(inside)[lives])
+            for reeling, place, lives in self.reelings
+        )
+
+    def pull(self, time: float, moved: Floats, velocity: Floats) -> Springs:
         """Return what the living springs do."""
+        behaviour = self.behaviour_at(time)
         reach = self._reach + self.incidence @ moved
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
         closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
-        tension = self.behaviour.pull(length - self.rest) + self.behaviour.brake(closing)
+        tension = behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
         return Springs(direction, length, closing, np.where(length > 0.0, tension, 0.0))
 
     def burdens(self, springs: Springs) -> Floats:
@@ -181,7 +209,7 @@ class Equations:
     def rate(self, time: float, y: Floats) -> Floats:
         """Return dy/dt, shape (6 free + 3 memory + 2,)."""
         moved, velocity = self.spread(time, y)
-        springs, position = self.pull(moved, velocity), self.drawn + moved
+        springs, position = self.pull(time, moved, velocity), self.drawn + moved
         forces = self.inner_forces(time, moved, velocity, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
         inside = self._inside(time)
@@ -192,7 +220,9 @@ class Equations:
             loads = self.outside(time)[self.free]
             acting += loads
             work += np.vdot(loads, own)
-        braking = self.behaviour.brake(springs.closing)
+        behaviour = self.behaviour_at(time)
+        work += self._drawing(time, behaviour.pull(springs.length - behaviour.rest))
+        braking = behaviour.brake(springs.closing)
         lost = braking @ springs.closing + self.drag * np.vdot(own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
@@ -212,11 +242,11 @@ class Equations:
         converges without them; without pressure and contact it needs smaller steps.
         """
         moved, velocity = self.spread(time, y)
-        springs = self.pull(moved, velocity)
+        springs, behaviour = self.pull(time, moved, velocity), self.behaviour_at(time)
         n, safe = springs.direction, np.where(springs.length > 0.0, springs.length, 1.0)
         along = n[:, :, None] * n[:, None, :]
-        stiffness = self.behaviour.slope(springs.length - self.rest)
-        damping = self.behaviour.sluggishness(springs.closing)
+        stiffness = behaviour.slope(springs.length - behaviour.rest)
+        damping = behaviour.sluggishness(springs.closing)
         sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
             stiffness[:, None, None] * along
@@ -255,11 +285,12 @@ class Equations:
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
         own = velocity[self.free]
-        stretch = self.pull(moved, velocity).length - self.rest
+        behaviour = self.behaviour_at(time)
+        stretch = self.pull(time, moved, velocity).length - behaviour.rest
         place = (self.drawn + moved)[self.free]
         return Energies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
-            elastic=float(self.behaviour.energy(stretch).sum() + sum(pressed)),
+            elastic=float(behaviour.energy(stretch).sum() + sum(pressed)),
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 

@@ -41,7 +41,7 @@ def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
         "tolerance": validation.tolerance,
         "output_times": validation.output_times,
         "compared_times": len(validation.run.times),
-        "nodes": network.node_count,
+        "nodes": network.body_nodes,
         "springs": network.spring_count,
         "wall_time": validation.wall_time,
         "run": {

@@ -56,6 +56,7 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
         )
     situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
     situation.velocity[field.free] = 0.0
+    situation.forget_friction(field.free)
 
 
 def _way_off(field: "Field", moved: Floats) -> Floats | None:
@@ -170,7 +171,7 @@ class Field:
 
     def _springs(self, moved: Floats) -> Springs:
         state = self._state(moved)
-        return self._equations.pull(state, np.zeros_like(state))
+        return self._equations.pull(self._time, state, np.zeros_like(state))
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""

@@ -105,7 +105,7 @@ class Track:
         self.measure(equations, self.due, y)
         self.position[row] = equations.drawn + moved
         self.velocity[row] = velocity
-        springs = equations.pull(moved, velocity)
+        springs = equations.pull(self.due, moved, velocity)
         self.force[row] = equations.inner_forces(self.due, moved, velocity, springs)
         self.sizes[row] = self.scales.displacement, self.scales.speed
         self.energies[row] = *equations.energies(self.due, moved, velocity), *y[-2:], switched

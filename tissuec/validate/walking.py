@@ -82,11 +82,10 @@ class Walk:
         """Return what breaks before any time passes."""
         time = self.situation.time
         broken = overloaded(
-            equations, equations.pull(*equations.spread(time, self._y(equations)))
+            equations, equations.pull(time, *equations.spread(time, self._y(equations)))
         )
         if not len(broken):
             return None
-        self.breaks.append(Break(time, broken))
         return Ending(time, broken, [])
 
     def _stretch(
@@ -133,18 +132,25 @@ class Walk:
             return fired
         if broken is None:
             return None
-        self.breaks.append(broken)
         return Ending(broken.time, broken.springs, [])
 
     def _trigger(self, equations: Equations, step: Step, stop: float) -> Ending | None:
-        if not self.waiting:
+        situation = self.situation
+        if not self.waiting and not situation.is_slipping:
             return None
 
         def true(time: float, y: Floats) -> list[int]:
             moved, velocity = equations.spread(time, y)
             return self._true(self._moment(time, equations.drawn + moved, velocity, y))
 
-        when = first_true(lambda t, y: bool(true(t, y)), step, stop, SHARP * self.duration)
+        def seizes(time: float, y: Floats) -> bool:
+            moved, velocity = equations.spread(time, y)
+            return bool(situation.seizing(time, equations.drawn + moved, velocity))
+
+        def happens(time: float, y: Floats) -> bool:
+            return bool(true(time, y)) or (situation.is_slipping and seizes(time, y))
+
+        when = first_true(happens, step, stop, SHARP * self.duration)
         if when is None:
             return None
         # At the end of its bracket a condition may be true of the interpolated state only.
@@ -195,10 +201,14 @@ class Walk:
     def _happen(self, broken: Indices, fired: list[int]) -> None:
         """Do all that is due now, and enter into the ledger what energy it switched."""
         before = standing_energy(self.situation)
+        for name in self.situation.give_way(broken):
+            broken = broken[broken != self.situation.knots[name].hold]
         if len(broken):
             self.situation.alive = self.situation.alive.copy()
             self.situation.alive[broken] = False
             self.ruptured[broken] = True
+            self.breaks.append(Break(self.situation.time, broken))
+        self.situation.seize()
         self._carry_out()
         while fired := fired or self._true(self._now()):
             for trigger in fired:

@@ -45,9 +45,11 @@ class ChangeParameter:
     span: Span
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        chosen = self.group.indices
+        if self.array == "rest":
+            situation.stop_reeling(chosen)
         # A copy, because the array may be the network's own.
         values = getattr(situation, self.array).copy()
-        chosen = self.group.indices
         values[chosen] = values[chosen] * self.number if self.is_factor else self.number
         setattr(situation, self.array, values)
         return (_changed(self.span),)

@@ -16,11 +16,12 @@ from tissuec.verbs.holding import sentence
 class Settle:
     """Puts nodes, of a set or of everything, at rest where all forces on them balance.
 
-    Forces are those of this moment: springs, weight, and what pushes; dashpots do not act. Held
-    and driven nodes stay, and so does whatever is not named. No time passes, and nothing breaks
-    on the way; what is under too much tension then, breaks right after. The event log notes
-    where the net buckled, and where it could move without any force. The run ends if there is
-    no equilibrium, as for a body under its weight that nothing holds.
+    Forces are those of this moment: springs, weight, pressure, tools and pushes;
+    dashpots and friction do not act. Held and driven nodes stay, and so does whatever is not
+    named. No time passes, and nothing breaks on the way; what is under too much tension then,
+    breaks right after. The event log notes where the net buckled, and where it could move
+    without any force. The run ends if there is no equilibrium, as for a body under its weight
+    that nothing holds.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")

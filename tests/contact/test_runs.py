@@ -1,0 +1,153 @@
+"""Whole runs in which something is touched: resumed, judged by SciPy, settled, and skipped."""
+
+import numpy as np
+import pytest
+
+from tests.contact.scenes import bodies, play
+from tests.validate.scenes import compiled_scene, quantity, validated
+from tissuec.engine.layout import Layout
+from tissuec.prediction import skipped
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
+from tissuec.situation import Situation
+
+PRESSED = """language 1
+tissue flesh {{ spring constant = 200 N/m; viscosity = {viscosity}; mass = 0.2 g }}
+body block {{
+  mesh is lattice {{ kind is sodium chloride; cell = 10 mm; reach is second neighbours
+    box from (0, 0, 0) mm to (20, 20, 10) mm }}
+  tissue is flesh
+}}
+set base = nodes of block where z < 0.1 mm
+{tool}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is {contact} }}
+script {{
+  at 0 s: fix base
+  {script}
+}}
+simulate {{ duration = {duration}; tolerance = 1e-5 }}
+output {{ trajectory every 5 ms; force of base every 1 ms; energy every 5 ms }}
+"""
+PROBE = "tool probe { kind is probe; radius = 8 mm; centre = (11, 9, 19) mm }"
+STROKE = """from 0 s to 50 ms: move probe by (0, 0, -3) mm using smooth profile
+  from 50 ms to 100 ms: move probe by (2, 0.5, 0) mm using smooth profile"""
+
+
+def pressed(
+    *,
+    contact="tools only; friction = 0.3",
+    tool=PROBE,
+    script=STROKE,
+    duration="0.1 s",
+    viscosity="50 mN*s/m",
+):
+    """Return the text of a small block that a probe presses and strokes."""
+    return PRESSED.format(
+        contact=contact, tool=tool, script=script, duration=duration, viscosity=viscosity
+    )
+
+
+class AfterAsking:
+    """Interrupts when asked for the n-th time."""
+
+    def __init__(self, count):
+        self.count = count
+
+    def __call__(self):
+        self.count -= 1
+        return self.count <= 0
+
+
+def carried_out(compiled, **options):
+    recording = MemoryRecording()
+    recorder = Recorder(compiled.network, compiled.plan, recording)
+    return run(compiled.network, compiled.plan, recorder, **options), recording
+
+
+def rows(*recordings):
+    """Return all rows of one recording, or of several one behind the other."""
+    tables = [
+        [*r.frame_arrays(), *r.log_arrays("force of base"), *r.energy_arrays()]
+        for r in recordings
+    ]
+    return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
+    compiled = compiled_scene(pressed())
+    whole, undisturbed = carried_out(compiled, tier="compiled")
+    first, before = carried_out(compiled, tier="compiled", interrupt=AfterAsking(count))
+    assert first.kind == "interrupted"
+    assert 0.0 < first.situation.time < 0.1
+    second, after = carried_out(compiled, tier="compiled", resume=before.state)
+    assert whole.kind == second.kind == "done"
+    for one, other in zip(rows(undisturbed), rows(before, after), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_scipy_agrees_on_a_block_that_is_pressed_stroked_and_settled_and_it_is_said():
+    found = validated(pressed(script=f"{STROKE}\n  at 100 ms: settle", duration="0.11 s"))
+    assert found.verdict == "kept", found.reasons
+    assert quantity(found, "position").error < 1e-5
+    assert quantity(found, "energy balance").error < 1e-5
+    probe = quantity(found, "force of probe")
+    assert probe.scale > 0.1  # [N]
+    assert probe.error < 1e-5
+    # What positions can do to it is not known from springs, and so not foretold.
+    assert probe.expected is None
+
+
+PRESS = "from 0 s to 0.1 s: move probe by (0, 0, -3) mm using smooth profile"
+SETTLED = f"{PRESS}\n  at 0.1 s: settle"
+
+
+def test_what_a_probe_is_pressed_into_settles_where_a_damped_run_comes_to():
+    smooth = {"contact": "tools only"}
+    settled = play(pressed(script=SETTLED, duration="0.11 s", **smooth), tier="compiled")
+    waited = play(pressed(script=PRESS, duration="1 s", **smooth), tier="compiled")
+    (_, force), (_, later) = settled.log("force of base"), waited.log("force of base")
+    here, there = (p.position[-1, bodies(p)] for p in (settled, waited))
+    moved = np.abs(there - waited.position[0, bodies(waited)]).max()
+    assert here == pytest.approx(there, abs=2e-5 * moved)  # twice the tolerance
+    assert np.abs(later[-1]).max() > 0.1
+    assert force[-1] == pytest.approx(later[-1], abs=2e-5 * np.abs(later[-1]).max())
+
+
+def test_what_is_settled_stays_and_friction_begins_anew():
+    script = f"{STROKE}\n  at 100 ms: settle"
+    played = play(pressed(script=script, duration="0.12 s"), tier="compiled")
+    _, force = played.log("force of base")
+    assert np.abs(force[99] - force[-1]).max() > 0.01  # what friction held
+    after = played.time > 0.1
+    place = played.position[after][:, bodies(played)]
+    assert np.abs(place - place[0]).max() < 1e-9
+    # Stroked at 60 mm/s, with a tolerance of 1e-5.
+    assert np.abs(played.velocity[after][:, bodies(played)]).max() < 1e-6
+
+
+def test_a_scene_without_contact_pays_nothing():
+    without = compiled_scene(pressed(contact="off", tool="", script="").replace("probe", ""))
+    plan, network = without.plan, without.network
+    assert plan.contact is None
+    assert network.node_count == network.body_nodes == network.shown_nodes
+    situation = Situation.start(
+        network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
+    )
+    assert situation.fields == ()
+    layout = Layout(network, watched=False, ledger=False)
+    layout.update(situation)
+    assert not layout.features.touched
+    assert layout.touches().nodes.size == 0
+    assert "contact: nothing can touch" in list(skipped(without))
+
+
+def test_without_friction_nothing_is_remembered():
+    compiled = compiled_scene(pressed(contact="tools only"))
+    network = compiled.network
+    assert network.node_count == network.shown_nodes == network.body_nodes + 2
+    assert "friction: none is written, so contact remembers nothing" in list(skipped(compiled))
+    rubbed = compiled_scene(pressed()).network
+    assert rubbed.node_count == rubbed.shown_nodes + rubbed.body_nodes
+    assert rubbed.shown_nodes == network.shown_nodes
