@@ -27,6 +27,7 @@ plane and has no corner in common with it. V falls from 1 to 0 while the sum ris
 to ``DARK``. Forces have continuous derivatives by all places.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -37,7 +38,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import open_edges
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.strands import Edges, Strands
 
 if TYPE_CHECKING:
@@ -137,13 +138,37 @@ def _height(network: Network, corners: Indices) -> Floats:
 def _sides(network: Network, corners: Indices) -> Indices:
     """Return from where triangles can be pushed, as ``Skin.side``, body by body."""
     side = np.zeros(len(corners), dtype=np.int64)
-    for body in network.bodies:
-        inside = ((corners >= body.nodes.start) & (corners < body.nodes.stop)).all(axis=1)
-        own = corners[inside]
-        if len(own) and not len(open_edges(own)):
-            a, b, c = (network.position[own] - network.position[own[0, 0]]).swapaxes(0, 1)
-            side[inside] = np.sign(np.einsum("tk,tk->", a, np.cross(b, c)))
+    for _, own in _closed(network, corners):
+        a, b, c = (
+            network.position[corners[own]] - network.position[corners[own][0, 0]]
+        ).swapaxes(0, 1)
+        side[own] = np.sign(np.einsum("tk,tk->", a, np.cross(b, c)))
     return side
+
+
+def _closed(network: Network, corners: Indices) -> Iterator[tuple[BodyPart, NDArray[np.bool_]]]:
+    """Yield the bodies whose surfaces are closed, and which of the triangles are theirs."""
+    for body in network.bodies:
+        inside = (corners >= body.nodes.start) & (corners < body.nodes.stop)
+        own = np.asarray(inside.all(axis=1))
+        if own.any() and not len(open_edges(corners[own])):
+            yield body, own
+
+
+def buried_in(network: Network, position: Floats, point: Floats) -> str:
+    """Return the name of a body with a closed surface around a point [m], empty if none is.
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+    """
+    from tissuec.shapes.inside import winding_numbers
+
+    corners = network.skin.astype(np.int64)
+    for body, own in _closed(network, corners):
+        # Whichever way the surface faces.
+        if abs(winding_numbers(point[None], position, corners[own])[0]) > 0.5:
+            return body.name
+    return ""
 
 
 class Axis(NamedTuple):

@@ -26,7 +26,7 @@ CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s
 SPRING_COST = 30e-9  # further, per spring [s]
 TOUCH_COST = 3e-4  # of one look at all contacts [s]
 PAIR_COST = 1e-6  # further, per node and shape [s]
-JET_COST = 1e-3  # of one look at a jet [s]
+JET_COST = 4e-3  # of one look at a jet on some hundred triangles [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
     "accumulate",

@@ -8,8 +8,8 @@ import numpy as np
 from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.jets import Jet, Skin, finest_width
-from tissuec.network import Indices, Network
+from tissuec.jets import Jet, Skin, buried_in, finest_width
+from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
@@ -92,7 +92,9 @@ class Irrigate:
             )
         flow = order.number("with", units.FLOW)
         if flow <= 0.0:
-            order.reject("TIS308", "a flow is above 0", word="with")
+            order.reject(
+                "TIS308", "a flow is above 0", word="with", hint="for example: with 5 ml/s"
+            )
         group = order.nodes() if order.words else None
         opening = cast(Opening, order.instrument("through", "nozzle"))
         course = order.courses(default="constant")[0]
@@ -102,9 +104,9 @@ class Irrigate:
         """Return why nothing could ever be pushed, empty if something can."""
         if np.isin(network.skin, self._nodes(network)).all(axis=1).any():
             return ""
-        what = "no body here" if self.group is None else self.group.name
-        verb = "has" if self.group is None else "has no surface"
-        return f"{what} {verb} that a jet could push"
+        if self.group is None:
+            return "no body here has a surface that a jet could push"
+        return f"{self.group.name} has no whole triangle of a surface that a jet could push"
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
         (course,), stop = schedule(agenda, (self.course,), situation.time, None)
@@ -130,8 +132,8 @@ class Irrigate:
             text = f"it takes the place of: {sentence(old.span)}"
             happenings.append(Happening("note", (), text, self.span))
         situation.place_held()
-        if not jet.skin.struck[jet.met(situation.position)].any():
-            text = f"{sentence(self.span)}: the jet meets nothing now"
+        if why := _in_vain(jet, network, situation.position):
+            text = f"{sentence(self.span)}: {why}"
             happenings.append(Happening("note", (), text, self.span))
         situation.jets = {**situation.jets, self.nozzle: jet}
         if np.isfinite(stop):
@@ -140,6 +142,14 @@ class Irrigate:
 
     def _nodes(self, network: Network) -> Indices:
         return np.arange(network.body_nodes) if self.group is None else self.group.indices
+
+
+def _in_vain(jet: Jet, network: Network, position: Floats) -> str:
+    """Return why a jet pushes nothing now, empty if it does."""
+    if body := buried_in(network, position, position[jet.opening[0]]):
+        return f"the nozzle is inside {body}, where its jet pushes no surface"
+    met = jet.skin.struck[jet.met(position)].any()
+    return "" if met else "the jet meets nothing now"
 
 
 def stop_irrigating(situation: Situation, target: str) -> bool:
