@@ -139,9 +139,8 @@ def _sides(network: Network, corners: Indices) -> Indices:
     """Return from where triangles can be pushed, as ``Skin.side``, body by body."""
     side = np.zeros(len(corners), dtype=np.int64)
     for _, own in _closed(network, corners):
-        a, b, c = (
-            network.position[corners[own]] - network.position[corners[own][0, 0]]
-        ).swapaxes(0, 1)
+        place = network.position[corners[own]]
+        a, b, c = (place - place[0, 0]).swapaxes(0, 1)
         side[own] = np.sign(np.einsum("tk,tk->", a, np.cross(b, c)))
     return side
 
