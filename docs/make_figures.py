@@ -6,7 +6,8 @@ needs matplotlib (``pip install matplotlib``) and takes about twenty seconds. No
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
 ``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis`` and ``ligature.tis``
 in ``library/scenes`` and of ``stroke.tis`` in ``language.md``, words from
-``library/fuzzy/soft_tissue.tis``, and laws from their formulas.
+``library/fuzzy/soft_tissue.tis``, laws from their formulas, and what springs remember from runs
+of a single spring.
 """
 
 import tempfile
@@ -84,6 +85,7 @@ def main() -> None:
         stroke = run(on_page("stroke.tis", Path(folder)), Path(folder) / "stroke.vtkhdf")
         with Trajectory.open(path) as pressed, Trajectory.open(stroke) as stroked:
             save(contact(pressed, stroked), "contact.png")
+        save(memory(Path(folder)), "memory.png")
     save(laws(), "laws.png")
     save(words(), "words.png")
 
@@ -241,6 +243,66 @@ def laws() -> plt.Figure:
     right.set(xlabel="speed over v", ylabel="force over d v")
     right.legend(frameon=False)
     return figure
+
+
+#: A spring of 20 mm between a wall and a hand, which draws it in some way.
+SPRING = """language 1
+tissue putty {{ spring constant = 100 N/m; mass = 5 g; {tissue} }}
+body strip {{ mesh is explicit; tissue is putty }}
+table nodes of strip in mm with columns "id x" {{ 1 0; 2 20 }}
+table springs of strip with columns "a b" {{ 1 2 }}
+set wall = nodes of strip in [1]
+set hand = nodes of strip in [2]
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ at 0 s: fix wall; {script} }}
+simulate {{ duration = 2 s; tolerance = 1e-6 }}
+output {{ tension of strip every 2 ms; length of strip every 2 ms }}
+"""
+HOLD = "from 0 s to 0.1 s: move hand by (4, 0, 0) mm using constant speed"
+SWING = "from 0 s to 2 s: move hand by (4, 0, 0) mm using sine of 1 Hz"
+RELAXING = "viscosity = 0 N*s/m; relaxing constant = 150 N/m; relaxation time = 0.16 s"
+SERIES = (
+    "viscosity = 0 N*s/m; relaxing constant = 75 N/m; relaxation time = 20 ms; "
+    "second relaxing constant = 75 N/m; second relaxation time = 0.8 s"
+)
+YIELDING = "viscosity = 0 N*s/m; yield force = 0.2 N; yield viscosity = 1 N*s/m"
+
+
+def memory(folder: Path) -> plt.Figure:
+    """Return how the force of a spring relaxes, and the loops that it goes through."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), layout="constrained")
+    held = (
+        ("viscosity alone, 3 N s/m", "viscosity = 3 N*s/m", GREEN),
+        ("one branch, 0.16 s", RELAXING, BLUE),
+        ("two branches, 20 ms and 0.8 s", SERIES, RED),
+    )
+    for name, tissue, colour in held:
+        time, force, _ = drawn(folder, tissue, HOLD)
+        left.plot(time, 1e3 * force, color=colour, label=name)
+    left.set(xlabel="time in s", ylabel="force in mN", xlim=(0.0, 1.5))
+    left.set_title("drawn by 4 mm in 0.1 s, then held", fontsize=9)
+    left.legend(frameon=False)
+    for name, tissue, colour in (
+        ("one branch, 0.16 s", RELAXING, BLUE),
+        ("yield force 200 mN", YIELDING, RED),
+    ):
+        _, force, length = drawn(folder, tissue, SWING)
+        right.plot(1e3 * (length - 0.02), 1e3 * force, color=colour, label=name)
+    right.set(xlabel="elongation in mm", ylabel="force in mN")
+    right.set_title("drawn and pressed once a second", fontsize=9)
+    right.legend(frameon=False, loc="upper left")
+    return figure
+
+
+def drawn(folder: Path, tissue: str, script: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return times [s], forces [N] and lengths [m] of a spring that is drawn."""
+    text = SPRING.format(tissue=tissue, script=script)
+    request = Request(Source("spring.tis", text))
+    compiled, _ = compile_request(request)
+    path = simulate(compiled, folder / "spring.vtkhdf", request=request).path
+    with Trajectory.open(path) as trajectory:
+        force, length = (trajectory.logs[f"{name} of strip"] for name in ("tension", "length"))
+        return force.time[:], force.value[:, 0], length.value[:, 0]
 
 
 def bladder(trajectory: Trajectory) -> plt.Figure:

@@ -72,10 +72,10 @@ def test_a_chain_of_any_order_takes_few_rounds(order):
     ends = np.stack((chain[:-1], chain[1:]), axis=1).astype(np.int32)
     alive = np.ones(len(ends), dtype=bool)
     alive[60_000] = False
-    start = time.perf_counter()
+    start = time.process_time()
     labels = pieces(len(chain), ends, alive)
     # Some 20 rounds take hundredths of a second; 1e5 rounds would take minutes.
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
     assert len(np.unique(labels[chain[:60_001]])) == len(np.unique(labels[chain[60_001:]])) == 1
     assert labels.max() == 1
 

@@ -289,13 +289,13 @@ THOROUGH: tuple[Check, ...] = (floppy,)
 def _stiffest(compiled: Compiled) -> str:
     """Return the spring that asks for the smallest step, in words."""
     network = compiled.network
-    ratio = network.stiffness * (1.0 / network.mass[network.ends]).sum(axis=1)
+    ratio = network.sudden * (1.0 / network.mass[network.ends]).sum(axis=1)
     spring = int(ratio.argmax())
     body = next(body for body in network.bodies if spring < body.springs.stop)
     mass = float(network.mass[network.ends[spring]].min())
     return (
         f"spring {network.spring_ids[spring]} of {body.name} has "
-        f"{show(float(network.stiffness[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
+        f"{show(float(network.sudden[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
     )
 
 

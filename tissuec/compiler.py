@@ -18,6 +18,7 @@ from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.readings import asks_for_learning
+from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
 from tissuec.compiling.threads import renumbered
 from tissuec.compiling.touching import contact_of, with_tools
@@ -26,7 +27,7 @@ from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
 from tissuec.meshes import Celled
 from tissuec.network import BodyPart, Network, Provenance
-from tissuec.plan import Event, Expectation, Plan, Simulation
+from tissuec.plan import RELAXATION, Event, Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.verbs import Demanding
@@ -63,13 +64,33 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     drawings, built = _bodies(scene, findings)
     # What can touch stands first, so that its nodes follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
-    network = with_tools(join(built), tools, scene.environment)
+    network = with_memory(with_tools(join(built), tools, scene.environment))
+    _refuse_method(scene, network, findings)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
     groups.choose_all()
     plan = _plan(scene, network, groups, findings)
     findings.raise_errors()
     assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
     return Compiled(scene, network, plan, groups)
+
+
+def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
+    """Reject a method that would not step what springs remember."""
+    name = scene.simulation.integrator
+    timeless = name == RELAXATION
+    if network.inelastic is None or not (timeless or _is_implicit(name)):
+        return
+    reason = "leaves time out, by which they" if timeless else "does not solve for how they"
+    findings.add(
+        "TIS306",
+        f"{name} is no method for springs that relax or yield: it {reason} give way",
+        scene.simulation.span,
+        hint="write integrator is automatic, or an explicit one such as dop853",
+    )
+
+
+def _is_implicit(name: str) -> bool:
+    return name in INTEGRATORS and INTEGRATORS[name].implicit
 
 
 def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyArrays]]:
@@ -138,6 +159,7 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
             name: _join_provenance([body.provenance[name] for body in bodies])
             for name in ARRAYS
         },
+        inelastic=inelastic_of([body.arrays for body in bodies], np.diff(springs).tolist()),
     )
 
 

@@ -143,7 +143,9 @@ class Contact:
             alive: Springs that are there, shape (spring,).
         """
         bound = self.bonds >= 0
-        whole = ~bound.any(axis=1) | (bound & alive[self.bonds]).any(axis=1)
+        holding = np.zeros_like(bound)
+        holding[bound] = alive[self.bonds[bound]]
+        whole = holding.any(axis=1) | ~bound.any(axis=1)
         if whole.all():
             return self
         kept = ("kind", "points", "radius", "spared", "bonds")

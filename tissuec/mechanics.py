@@ -3,7 +3,8 @@
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
 closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(w) of its law; it pulls a with
 T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus
-none either.
+none either. What springs remember (``tissuec.inelastic``) stands in the velocities of hidden
+nodes.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
 that a whole batch of samples is one call. Parameters are those of a :class:`Situation`, whose
@@ -17,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.inelastic import flat, pulled
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
@@ -73,7 +75,8 @@ def pull(
     has_direction = length > 0.0
     direction = reach / np.where(has_direction, length, 1.0)[..., None]
     behaviour = situation.behaviour(springs)
-    tension = behaviour.pull(length - behaviour.rest)
+    stretch = length - behaviour.rest
+    tension = pulled(behaviour, situation.memory(springs), stretch, flat(velocity))
     if behaviour.is_viscous:
         closing = np.einsum("...sk,...sk->...s", direction, _reach(ends, velocity))
         tension = tension + behaviour.brake(closing)
@@ -84,8 +87,17 @@ def pull(
 def tension(
     situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return T = f(e) + g(w) of some springs, all of them by default [N], shape (…, spring)."""
+    """Return the tension of some springs, all of them by default [N], shape (…, spring)."""
     return pull(situation, position, velocity, springs).tension
+
+
+def rest_lengths(
+    situation: Situation, velocity: Floats, springs: Indices | None = None
+) -> Floats:
+    """Return L0 with what it flowed [m], shape (spring,) or, where any flows, (…, spring)."""
+    rest = situation.rest if springs is None else situation.rest[..., springs]
+    memory = situation.memory(springs)
+    return rest if memory is None else rest + memory.flowed(flat(velocity))
 
 
 def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Floats:
@@ -174,14 +186,17 @@ def kinetic_energy(
 
 
 def elastic_energy(
-    situation: Situation, position: Floats, springs: Indices | None = None
+    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return Σ ∫ f de over the alive springs (among ``springs``) [J], shape (…)."""
+    """Return what alive springs (among ``springs``) and their branches store [J], shape (…)."""
     chosen = np.flatnonzero(situation.alive) if springs is None else springs
     chosen = chosen[situation.alive[chosen]]
-    network = situation.network
-    stretched = elongation(network.ends[chosen], position, situation.rest[..., chosen])
-    return _sum_each(situation.behaviour(chosen).energy(stretched))
+    rest = rest_lengths(situation, velocity, chosen)
+    stretched = elongation(situation.network.ends[chosen], position, rest)
+    energy = situation.behaviour(chosen).energy(stretched)
+    if (memory := situation.memory(chosen)) is not None:
+        energy = energy + memory.energy(stretched, memory.variables(flat(velocity)))
+    return _sum_each(energy)
 
 
 def gravity_energy(situation: Situation, position: Floats) -> Floats:
@@ -213,7 +228,7 @@ def energies(
     situation: Situation, time: Floats | float, position: Floats, velocity: Floats
 ) -> Energies:
     """Return the energies of the free nodes, of alive springs, of pressure and contact."""
-    elastic = elastic_energy(situation, position)
+    elastic = elastic_energy(situation, position, velocity)
     for acting in situation.fields:
         elastic = elastic + acting.energy(time, position)
     return Energies(

@@ -6,18 +6,22 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+# What hidden nodes remember.
+SPRINGS = "springs"
+FRICTION = "friction"
 CellNodes = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
@@ -112,6 +116,14 @@ class ToolPart:
         return np.arange(start, start + 2), np.arange(start + 2, start + 4)
 
 
+@dataclass(frozen=True, slots=True)
+class MemoryPart:
+    """Which hidden nodes remember something, such as ``FRICTION``."""
+
+    name: str
+    nodes: slice
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Network:
     """All mass points and springs of a scene, in SI units.
@@ -134,8 +146,10 @@ class Network:
         spring_ids: The same for springs, shape (spring,).
         bodies: The parts of the arrays that belong to each body.
         tools: Nodes behind those of the bodies that carry the shapes of instruments.
-        memory: Nodes behind all others whose velocities remember what friction did; they stay
-            where they are and are no unknowns of the motion.
+        memories: Hidden nodes behind all others whose velocities are variables of first order:
+            what friction or springs did before. They stay where they are and are no unknowns
+            of the motion.
+        inelastic: What springs remember; None where none does.
         provenance: Origins by array name ("mass", "stiffness", …).
     """
 
@@ -156,7 +170,8 @@ class Network:
     bodies: tuple[BodyPart, ...]
     provenance: Mapping[str, Provenance]
     tools: tuple[ToolPart, ...] = ()
-    memory: slice = field(default_factory=lambda: slice(0, 0))
+    memories: tuple[MemoryPart, ...] = ()
+    inelastic: Inelastic | None = None
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -175,7 +190,41 @@ class Network:
     @property
     def shown_nodes(self) -> int:
         """Return how many nodes belong to bodies and tools."""
-        return self.node_count - (self.memory.stop - self.memory.start)
+        return self.memories[0].nodes.start if self.memories else self.node_count
+
+    @property
+    def memory(self) -> slice:
+        """Return the hidden nodes, whatever they remember."""
+        return slice(self.shown_nodes, self.node_count)
+
+    def remembering(self, name: str) -> Indices:
+        """Return the hidden nodes that remember one thing, shape (node,)."""
+        parts = (part.nodes for part in self.memories if part.name == name)
+        part = next(parts, slice(0, 0))
+        return np.arange(part.start, part.stop)
+
+    def with_memory(self, name: str, home: Floats, mass: float, origin: Origin) -> "Network":
+        """Return this with hidden nodes behind all others.
+
+        Args:
+            name: What they remember.
+            home: Where they stay [m], shape (node, 3).
+            mass: A number above zero, which is none of the scene [kg].
+            origin: Of that mass.
+        """
+        start, count = self.node_count, len(home)
+        weight = self.provenance["mass"]
+        more = np.full(count, len(weight.origins), dtype=np.int32)
+        known = Provenance(np.concatenate([weight.index, more]), (*weight.origins, origin))
+        return replace(
+            self,
+            position=np.concatenate([self.position, home]),
+            velocity=np.concatenate([self.velocity, np.zeros_like(home)]),
+            mass=np.concatenate([self.mass, np.full(count, mass)]),
+            node_ids=np.concatenate([self.node_ids, np.arange(count)]),
+            provenance={**self.provenance, "mass": known},
+            memories=(*self.memories, MemoryPart(name, slice(start, start + count))),
+        )
 
     @property
     def body_nodes(self) -> int:
@@ -189,6 +238,11 @@ class Network:
         for body in self.bodies:
             bends[body.springs.stop - body.bending : body.springs.stop] = True
         return bends
+
+    @property
+    def sudden(self) -> Floats:
+        """Return how stiff springs are before their branches give way [N/m], (spring,)."""
+        return self.stiffness + (0.0 if self.inelastic is None else self.inelastic.sudden)
 
     @property
     def threads(self) -> dict[str, Thread]:

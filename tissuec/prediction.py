@@ -104,6 +104,8 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     network, plan = compiled.network, compiled.plan
     if not compiled.network.behaviour().is_viscous:
         yield "viscosity: no spring has any, so velocities are not compared"
+    if network.inelastic is None:
+        yield "memory: no spring relaxes or yields, so nothing of the past is kept"
     if not plan.drag:
         yield "ambient damping: none is written"
     if not plan.breakable:

@@ -13,6 +13,7 @@ from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
+from tissuec.inelastic import Inelastic
 from tissuec.jets import Jet
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
@@ -120,6 +121,8 @@ class Situation:
         jets: Of fluid, by the name of the nozzle.
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
+        inelastic: What springs remember, None where none does; the network's own until a
+            ``change``.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] per node.
@@ -148,6 +151,7 @@ class Situation:
     jets: dict[str, Jet] = field(default_factory=dict)
     reelings: dict[str, Reeling] = field(default_factory=dict)
     knots: dict[str, Knot] = field(default_factory=dict)
+    inelastic: Inelastic | None = None
     hold_ends: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -174,6 +178,7 @@ class Situation:
             drag=drag,
             holders=tools,
             contact=contact,
+            inelastic=network.inelastic,
         )
 
     @property
@@ -196,6 +201,11 @@ class Situation:
             self.damping[chosen],
             self.rest[..., chosen],
         )
+
+    def memory(self, springs: Indices | None = None) -> Inelastic | None:
+        """Return what some springs remember, all of them by default."""
+        whole = self.inelastic
+        return whole if whole is None or springs is None else whole.some(springs)
 
     def rest_at(self, time: Floats | float) -> Floats:
         """Return the rest lengths at times until the next event [m], shape (…, spring)."""

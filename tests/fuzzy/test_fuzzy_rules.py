@@ -363,9 +363,9 @@ def test_the_soft_tissue_rules_answer_well_within_a_millisecond():
     facts = dict.fromkeys(UNIT, 0.4)
 
     def seconds():
-        begin = time.perf_counter()
+        begin = time.process_time()
         for _ in range(20):
             rules.infer(facts)
-        return (time.perf_counter() - begin) / 20
+        return (time.process_time() - begin) / 20
 
     assert min(seconds() for _ in range(10)) < 1e-3  # five times what is expected

@@ -1,6 +1,6 @@
 """Rows of tables become arrays; bad ones are reported to the cell."""
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -119,11 +119,11 @@ def test_cells_of_good_tables_can_be_found_again():
 def test_many_rows_are_fast_and_so_is_the_search_for_a_bad_one():
     good = "".join(f"{i} 0.{i} -{i}e-3\n" for i in range(100_000))
     read, spoilt = table(good), table(good + "1 2 x")
-    start = perf_counter()
+    start = process_time()
     read_rows(read, NODES)
     # Measured: 0.03 s; a conversion of cell by cell in Python takes four times as long.
-    assert perf_counter() - start < 0.3
-    start = perf_counter()
+    assert process_time() - start < 0.3
+    start = process_time()
     with pytest.raises(CompileError):
         read_rows(spoilt, NODES)
-    assert perf_counter() - start < 2.0
+    assert process_time() - start < 2.0

@@ -38,6 +38,11 @@ class Problem:
         """Return whether things may happen whose times are not in the script."""
         return self.plan.breakable or bool(self.plan.triggers)
 
+    @property
+    def remembers(self) -> bool:
+        """Return whether there is more to step than positions and velocities of nodes."""
+        return bool(self.network.memories)
+
     def by(self, method: str, tolerance: float) -> Plan:
         """Return the plan with a method and a tolerance in place of its own."""
         asked = replace(self.plan.simulation, integrator=method, tolerance=tolerance, step=None)

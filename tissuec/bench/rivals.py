@@ -13,6 +13,11 @@ SURPRISES = (
     "ruptures or conditions, whose times the script does not say"
 )
 
+MEMORY = (
+    "other solvers are left out: they are given positions and velocities of nodes, and in this "
+    "scene springs or friction remember more than these"
+)
+
 
 CONTACT = "other solvers are left out: what is near to what must be listed anew on the way"
 
@@ -21,6 +26,8 @@ def rivals(problem: Problem, scales: Scales) -> tuple[list[Solver], list[str]]:
     """Return the other solvers that can solve a problem, and sentences about those left out."""
     if problem.has_surprises:
         return [], [SURPRISES]
+    if problem.remembers:
+        return [], [MEMORY]
     if problem.plan.contact is not None:
         return [], [CONTACT]
     offers = (_by_scipy(problem, scales), _by_cvode(problem, scales), _by_mujoco(problem))

@@ -68,7 +68,7 @@ def find_truth(
     if solver is None or trial is None:
         raise Unknown(f"no reference with a tolerance of {tolerance:g} came out in time")
     truth = Truth(solver.name, tolerance, trial.position)
-    if problem.has_surprises:
+    if problem.has_surprises or problem.remembers:
         others = [other for other in ours if other is not solver]
         judge, second = _first(others, tolerance, second_budget)
     else:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiling.materials import MaterialReader
 from tissuec.compiling.threads import with_slipping
+from tissuec.inelastic import NAMES as INELASTIC
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes import Mesh
@@ -84,6 +85,8 @@ def _check_sizes(
         "viscosity": arrays["damping"],
         "rest length": arrays["rest"],
     }
+    for name in (name for name in INELASTIC if name in arrays):
+        named[name] = arrays[name][np.isfinite(arrays[name])]
     refuse_sizes(body, named, findings)
     if np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
         message = f"body {body.name} has a mass that is too small to reckon with"

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
+from tissuec.core.units import suggested_unit
+from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, Law
 from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
@@ -81,6 +83,7 @@ class MaterialReader:
             "strength": self._limit("fraction force"),
             "crush": self._limit("crushing force"),
         }
+        arrays |= self._inelastic()
         return arrays if self.body.bending is None else arrays | self._bending(arrays)
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
@@ -148,7 +151,52 @@ class MaterialReader:
         known = (own > 0.0) & (beside > 0.0)
         stronger = part * np.where(known, own, 1.0) / np.where(known, beside, 1.0)
         changed = {"stiffness": part, "damping": part, "strength": stronger, "crush": stronger}
-        return {name: self._times(arrays[name], factor) for name, factor in changed.items()}
+        changed |= dict.fromkeys((*CONSTANTS, VISCOSITY), part) | {LIMIT: stronger}
+        return {
+            name: self._times(arrays[name], factor)
+            for name, factor in changed.items()
+            if name in arrays
+        }
+
+    def _inelastic(self) -> dict[str, Explained]:
+        """Return what relaxes and flows, by the names of quantities."""
+        arrays: dict[str, Explained] = {}
+        for pair in PAIRS:
+            said = [self._is_said(name) for name in pair]
+            if not (said[0].any() or said[1].any()):
+                continue
+            self._refuse_halves(pair, said)
+            for name in pair:
+                shared = QUANTITIES[name].scales
+                arrays[name] = self._shared(name) if shared else self._per_spring(name)
+        return arrays
+
+    def _is_said(self, name: str) -> NDArray[np.bool_]:
+        """Return for which springs a tissue or a table says a quantity, shape (spring,)."""
+        given = np.array([g is not None for g in self._found(name)])
+        column = self.columns.springs.get(name)
+        return given[self.end_parts].any(axis=1) | ~_is_open(column, self.length)
+
+    def _refuse_halves(self, pair: tuple[str, str], said: list[NDArray[np.bool_]]) -> None:
+        """Reject springs of which one quantity of a pair is said, and not the other."""
+        for name, other, half in (
+            (*pair, said[0] & ~said[1]),
+            (*reversed(pair), said[1] & ~said[0]),
+        ):
+            if not half.any():
+                continue
+            parts = self.end_parts[np.argmax(half)]
+            given = [g for g in (self._found(name)[part] for part in parts) if g is not None]
+            tables = self.body.tables
+            where = tables.springs.name.span if tables and tables.springs else self.body.span
+            example = f"{other} = 1 {suggested_unit(QUANTITIES[other].dimension)}"
+            self.findings.reject(
+                "TIS304",
+                f"a {name} says nothing without a {other}",
+                given[0].span if given else where,
+                hint=f"for example: {example}",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
 
     def _beside(self, values: Floats) -> Floats:
         """Return the mean over the mesh's own springs at the ends of each bending spring."""
@@ -203,7 +251,8 @@ class MaterialReader:
         if self.shares is None:
             return value, provenance
         origins = tuple(Origin(o.span, f"{o.how}, shared") for o in provenance.origins)
-        return value * self.shares, Provenance(provenance.index, origins)
+        share = np.where(np.isinf(value), 1.0, self.shares)  # what is infinite is none at all
+        return value * share, Provenance(provenance.index, origins)
 
     def _per_spring(self, name: str) -> Explained:
         """Return a quantity of every spring from tables, materials and the interface."""
@@ -212,6 +261,11 @@ class MaterialReader:
         self._expect(name, self.end_parts[is_open & is_used])
         given = self._given(name, self.end_parts[is_open & ~self.is_typed])
         first, second = self._at_ends(name, given)
+        if name in (*TIMES, VISCOSITY):  # of what one side has alone, there is half as much
+            first, second = (
+                np.where(np.isinf(one), other, one)
+                for one, other in ((first, second), (second, first))
+            )
         value = np.where(self.is_inner, first, self._joined(first, second))
         origins = [self._origin(g) for g in given]
         origins.append(Origin(self.body.span, f"interface {self.body.interface}"))

@@ -25,6 +25,7 @@ from tissuec.core.units import (
     parse_unit,
     show,
 )
+from tissuec.inelastic import NAMES as INELASTIC
 from tissuec.lang import syntax as s
 from tissuec.lang.tables import Column, cell_span, read_rows
 from tissuec.meshes import Mesh
@@ -32,6 +33,7 @@ from tissuec.meshes.explicit import Explicit, TableError
 from tissuec.network import Floats, Indices
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Body, Tables
+from tissuec.scene.quantities import LISTED, QUANTITIES
 
 ID = "id"
 LAW = "law"
@@ -45,15 +47,19 @@ SPRING_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "a": None, "b": None, "rest length": LENGTH,
     "spring constant": units.STIFFNESS, "viscosity": units.VISCOSITY,
     "fraction force": units.FORCE, "crushing force": units.FORCE, LAW: None,
+    **{name: QUANTITIES[name].dimension for name in INELASTIC},
 }  # fmt: skip
 #: Columns that may leave a cell open with "-": the tissue gives what is missing.
 _LIMITS = ("fraction force", "crushing force")
-_OPEN = ("mass", "rest length", "spring constant", "viscosity", *_LIMITS, LAW)
+_OPEN = ("mass", "rest length", "spring constant", "viscosity", *_LIMITS, LAW, *INELASTIC)
 #: Columns whose numbers must be above zero, or may be zero.
-_ABOVE_ZERO = ("mass", *_LIMITS)
+_ABOVE_ZERO = ("mass", *_LIMITS, *(n for n in INELASTIC if not QUANTITIES[n].may_be_zero))
 #: Logarithm of the ratio of rest length and drawn length from which on a unit is wrong.
 _FAR_OFF = np.log(20.0)
-_NOT_BELOW_ZERO = ("spring constant", "viscosity", "rest length")
+_NOT_BELOW_ZERO = (
+    *("spring constant", "viscosity", "rest length"),
+    *(name for name in INELASTIC if QUANTITIES[name].may_be_zero),
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -288,17 +294,18 @@ class _Reader:
             for word in _WORD.finditer(text)
         ]
         while words:
-            pair = " ".join(word.text.lower() for word in words[:2])
-            name = pair if pair in self.known else words[0].text.lower()
+            longest = (" ".join(w.text.lower() for w in words[:n]) for n in (3, 2, 1))
+            name = next((n for n in longest if n in self.known), words[0].text.lower())
             count = 1 + name.count(" ")
             where = words[0].to(words[count - 1])
             words = words[count:]
             if name not in self.known:
+                listed = [n for n in self.known if n in LISTED or n not in QUANTITIES]
                 self.findings.reject(
                     "TIS303",
                     f'"{name}" is not a column of {self.table.name.text}',
                     where,
-                    hint=alternatives(name, self.known, what="columns"),
+                    hint=alternatives(name, listed, what="columns"),
                 )
             if name in factors:
                 self.findings.reject("TIS307", f'column "{name}" stands twice', where)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.inelastic import TIMES, VISCOSITY
 from tissuec.laws import LINEAR, D, Law
 from tissuec.meshes import Mesh, Threaded
 from tissuec.network import Floats, Thread
@@ -57,6 +58,8 @@ def with_slipping(
         changed[name][slip] = 0.0
     for name in ("strength", "crush"):
         changed[name][slip] = np.inf
+    for name in changed.keys() & {*TIMES, VISCOSITY}:  # knots neither relax nor yield
+        changed[name][[hold, slip]] = np.inf
     own = laws[law[hold]]
     if own.viscous != LINEAR.viscous:  # which cannot be switched off when it is tied
         changed["damping"][hold], law[hold] = 0.0, len(laws)

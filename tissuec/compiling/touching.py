@@ -12,7 +12,7 @@ from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
 from tissuec.core.errors import counted
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, STIFFNESS, show
-from tissuec.network import Floats, Indices, Network, Origin, Provenance, ToolPart
+from tissuec.network import FRICTION, Floats, Indices, Network, Origin, Provenance, ToolPart
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
 
@@ -39,13 +39,10 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
         ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
-    home = network.position if rubbed else network.position[:0]
-    memory = slice(int(ends[-1]), int(ends[-1]) + len(home))
-    added = np.concatenate([none, *points, home])
+    added = np.concatenate([none, *points])
     spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
-    spans += [environment.span] * len(home)
     grams = np.ones(len(added))
-    return replace(
+    known = replace(
         network,
         position=np.concatenate([network.position, added]),
         velocity=np.concatenate([network.velocity, np.zeros_like(added)]),
@@ -53,8 +50,11 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
         node_ids=np.concatenate([network.node_ids, np.arange(len(added))]),
         provenance={**network.provenance, "mass": _joined(network.provenance["mass"], spans)},
         tools=parts,
-        memory=memory,
     )
+    if not rubbed:
+        return known
+    origin = Origin(environment.span, "friction")
+    return known.with_memory(FRICTION, network.position, 1e-3, origin)
 
 
 def _joined(provenance: Provenance, spans: Sequence[Span]) -> Provenance:
@@ -113,7 +113,7 @@ def contact_of(
         layer=law.layer or _layer(network, radius, environment, findings),
         damping=law.damping,
         friction=law.friction,
-        memory=np.arange(network.memory.start, network.memory.stop),
+        memory=network.remembering(FRICTION),
         rate=sqrt(stiffness / mass),
         span=environment.span,
     )

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from tissuec.contact import Contact
 from tissuec.courses import Course
+from tissuec.inelastic import Inelastic
 from tissuec.jets import shares
-from tissuec.kernels.records import Acts, Enclosures, Jets, Reels, Touches
+from tissuec.kernels.records import Acts, Enclosures, Internal, Jets, Reels, Touches
 from tissuec.kernels.rinsing import GRID
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
@@ -177,6 +178,44 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
         link=np.zeros(len(parts), dtype=np.int64),
         shades=np.zeros(len(parts), dtype=np.int64),
         head=np.zeros(GRID * GRID if jets else 0, dtype=np.int64),
+    )
+
+
+def pack_internal(
+    inelastic: Inelastic | None, springs: int, nodes: Indices, home: Floats
+) -> Internal:
+    """Return what springs remember; nothing without.
+
+    Args:
+        inelastic: Of the springs that act, by the places of nodes.
+        springs: Their number.
+        nodes: Places of the nodes that it is kept in, shape (m,).
+        home: Where these stay [m], shape (m, 3).
+    """
+    none, empty = np.zeros(0, dtype=np.int64), np.zeros(0)
+    if inelastic is None:
+        first, flow = np.zeros(springs + 1, dtype=np.int64), np.full(springs, -1)
+        return Internal(
+            first, empty, empty, flow, empty, empty, none, empty, empty, none, home[:0]
+        )
+    has = inelastic.slot >= 0
+    spring, branch = np.nonzero(has[:-1].T)
+    flowing = np.flatnonzero(has[-1])
+    flow = np.full(has.shape[1], -1)
+    flow[flowing] = len(spring) + np.arange(len(flowing))
+    chosen = np.append(branch, np.full(len(flowing), -1)), np.append(spring, flowing)
+    return Internal(
+        first=_offsets(has[:-1].sum(axis=0).tolist()),
+        constant=inelastic.constant[branch, spring],
+        time=inelastic.time[branch, spring],
+        flow=flow,
+        limit=inelastic.limit,
+        viscosity=inelastic.viscosity,
+        slot=inelastic.slot[chosen],
+        rate=inelastic.rate[chosen],
+        change=np.zeros(len(chosen[0])),
+        nodes=nodes,
+        home=home,
     )
 
 

@@ -63,7 +63,8 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
     if method.step is not None:
         return _by_step(situation, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-    if tolerance < CROSSING and not situation.drag and not situation.behaviour().is_viscous:
+    lossless = not situation.drag and not situation.behaviour().is_viscous
+    if tolerance < CROSSING and lossless and situation.inelastic is None:
         facts = measured_facts(situation)
         swept = facts["omega"] * method.duration
         if swept > LONG and not method.ledger:
@@ -98,7 +99,9 @@ def _creeping(
 
     The rates are measured only where bounds of them, from the sums at each node, allow it.
     """
-    if situation.fields or _damping_ratio_of_nodes(situation) < CREEPING:
+    if situation.fields or situation.inelastic is not None:
+        return None
+    if _damping_ratio_of_nodes(situation) < CREEPING:
         return None
     facts = measured_facts(situation)
     limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])

@@ -116,7 +116,7 @@ def drive(
                     reason = STRAYED
                     break
             reach = greater(displacement, distance(work.x[1 - current], work.origin, work.each))
-            pace = greater(speed, distance(work.v[1 - current], work.zero, work.each))
+            pace = greater(speed, distance(work.v[1 - current], work.zero, work.moving))
             ratio = 0.0
             most = energy
             wrong = 0.0
@@ -146,7 +146,7 @@ def drive(
             if IMPLICIT and not isfinite(off):
                 reason = UNSOLVED
                 break
-            if not (reach <= task.bound and isfinite(pace)):
+            if not (reach <= task.bound and isfinite(pace + off)):
                 reason = OUTSIZE
                 break
             near |= finish(time, end, current, work, net)

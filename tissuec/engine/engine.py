@@ -327,7 +327,7 @@ class Engine:
             return
 
         def candidate(pace: float) -> tuple[str, float] | None:
-            if situation.fields:
+            if situation.fields or situation.inelastic is not None:
                 return None  # what they do is not in the matrix of implicit steps
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
@@ -386,7 +386,10 @@ class Engine:
         self._progress = self._progress._replace(**changes)
 
     def _refusal(self) -> Interruption | None:
-        """Return why the tolerance cannot be kept at all, if so."""
+        """Return why the tolerance cannot be kept at all, or the net not be stepped, if so."""
+        if self._integrator.implicit and self._layout.springs.inelastic is not None:
+            reason = f"{self.choice.name} does not solve for how springs relax or yield"
+            return Interruption("stuck", self._progress.time, message=reason)
         tolerance = self.method.tolerance
         if self.method.step is None and tolerance is not None and tolerance < FINEST_TOLERANCE:
             return Interruption(

@@ -16,6 +16,7 @@ from tissuec.engine.acts import (
     longest_step,
     pack_acts,
     pack_enclosures,
+    pack_internal,
     pack_jets,
     pack_reels,
     pack_touches,
@@ -24,16 +25,27 @@ from tissuec.engine.acts import (
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
+from tissuec.inelastic import Inelastic, pulled
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Jets, Net, Reels, Solver, Touches
+from tissuec.kernels.records import (
+    Acts,
+    Enclosures,
+    Internal,
+    Jets,
+    Net,
+    Reels,
+    Solver,
+    Touches,
+)
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import FRICTION, SPRINGS, Floats, Indices, Network
 from tissuec.situation import Load, Situation
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
+LEAST = 1e-300  # [m]
 
 
 @dataclass(slots=True)
@@ -47,6 +59,7 @@ class Springs:
             ones.
         law: Numbers among ``laws``, shape (spring,).
         laws: All of the net; the first is linear.
+        inelastic: What they remember, by places of nodes; None where none of the net does.
     """
 
     ids: Indices
@@ -59,6 +72,7 @@ class Springs:
     crush: Floats
     law: Laws
     laws: tuple[Law, ...]
+    inelastic: Inelastic | None = None
 
     def behaviour(self, chosen: Indices | None = None) -> Behaviour:
         """Return what some of them do, all by default."""
@@ -66,6 +80,20 @@ class Springs:
         return Behaviour(
             self.laws, self.law[some], self.stiffness[some], self.damping[some], self.rest[some]
         )
+
+    def pulled(
+        self, stretch: Floats, velocity: Floats, chosen: Indices | None = None
+    ) -> Floats:
+        """Return the forces of springs and branches, of all springs by default [N].
+
+        Args:
+            stretch: L - L0 [m], shape (spring,).
+            velocity: Of all nodes, flat [m/s].
+        """
+        memory = self.inelastic
+        if memory is not None and chosen is not None:
+            memory = memory.some(chosen)
+        return pulled(self.behaviour(chosen), memory, stretch, velocity)
 
 
 class Layout:
@@ -138,6 +166,13 @@ class Layout:
         ids, alive = self._ids, acting[self._ids]
         stiffness = np.where(alive, situation.stiffness[ids], 0.0)
         law = np.where(alive, situation.network.law[ids], 0).astype(np.int32)
+        jumps = (stiffness > 0.0) | (law > 0)
+        rest = situation.rest[ids]
+        inelastic = situation.memory(ids)
+        if inelastic is not None:
+            inelastic = inelastic.only(alive).renumbered(self.place)
+            # What flows or relaxes pulls at no length, too, and jumps as it turns over.
+            rest, jumps = np.maximum(rest, LEAST), jumps | (inelastic.remembers & alive)
         self.springs = Springs(
             ids=ids,
             low=self._low[ids],
@@ -145,11 +180,12 @@ class Layout:
             stiffness=stiffness,
             damping=np.where(alive, situation.damping[ids], 0.0),
             # Without a force that could jump, it does not matter when one turns over.
-            rest=np.where((stiffness > 0.0) | (law > 0), situation.rest[ids], 0.0),
+            rest=np.where(jumps, rest, 0.0),
             strength=np.where(alive, situation.strength[ids], np.inf),
             crush=np.where(alive, situation.crush[ids], np.inf),
             law=law,
             laws=situation.network.laws,
+            inelastic=inelastic,
         )
         # Kept, because features are asked for at every call of the stepping code.
         self._viscous = self.springs.behaviour().is_viscous
@@ -162,6 +198,8 @@ class Layout:
         acting = situation.alive & ~self.held[ends].all(axis=1)
         if self.watched or self.ledger:
             acting |= situation.alive & self.moved[ends].any(axis=1)
+        if situation.inelastic is not None:
+            acting |= situation.alive & situation.inelastic.remembers
             for reeling in situation.reelings.values():
                 acting[reeling.springs] = situation.alive[reeling.springs]
         return acting
@@ -183,6 +221,7 @@ class Layout:
             touched=self.situation.contact is not None,
             # Whatever may be irrigated, for the same reason.
             rinsed=any(tool.kind == "nozzle" for tool in self.situation.network.tools),
+            inelastic=self.springs.inelastic is not None,
             laws=self._laws,
         )
 
@@ -192,6 +231,8 @@ class Layout:
             return "there is viscosity"
         if self.situation.jets:
             return "a jet puts energy in"
+        if self.springs.inelastic is not None:
+            return "there are springs that relax or flow"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
         pumped = pumped or bool(self.situation.reelings)
         if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
@@ -249,6 +290,7 @@ class Layout:
             reels=self.reels(),
             touches=self.touches(),
             jets=self.jets(),
+            internal=self.internal(),
         )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
@@ -268,6 +310,8 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            inelastic=springs.inelastic,
+            internal=self.internal(),
             reels=self.reels(),
             contact=self._contact,
             touches=self.touches(),
@@ -307,8 +351,8 @@ class Layout:
 
     def touches(self) -> Touches:
         """Return shapes and the nodes near them, as listed last."""
-        memory = self.situation.network.memory
-        home = self.situation.network.position[memory]
+        network = self.situation.network
+        home = network.position[network.remembering(FRICTION)]
         return pack_touches(self._contact, home, self._listed)
 
     def list_near(self, flat: Floats) -> None:
@@ -324,6 +368,13 @@ class Layout:
         """Return the jets of fluid."""
         loads = len(self._courses) - len(self.situation.jets)
         return pack_jets(self.situation, self.place, len(self.situation.motions) + loads)
+
+    def internal(self) -> Internal:
+        """Return what springs remember."""
+        network = self.situation.network
+        nodes = network.remembering(SPRINGS)
+        springs, home = self.springs, network.position[nodes]
+        return pack_internal(springs.inelastic, len(springs.ids), self.place[nodes], home)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

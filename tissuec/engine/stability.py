@@ -10,7 +10,9 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.enclosures import Enclosure
+from tissuec.inelastic import flat, pulled
 from tissuec.integrators.verlet import VelocityVerlet
+from tissuec.mechanics import lengths
 from tissuec.network import Floats
 from tissuec.situation import Situation
 
@@ -69,7 +71,12 @@ def spectral_radius(situation: Situation) -> float:
     low, high, direction, length, alive = _geometry(situation)
     behaviour = situation.behaviour(alive)
     elongation = length - behaviour.rest
-    stiffness, tension = behaviour.steepness(elongation), behaviour.pull(elongation)
+    memory, velocity = situation.memory(alive), flat(situation.velocity)
+    tension = pulled(behaviour, memory, elongation, velocity)
+    if memory is None:
+        stiffness = behaviour.steepness(elongation)
+    else:
+        stiffness = behaviour.steepness(elongation - memory.flowed(velocity)) + memory.sudden
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
@@ -79,20 +86,33 @@ def spectral_radius(situation: Situation) -> float:
     volumes = situation.enclosures.values()
     pressing = tuple(_Pressing(volume, situation.position) for volume in volumes)
     operator = _Operator(low, high, direction, stiffness, across, root, uniform, pressing)
-    return sqrt(_largest(operator))
+    # Where nothing swings, what only gives way is taken for a motion of damping ratio 1.
+    return sqrt(_largest(operator)) or 0.5 * _giving(situation)
 
 
 def damping_radius(situation: Situation) -> float:
-    """Return λ̂ [1/s], a bound of the rates at which dashpots and drag brake."""
+    """Return λ̂ [1/s], a bound of the rates at which all that brakes does, and springs yield."""
     low, high, direction, _, alive = _geometry(situation)
     relative = situation.velocity[high] - situation.velocity[low]
     closing = np.einsum("sk,sk->s", direction, relative)
     damping, root = situation.behaviour(alive).sluggishness(closing), _root(situation)
+    giving = _giving(situation)  # both together may be as fast as their sum, and are no faster
     if not damping.any() and not situation.drag:
-        return 0.0
+        return giving
     uniform = situation.drag * root * root
     across = np.zeros_like(damping)
-    return _largest(_Operator(low, high, direction, damping, across, root, uniform))
+    return giving + _largest(_Operator(low, high, direction, damping, across, root, uniform))
+
+
+def _giving(situation: Situation) -> float:
+    """Return a bound of the rates at which springs relax and yield [1/s]."""
+    alive = np.flatnonzero(situation.alive)
+    memory = situation.memory(alive)
+    if memory is None:
+        return 0.0
+    behaviour = situation.behaviour(alive)
+    stretch = lengths(situation.network.ends[alive], situation.position) - behaviour.rest
+    return float(memory.fastest(behaviour.steepness(stretch)).max(initial=0.0))
 
 
 def verlet_limit(situation: Situation) -> float:

@@ -45,6 +45,7 @@ def new_work(integrator: type[Integrator], network: Network) -> Work:
         trial_ledger=np.zeros(2),
         zero=np.zeros(size),
         each=np.zeros(network.node_count - tools),
+        moving=np.zeros(network.body_nodes),
         tableau=integrator.tableau.copy(),
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),
@@ -138,8 +139,9 @@ def new_task(
 
 def _least_energy(network: Network, floor: float, duration: float) -> float:
     """Return what a displacement too small to measure errors by stores or carries [J]."""
-    stored = 0.5 * float(network.stiffness.max(initial=0.0)) * floor**2
-    carried = 0.5 * float(network.mass.sum()) * (floor / duration) ** 2 if duration else 0.0
+    stored = 0.5 * float(network.sudden.max(initial=0.0)) * floor**2
+    mass = float(network.mass[: network.body_nodes].sum())
+    carried = 0.5 * mass * (floor / duration) ** 2 if duration else 0.0
     return max(stored, carried)
 
 
@@ -162,11 +164,15 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
     stiff, viscous = behaviour.steepness(length - springs.rest), behaviour.sluggishness(closing)
+    giving = 0.0
+    if springs.inelastic is not None:
+        giving = float(springs.inelastic.fastest(stiff).max(initial=0.0))
+        stiff = stiff + springs.inelastic.sudden
     rates = []
     for constant in (stiff, viscous):
         total = np.bincount(springs.low, constant, nodes) + np.bincount(
             springs.high, constant, nodes
         )
         rates.append(2.0 * float((total * layout.inverse_mass).max(initial=0.0)))
-    fastest = max(sqrt(rates[0]), rates[1])
+    fastest = max(sqrt(rates[0]), rates[1], giving)
     return min(duration, 0.1 / fastest) if fastest else 1e-3 * duration

@@ -71,6 +71,7 @@ class Features:
     reeled: bool = False
     touched: bool = False
     rinsed: bool = False
+    inelastic: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
 

@@ -64,9 +64,8 @@ class Within:
         length = np.sqrt(np.einsum("sk,sk->s", r, r))
         closing = np.einsum("sk,sk->s", r, v[high] - v[low]) / (length + TINY)
         behaviour = springs.behaviour(limits.spring)
-        return limits.sign * (
-            behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
-        )
+        pull = springs.pulled(length - behaviour.rest, v.ravel(), limits.spring)
+        return limits.sign * (pull + behaviour.brake(closing))
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
         """Return when the first spring surpasses a limit, and which do at that time."""

@@ -86,7 +86,7 @@ class Piecewise:
         Sets that agree on the range become equal, however they were written.
 
         Raises:
-            ValueError: The core lies outside, or nothing but a single point is true inside.
+            ValueError: The core lies outside, or nothing but single points are true inside.
         """
         if self.core[1] < low or self.core[0] > high:
             raise ValueError("the peak lies outside the range")
@@ -96,7 +96,8 @@ class Piecewise:
         if inside[-1][0] < high:
             inside.append((high, self.degree(high)))
         part = points(_without_flat_points(list(_tidy_edges(inside, low, high))))
-        if part.support[0] == part.support[1]:
+        corners = zip(part.xs, part.ys, strict=True)
+        if not any(x < x1 and max(y, y1) > 0.0 for (x, y), (x1, y1) in pairwise(corners)):
             raise ValueError("the set is true at a single point only; give it a width")
         return part
 

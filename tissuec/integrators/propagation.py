@@ -109,18 +109,21 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
 
     That is h²/2 a for a frame of one step. Nothing is decided by it.
     """
-    position = beside(h, work.x, work.v, current, work)
-    return position, beside(h, work.v, work.a, current, work)
+    # Hidden nodes stay where they are, whatever their velocities.
+    position = beside(h, work.x, work.v, current, work.moving, work)
+    return position, beside(h, work.v, work.a, current, work.each, work)
 
 
-def beside(h: float, value: Floats, rate: Floats, current: int, work: Work) -> float:
-    """Return the largest |y' - y - h/2 (r + r')| over the nodes."""
+def beside(
+    h: float, value: Floats, rate: Floats, current: int, each: Floats, work: Work
+) -> float:
+    """Return the largest |y' - y - h/2 (r + r')| over the nodes that ``each`` has room for."""
     other, error = 1 - current, work.trial_x
     scale(1.0, value[other], error)
     accumulate(-1.0, value[current], error)
     accumulate(-0.5 * h, rate[current], error)
     accumulate(-0.5 * h, rate[other], error)
-    return distance(error, work.zero, work.each)
+    return distance(error, work.zero, each)
 
 
 def book(h: float, current: int, work: Work) -> float:

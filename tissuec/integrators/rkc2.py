@@ -125,7 +125,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     accumulate(-0.8, work.x[other], error)
     accumulate(0.4 * h, work.v[current], error)
     accumulate(0.4 * h, work.v[other], error)
-    position = distance(error, work.zero, work.each)
+    # Without hidden nodes, which stay where they are whatever their velocities.
+    position = distance(error, work.zero, work.moving)
     scale(0.8, work.v[current], error)
     accumulate(-0.8, work.rows[GAIN_V], error)
     accumulate(0.4 * h, work.a[current], error)

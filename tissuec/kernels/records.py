@@ -107,6 +107,22 @@ class Jets(NamedTuple):
     head: Integers  # scratch: the first one in each cell, shape (cell,)
 
 
+class Internal(NamedTuple):
+    """What springs remember, first of branches; see ``tissuec.inelastic``."""
+
+    first: Integers  # branches of spring s are first[s]:first[s + 1], shape (spring + 1,)
+    constant: Floats  # c1 [N/m], shape (branch,)
+    time: Floats  # τ [s], shape (branch,)
+    flow: Integers  # variable of the rest length of each spring, -1 without, shape (spring,)
+    limit: Floats  # F [N], shape (spring,)
+    viscosity: Floats  # η [N s/m], shape (spring,)
+    slot: Integers  # where variables are among velocities, shape (variable,)
+    rate: Floats  # of variables in these [1/s], shape (variable,)
+    change: Floats  # scratch, rates of those velocities [m/s²], shape (variable,)
+    nodes: Integers  # that the variables are kept in, shape (m,)
+    home: Floats  # where these stay [m], shape (m, 3)
+
+
 class Net(NamedTuple):
     """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
 
@@ -130,6 +146,7 @@ class Net(NamedTuple):
     reels: Reels
     touches: Touches
     jets: Jets
+    internal: Internal
 
 
 class Solver(NamedTuple):
@@ -166,7 +183,8 @@ class Work(NamedTuple):
     trial_v: Floats  # shape (3 node,)
     trial_ledger: Floats  # shape (2,)
     zero: Floats  # shape (3 node,)
-    each: Floats  # scratch of measures of motion, which leave out tools, shape (node,)
+    each: Floats  # scratch of measures of errors, which leave out tools, shape (node,)
+    moving: Floats  # scratch of measures of motion, which leave out hidden nodes as well
     tableau: Floats  # coefficients of the method, shape (combination, row)
     dense_x: Floats  # positions within the step: powers of its part, shape (power, row)
     dense_v: Floats  # the same for velocities

@@ -1,8 +1,9 @@
 """The operations as scalar loops for Numba; they also run, slowly, as plain Python.
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
-T = c (L - L0) + d w with w = r·(v_j - v_i) / L, or what laws say instead; force T r / L. Flags
-in capitals are constants of a variant: what is switched off is never compiled.
+T = c (L - L0) + d w with w = r·(v_j - v_i) / L, or what laws say instead, and what branches
+add; force T r / L. Flags in capitals are constants of a variant: what is switched off is never
+compiled.
 """
 
 from math import inf, sqrt
@@ -13,6 +14,7 @@ from tissuec.kernels.acts import pull_free, put_driven
 from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
 from tissuec.kernels.reeling import reel, reel_rate
+from tissuec.kernels.remembering import flowed, give_way, pull_of_branches, put_home, remember
 from tissuec.kernels.rinsing import blow
 from tissuec.kernels.touching import touch
 from tissuec.laws import LINEAR
@@ -28,6 +30,7 @@ ENCLOSED = True  # there are enclosed volumes
 REELED = True  # there are threads that are drawn in or paid out
 TOUCHED = True  # there are instruments or threads that touch
 RINSED = True  # there are jets
+INELASTIC = True  # some springs relax or flow
 CURVED = True  # some springs have laws that are not linear
 pull, slope, brake, brake_slope = functions((LINEAR,)).values()
 
@@ -66,9 +69,17 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             r0, r1, r2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
-            tension = stiffness[s] * (length - rest[s])
+            e = length - rest[s]
+            if INELASTIC:
+                e -= flowed(s, v, net.internal)
+            tension = stiffness[s] * e
             if CURVED:
-                tension = pull(law[s], length - rest[s], stiffness[s], rest[s])
+                tension = pull(law[s], e, stiffness[s], rest[s])
+            if INELASTIC:
+                tension += pull_of_branches(s, e, v, net.internal)
+                lost = give_way(s, e, tension, v, net.internal)
+                if LEDGER:
+                    dissipated += lost
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
@@ -119,6 +130,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             i = 3 * net.touches.memory[k]
             for c in range(3):
                 a[i + c] = net.touches.bent[k, c]
+    if INELASTIC:
+        remember(a, net.internal)
     if LEDGER:
         power[0] = work
         power[1] = dissipated
@@ -149,10 +162,15 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
             r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             law, rest = net.law[s], net.rest[s]
+            e = length - rest
+            if INELASTIC:
+                e -= flowed(s, v, net.internal)
             if CURVED:
-                out[s] = pull(law, length - rest, net.stiffness[s], rest)
+                out[s] = pull(law, e, net.stiffness[s], rest)
             else:
-                out[s] = net.stiffness[s] * (length - rest)
+                out[s] = net.stiffness[s] * e
+            if INELASTIC:
+                out[s] += pull_of_branches(s, e, v, net.internal)
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
@@ -238,6 +256,8 @@ def place(time: float, x: Floats, v: Floats, net: Net) -> None:
             i = 3 * net.touches.memory[k]
             for c in range(3):
                 x[i + c] = net.touches.home[k, c]
+    if INELASTIC:
+        put_home(x, net.internal)
 
 
 def combine(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tissuec.inelastic import Inelastic
 from tissuec.kernels.acts import total, turning
 from tissuec.kernels.records import (
     Acts,
@@ -17,6 +18,7 @@ from tissuec.kernels.records import (
     Enclosures,
     Floats,
     Integers,
+    Internal,
     Reels,
     Touches,
 )
@@ -46,6 +48,8 @@ class VectorNet:
         contact: What instruments and threads touch, if they do.
         touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
         jets: Of fluid, in the engine's numbers of nodes.
+        inelastic: What springs remember, if they do; slots are places in velocities here.
+        internal: Where that is kept.
         watched: Whether springs may break.
         crushed: Whether they do so under pressure, too.
         ledger: Whether work and dissipation are integrated.
@@ -72,6 +76,8 @@ class VectorNet:
         contact: Any,
         touches: Touches,
         jets: tuple[Any, ...],
+        inelastic: Inelastic | None,
+        internal: Internal,
         watched: bool,
         crushed: bool,
         ledger: bool,
@@ -92,6 +98,9 @@ class VectorNet:
         self.acts, self.enclosures = acts, enclosures
         self.reels, self.contact, self.touches = reels, contact, touches
         self.jets = jets
+        self.inelastic, self.internal = inelastic, internal
+        self.giving = np.zeros(0)  # how fast springs give way
+        self.lost = 0.0  # the power of that [W]
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
@@ -111,7 +120,9 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
     np.sqrt(np.einsum("ij,ij->j", r, r, out=length), out=length)
     np.divide(1.0, np.add(length, TINY, out=inverse), out=inverse)
     np.subtract(length, net.rest, out=tension)
-    if net.linear:
+    if net.inelastic is not None:
+        tension[:] = _remembering(tension, v, net, net.inelastic)
+    elif net.linear:
         np.multiply(tension, net.stiffness, out=tension)
     else:
         tension[:] = net.behaviour.pull(tension)
@@ -128,6 +139,17 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
     return tension
 
 
+def _remembering(stretch: Floats, v: Floats, net: VectorNet, inelastic: Inelastic) -> Floats:
+    """Return the forces of springs and branches; keep how fast both give way."""
+    variables = inelastic.variables(v)
+    e = stretch - variables[-1]
+    pull = net.behaviour.pull(e) + inelastic.pull(e, variables)
+    rates, has = inelastic.rates(e, pull, variables), inelastic.slot >= 0
+    net.giving = (inelastic.rate * rates)[has]
+    net.lost = float(inelastic.lost(e, pull, variables).sum()) if net.ledger else 0.0
+    return pull
+
+
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: VectorNet) -> bool:
     """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
     reel(time, net.rest, net.reels, net.acts)
@@ -136,7 +158,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     if net.crushed:
         near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
-        power[1] = np.dot(net.length, net.closing) if net.viscous else 0.0
+        power[1] = net.lost + (np.dot(net.length, net.closing) if net.viscous else 0.0)
         power[0] = np.dot(net.push, v) - _reeled(time, x, net)
     np.multiply(tension, net.inverse, out=tension)
     np.multiply(net.r, tension, out=net.f[0])
@@ -174,6 +196,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     if net.contact is not None and len(net.contact.memory):
         rates = net.contact.bristle_rates(x.reshape(-1, 3), v.reshape(-1, 3))
         a.reshape(-1, 3)[net.contact.memory] = rates
+    if net.inelastic is not None:
+        a[net.inelastic.slot[net.inelastic.slot >= 0]] = net.giving
     return near
 
 
@@ -269,6 +293,8 @@ def place(time: float, x: Floats, v: Floats, net: VectorNet) -> None:
         v.reshape(-1, 3)[nodes] = velocity
     if net.contact is not None:
         x.reshape(-1, 3)[net.contact.memory] = net.touches.home
+    if net.inelastic is not None:
+        x.reshape(-1, 3)[net.internal.nodes] = net.internal.home
 
 
 def combine(

@@ -12,7 +12,7 @@ from tissuec.network import Floats
 
 @MEASURES.member("elastic energy")
 class ElasticEnergy(Scalar):
-    """Σ ½ c (L - L0)² over the intact springs of A."""
+    """Σ ½ c (L - L0)² over the intact springs of A, and what their branches store."""
 
     form = "elastic energy(A)"
     dimension = units.ENERGY
@@ -22,5 +22,7 @@ class ElasticEnergy(Scalar):
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = moment.intact(subjects[0])
-        energy = mechanics.elastic_energy(moment.situation, moment.position, springs)
+        energy = mechanics.elastic_energy(
+            moment.situation, moment.position, moment.velocity, springs
+        )
         return one_column(energy, moment)

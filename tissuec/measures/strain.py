@@ -16,7 +16,8 @@ from tissuec.network import Floats
 class Strain(Scalar):
     """The largest |L - L0| / L0 among the intact springs of A, 0 without any.
 
-    A spring whose rest length L0 is 0 has no strain and is passed over.
+    A spring whose rest length L0 is 0 has no strain and is passed over. Where rest lengths
+    flow, L0 is the present one.
     """
 
     form = "strain(A)"
@@ -27,9 +28,9 @@ class Strain(Scalar):
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = moment.intact(subjects[0])
-        rest = moment.situation.rest[..., springs]
-        some = (rest > 0.0).reshape(-1, len(springs)).all(axis=0)
-        springs, rest = springs[some], rest[..., some]
+        rest = mechanics.rest_lengths(moment.situation, moment.velocity, springs)
         ends = moment.situation.network.ends[springs]
-        strain = np.abs(mechanics.elongation(ends, moment.position, rest)) / rest
+        stretched = np.abs(mechanics.elongation(ends, moment.position, rest))
+        has_length = rest > 0.0
+        strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)
         return one_column(strain.max(axis=-1, initial=0.0), moment)

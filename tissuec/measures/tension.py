@@ -13,7 +13,7 @@ from tissuec.network import Floats
 class Tension:
     """The tension c (L - L0) + d w of every spring of A, 0 once it is cut; the largest counts.
 
-    A spring under pressure has a negative tension.
+    A spring under pressure has a negative tension. Relaxing branches are part of it.
     """
 
     form = "tension(A)"

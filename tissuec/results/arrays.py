@@ -6,9 +6,10 @@ import h5py
 import numpy as np
 
 from tissuec.core.source import Source, Span
+from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.code import parse
-from tissuec.network import BodyPart, Grid, Network
+from tissuec.network import BodyPart, Grid, MemoryPart, Network
 from tissuec.results import access
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.store import TEXT, Store, describe
@@ -32,6 +33,14 @@ ARRAYS = {
     "node_ids": ("", "id of each node, as the scene numbers them"),
     "spring_ids": ("", "id of each spring, as the scene numbers them"),
 }
+INELASTIC = {
+    "constant": ("N/m", "constant of each branch of each spring"),
+    "time": ("s", "relaxation time of each branch of each spring; infinite: it has none"),
+    "limit": ("N", "yield force of each spring; infinite: it never yields"),
+    "viscosity": ("N*s/m", "yield viscosity of each spring; infinite: it never yields"),
+    "slot": ("", "places of what springs remember among the components of all velocities"),
+    "rate": ("1/s", "what that is multiplied by there"),
+}
 
 
 def write_network(store: Store, network: Network) -> None:
@@ -52,6 +61,13 @@ def write_network(store: Store, network: Network) -> None:
     grids = np.array([b.grid or (0, 0, 0) for b in bodies], dtype=np.int64).reshape(-1, 3)
     text = "rows, columns, and 1 if the last column is joined to the first; 0 without a grid"
     store.array(f"{NETWORK}/bodies/grid", grids, text)
+    shown = np.array([network.shown_nodes, network.node_count])
+    text = "first hidden node, which only remembers something, and the one behind the last"
+    store.array(f"{NETWORK}/hidden", shown, text)
+    if network.inelastic is not None:
+        for name, (unit, description) in INELASTIC.items():
+            value = getattr(network.inelastic, name)
+            store.array(f"{NETWORK}/inelastic/{name}", value, description, unit=unit)
     laws = store.group(f"{NETWORK}/laws")
     for name, (description, texts) in {
         "name": ("name of each law", [law.name for law in network.laws]),
@@ -86,12 +102,28 @@ def read_network(file: h5py.File, source: Source) -> Network:
     )
     laws = access.group(file, f"{NETWORK}/laws")
     texts = (access.texts(laws, name) for name in ("name", "elastic", "viscous"))
+    # Results of earlier versions know of no hidden nodes.
+    hidden = access.array(file, f"{NETWORK}/hidden").tolist() if _holds(file, "hidden") else []
+    memories = (MemoryPart("", slice(*hidden)),) if hidden and hidden[0] < hidden[1] else ()
+    inelastic = None
+    if _holds(file, "inelastic"):
+        numbers = {
+            name: access.array(file, f"{NETWORK}/inelastic/{name}") for name in INELASTIC
+        }
+        inelastic = Inelastic(**numbers)
     return Network(
         **arrays,
         laws=tuple(Law(n, parse(e), parse(v)) for n, e, v in zip(*texts, strict=True)),
         bodies=bodies,
         provenance={},
+        memories=memories,
+        inelastic=inelastic,
     )
+
+
+def _holds(file: h5py.File, name: str) -> bool:
+    """Tell whether a result says something of its network."""
+    return f"{NETWORK}/{name}" in file
 
 
 def write_recording(store: Store, recording: Recording) -> None:

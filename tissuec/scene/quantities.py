@@ -1,11 +1,13 @@
 """The physical quantities a tissue can give to a network; rules may conclude only these."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
 from tissuec.core import units
 from tissuec.core.units import Dimension
+from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 
 Spread = Literal["each spring", "each node", "whole body"]
 
@@ -36,6 +38,20 @@ class Quantity:
     may_be_zero: bool = False
 
 
+def _springs(
+    name: str, dimension: Dimension, scales: int, default: float, *, may_be_zero: bool = False
+) -> Quantity:
+    """Return a quantity of each spring that may be left out; "none" is what it is then."""
+    spread: tuple[Spread, ...] = ("each spring",)
+    return Quantity(name, dimension, name, spread, scales, default, default, may_be_zero)
+
+
+def _branches() -> Iterator[Quantity]:
+    for constant, time in zip(CONSTANTS, TIMES, strict=True):
+        yield _springs(constant, units.STIFFNESS, -1, 0.0, may_be_zero=True)
+        yield _springs(time, units.TIME, 0, inf)
+
+
 QUANTITIES: dict[str, Quantity] = {
     quantity.name: quantity
     for quantity in (
@@ -63,5 +79,10 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity(
             "prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True
         ),
+        *_branches(),
+        _springs(LIMIT, units.FORCE, 0, inf, may_be_zero=True),
+        _springs(VISCOSITY, units.VISCOSITY, -1, inf),
     )
 }
+#: Those that messages list: of the branches of a spring, the first one stands for all.
+LISTED = tuple(name for name in QUANTITIES if name not in (*CONSTANTS[1:], *TIMES[1:]))

@@ -12,7 +12,7 @@ from tissuec.fuzzy.scale import Plateau, Scale, evenly, gaps, plateaus, shaped
 from tissuec.fuzzy.sets import Gaussian, Shape
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
-from tissuec.scene.quantities import QUANTITIES, Spread
+from tissuec.scene.quantities import LISTED, QUANTITIES, Spread
 from tissuec.scene.words import NamedScale
 
 #: How the shapes of words are written.
@@ -60,7 +60,7 @@ class ScaleReader:
                 "TIS205",
                 f'"{self.name.text}" is not a quantity of a spring net',
                 self.name.span,
-                hint=alternatives(self.name.key, QUANTITIES, what="quantities"),
+                hint=alternatives(self.name.key, LISTED, what="quantities"),
             )
         quantity = QUANTITIES[self.name.key]
         words: list[s.Item] = []

@@ -17,7 +17,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import Fact, Fired, Given, Tissue, WrittenLaw
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import LISTED, QUANTITIES
 from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word
 
@@ -172,7 +172,7 @@ class TissueReader:
     def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
         self.findings.pass_over_doubtful(name.key)
-        known = (*self.vocabulary.properties, *QUANTITIES, *BY_ENTRY, "described", "about")
+        known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, "described", "about")
         hint = alternatives(name.key, known, what="entries")
         if rules is not None:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '

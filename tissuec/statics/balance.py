@@ -4,8 +4,8 @@
 
 with p the weight and the external forces of this moment. Jets belong to p as well, though what
 they do depends on x: E takes it as it was where ``freeze`` was called last. Dashpots and drag
-do not act, because nothing moves. K has, for each spring of direction u and tension
-T = f(L - L0),
+do not act, because nothing moves; branches have given way, and rest lengths stay as they have
+flowed. K has, for each spring of direction u and tension T = f(L - L0),
 
     f' u uᵀ + T/L (1 - u uᵀ),
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
 
+from tissuec.mechanics import rest_lengths
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
@@ -52,7 +53,7 @@ class Balance:
         ends: Free node at either end of each spring that acts, -1 for one that stays, shape
             (spring, 2).
         behaviour: Of these springs.
-        rest: Their rest lengths [m], shape (spring,).
+        rest: Their rest lengths with what they flowed [m], shape (spring,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
 
@@ -66,7 +67,7 @@ class Balance:
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self.ends = number[self._all]
         self.behaviour = situation.behaviour(np.flatnonzero(acts))
-        self.rest = self.behaviour.rest
+        self.rest = rest_lengths(situation, situation.velocity, np.flatnonzero(acts))
         self.load = self._loads(situation)[self.free]
         self._number, self._time = number, situation.time
         self._fields = situation.fields

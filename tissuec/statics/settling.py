@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import ArpackError, eigsh
 
-from tissuec import topology
+from tissuec import mechanics, topology
 from tissuec.core.units import FORCE, show
 from tissuec.network import Floats
 from tissuec.situation import Situation
@@ -67,7 +67,21 @@ def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...
     situation.position[balance.free] = x
     situation.velocity[balance.free] = 0.0
     situation.forget_friction(balance.free)
+    _let_relax(situation, balance)
     return remarks
+
+
+def _let_relax(situation: Situation, balance: Balance) -> None:
+    """Make the branches of springs at the free nodes give way, so that they no longer pull."""
+    if situation.inelastic is None:
+        return
+    moved = np.zeros(situation.network.node_count, dtype=bool)
+    moved[balance.free] = True
+    ends = situation.network.ends
+    rest = mechanics.rest_lengths(situation, situation.velocity)
+    e = mechanics.elongation(ends, situation.position, rest)
+    springs = np.flatnonzero(situation.alive & moved[ends].any(axis=1))
+    situation.inelastic.let_relax(situation.velocity, e, springs)
 
 
 def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:

@@ -188,4 +188,7 @@ def _stiffness(situation: Situation, nodes: Indices) -> float:
     inside = np.zeros(situation.network.node_count, dtype=bool)
     inside[nodes] = True
     first, second = inside[situation.network.ends].T
-    return float(situation.stiffness[first != second].sum())
+    stiffness = situation.stiffness
+    if situation.inelastic is not None:
+        stiffness = stiffness + situation.inelastic.sudden
+    return float(stiffness[first != second].sum())

@@ -6,10 +6,11 @@ x the positions and v the velocities of all nodes,
     r = B x,  L = |r|,  n = r / L,  w = n · (B v),  T = f(L - L0) + g(w),
     forces on the nodes = -Bᵀ (T n),    m a = forces + loads - drag v + m g.
 
-The unknowns are y = (u, v, z, W, D): displacements u from the drawing and velocities of the
-free nodes, what bristles of friction remember, the work W done by loads and by whoever drives
-nodes, and the energy D lost in dampers, by friction and by ambient damping. Displacements,
-because they keep the digits that positions far from the origin would lose.
+The unknowns are y = (u, v, z, s, W, D): displacements u from the drawing and velocities of the
+free nodes, what bristles of friction remember, how far branches of springs have given way and
+rest lengths have flowed, the work W done by loads and by whoever drives nodes, and the energy D
+lost in dampers, by friction, by ambient damping and by springs that relax or flow.
+Displacements, because they keep the digits that positions far from the origin would lose.
 """
 
 from dataclasses import dataclass
@@ -20,8 +21,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import Floats, Indices
+from tissuec.network import FRICTION, Floats, Indices
 from tissuec.situation import Situation
+from tissuec.validate.yielding import Yielding
 
 ROUNDING = 4.0 * np.finfo(float).eps
 
@@ -34,12 +36,16 @@ class Springs(NamedTuple):
         length: [m], shape (spring,).
         closing: Rates of lengthening [m/s], shape (spring,).
         tension: [N], shape (spring,); zero where the length is.
+        stretch: Lengths less rest lengths, as far as these have flowed [m], shape (spring,).
+        pull: What springs and their branches pull with, dashpots aside [N], shape (spring,).
     """
 
     direction: Floats
     length: Floats
     closing: Floats
     tension: Floats
+    stretch: Floats
+    pull: Floats
 
 
 class Energies(NamedTuple):
@@ -97,7 +103,7 @@ class Equations:
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
         self.fields, self.contact = situation.fields, situation.touching
-        self.bodies, self.memory = network.body_nodes, np.arange(self.count)[network.memory]
+        self.bodies, self.memory = network.body_nodes, network.remembering(FRICTION)
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
@@ -118,20 +124,28 @@ class Equations:
         self.incidence = incidence_matrix(network.ends[self.springs], self.count)
         self._backwards = self.incidence.T.tocsr()
         self._reach = self.incidence @ network.position
+        self.yielding = Yielding(situation.inelastic, self.springs)
+
+    @property
+    def inner(self) -> int:
+        """Return the number of unknowns that bristles and springs remember."""
+        return 3 * len(self.memory) + self.yielding.count
 
     @property
     def stiffness(self) -> Floats:
         """Return how stiff springs are at rest and where they are drawn [N/m], the larger."""
         drawn = np.sqrt(np.einsum("sk,sk->s", self._reach, self._reach)) - self.rest
-        return np.maximum(*(self.behaviour.steepness(e) for e in (drawn, np.zeros_like(drawn))))
+        steep = np.maximum(*(self.behaviour.steepness(e) for e in (drawn, 0.0 * drawn)))
+        return np.asarray(steep + self.yielding.sudden)
 
     # --- state --------------------------------------------------------------------------------
 
     def gather(self, position: Floats, velocity: Floats, work: float, lost: float) -> Floats:
-        """Return the unknowns of a state, shape (6 free + 3 memory + 2,)."""
+        """Return the unknowns of a state, shape (6 free + inner + 2,)."""
         moved, bristles = (position - self.drawn)[self.free], velocity[self.memory]
-        own = velocity[self.free]
-        return np.concatenate([moved.ravel(), own.ravel(), bristles.ravel(), [work, lost]])
+        own, given = velocity[self.free], self.yielding.read(velocity)
+        parts = (moved.ravel(), own.ravel(), bristles.ravel(), given, [work, lost])
+        return np.concatenate(parts)
 
     def _inside(self, time: float) -> float:
         """Return a time of the stretch at which no course is taken from outside of it [s]."""
@@ -147,7 +161,9 @@ class Equations:
         size = 3 * len(self.free)
         moved[self.free] = y[:size].reshape(-1, 3)
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
-        velocity[self.memory] = y[2 * size : -2].reshape(-1, 3)
+        given = len(y) - 2 - self.yielding.count
+        velocity[self.memory] = y[2 * size : given].reshape(-1, 3)
+        self.yielding.write(y[given:-2], velocity)
         return moved, velocity
 
     # --- forces -------------------------------------------------------------------------------
@@ -177,8 +193,11 @@ class Equations:
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
         closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
-        tension = behaviour.pull(length - behaviour.rest) + behaviour.brake(closing)
-        return Springs(direction, length, closing, np.where(length > 0.0, tension, 0.0))
+        behaviour, given = self.behaviour_at(time), self.yielding.read(velocity)
+        stretch = length - behaviour.rest - self.yielding.flowed(given)
+        pull = behaviour.pull(stretch) + self.yielding.pull(stretch, given)
+        tension = np.where(length > 0.0, pull + behaviour.brake(closing), 0.0)
+        return Springs(direction, length, closing, tension, stretch, pull)
 
     def burdens(self, springs: Springs) -> Floats:
         """Return tensions and pressures over the forces that break, shape (spring,)."""
@@ -207,7 +226,7 @@ class Equations:
         return total
 
     def rate(self, time: float, y: Floats) -> Floats:
-        """Return dy/dt, shape (6 free + 3 memory + 2,)."""
+        """Return dy/dt, shape (6 free + inner + 2,)."""
         moved, velocity = self.spread(time, y)
         springs, position = self.pull(time, moved, velocity), self.drawn + moved
         forces = self.inner_forces(time, moved, velocity, springs)
@@ -226,8 +245,12 @@ class Equations:
         lost = braking @ springs.closing + self.drag * np.vdot(own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
-        parts = [own.ravel(), fall.ravel(), self._bending(position, velocity), [work, lost]]
-        return np.concatenate(parts)
+        given = self.yielding.read(velocity)
+        giving, wasted = self.yielding.rate(springs.stretch, springs.pull, given)
+        bending = self._bending(position, velocity)
+        return np.concatenate(
+            [own.ravel(), fall.ravel(), bending, giving, [work, lost + wasted]]
+        )
 
     def _bending(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of what bristles remember, shape (3 memory,)."""
@@ -239,13 +262,15 @@ class Equations:
         """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are left empty.
 
         Work and losses follow from the others and act on nothing, so that Newton's iteration
-        converges without them; without pressure and contact it needs smaller steps.
+        converges without them; without pressure and contact it needs smaller steps. Of what
+        springs remember there is what it does to the net and to itself.
         """
         moved, velocity = self.spread(time, y)
         springs, behaviour = self.pull(time, moved, velocity), self.behaviour_at(time)
         n, safe = springs.direction, np.where(springs.length > 0.0, springs.length, 1.0)
         along = n[:, :, None] * n[:, None, :]
-        stiffness = behaviour.slope(springs.length - behaviour.rest)
+        steep = behaviour.slope(springs.stretch)
+        stiffness = steep + self.yielding.sudden
         damping = behaviour.sluggishness(springs.closing)
         sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
@@ -255,24 +280,33 @@ class Equations:
         )
         by_speed = damping[:, None, None] * along
         lighter = sparse.diags(np.repeat(1.0 / self.mass, 3))
-        size, rest = 3 * len(self.free), 3 * len(self.memory) + 2
+        size, bristles = 3 * len(self.free), 3 * len(self.memory)
         drag = sparse.diags(np.full(size, self.drag))
-        blocks = [
-            [None, sparse.identity(size), None],
-            [
-                -lighter @ self.between(by_place),
-                -lighter @ (self.between(by_speed) + drag),
-                None,
-            ],
-            [None, None, sparse.csr_matrix((rest, rest))],
+        spread, given = self._ends(), self.yielding.derivatives(springs.pull, steep)
+        stretching = along_each(n) @ spread  # ∂e/∂u, shape (spring, 3 free)
+        falls = [
+            -lighter @ self.between(by_place),
+            -lighter @ (self.between(by_speed) + drag),
+            -lighter @ stretching.T @ given.pull_by_variable,
         ]
-        if not size:
-            return sparse.csc_matrix((rest, rest))
+        moves = [sparse.csr_matrix((size, size)), sparse.identity(size), None]
+        gives = [given.rate_by_stretch @ stretching, None, given.rate_by_variable]
+        blocks = [
+            [*moves[:2], None, None, None],
+            [*falls[:2], None, falls[2], None],
+            [None, None, sparse.csr_matrix((bristles, bristles)), None, None],
+            [*gives[:2], None, gives[2], None],
+            [None, None, None, None, sparse.csr_matrix((2, 2))],
+        ]
         return sparse.csc_matrix(sparse.block_array(blocks))
+
+    def _ends(self) -> sparse.csr_matrix:
+        """Return E = B ⊗ 1 on the free nodes, shape (3 spring, 3 free)."""
+        return sparse.csr_matrix(sparse.kron(self.incidence[:, self.free], sparse.identity(3)))
 
     def between(self, blocks: Floats) -> sparse.csr_matrix:
         """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes."""
-        spread = sparse.kron(self.incidence[:, self.free], sparse.identity(3), format="csr")
+        spread = self._ends()
         steps = np.arange(len(blocks) + 1)
         shape = (3 * len(blocks), 3 * len(blocks))
         middle = sparse.bsr_matrix((blocks, steps[:-1], steps), shape=shape)
@@ -285,12 +319,13 @@ class Equations:
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
         own = velocity[self.free]
-        behaviour = self.behaviour_at(time)
-        stretch = self.pull(time, moved, velocity).length - behaviour.rest
+        stretch = self.pull(time, moved, velocity).stretch
+        stored = self.behaviour_at(time).energy(stretch).sum()
+        stored += self.yielding.energy(stretch, self.yielding.read(velocity)) + sum(pressed)
         place = (self.drawn + moved)[self.free]
         return Energies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
-            elastic=float(behaviour.energy(stretch).sum() + sum(pressed)),
+            elastic=float(stored),
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 
@@ -318,6 +353,13 @@ class Equations:
 def largest(vectors: Floats) -> float:
     """Return the largest length of some vectors of shape (…, 3); 0 of none."""
     return float(np.sqrt((vectors * vectors).sum(axis=-1).max(initial=0.0)))
+
+
+def along_each(direction: Floats) -> sparse.csr_matrix:
+    """Return the matrix of parts of vectors along springs, shape (spring, 3 spring)."""
+    count = len(direction)
+    places = np.arange(3 * count), np.arange(0, 3 * count + 1, 3)
+    return sparse.csr_matrix((direction.ravel(), *places), shape=(count, 3 * count))
 
 
 def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:

@@ -109,7 +109,7 @@ def near_ties(
         spring = miss.number
         strain = float((reference if miss.in_run else run)[spring])
         limit = min(network.strength[spring], network.crush[spring])
-        allowed = 2.0 * network.stiffness[spring] * shift / limit
+        allowed = 2.0 * network.sudden[spring] * shift / limit
         tie = abs(1.0 - strain) <= allowed
         found.append(Miss(spring, miss.time, miss.in_run, strain, bool(tie)))
     return found

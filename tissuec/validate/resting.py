@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 from tissuec.validate.equations import Equations, Springs
 from tissuec.validate.stepping import ReferenceFailure
@@ -57,6 +57,17 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
     situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
     situation.velocity[field.free] = 0.0
     situation.forget_friction(field.free)
+    _give_way(situation, field.free)
+
+
+def _give_way(situation: Situation, free: Indices) -> None:
+    """Let what the branches of springs at some nodes remember be their elongation."""
+    equations = Equations(situation, situation.time)
+    moved = situation.position - situation.network.position
+    stretch = equations.pull(situation.time, moved, situation.velocity).stretch
+    touched = np.isin(situation.network.ends[equations.springs], free).any(axis=1)
+    given = equations.yielding.given_way(stretch, touched, situation.velocity)
+    equations.yielding.write(given, situation.velocity)
 
 
 def _way_off(field: "Field", moved: Floats) -> Floats | None:
@@ -148,10 +159,20 @@ class Field:
 
     def __init__(self, situation: Situation, chosen: NDArray[np.bool_]):
         stays = np.flatnonzero(~chosen & ~situation.held)
-        still = replace(situation, holders={**situation.holders, "what is not settled": stays})
+        relaxed = situation.inelastic and situation.inelastic.without_branches()
+        holders = {**situation.holders, "what is not settled": stays}
+        still = replace(
+            situation,
+            holders=holders,
+            inelastic=relaxed,
+            position=situation.position.copy(),
+            velocity=situation.velocity.copy(),
+        )
         still.place_held()
         self._equations = equations = Equations(still, situation.time)
         self._time = situation.time
+        self._speed = np.zeros_like(situation.velocity)
+        self._speed[situation.network.memory] = situation.velocity[situation.network.memory]
         self.free, self.drawn = equations.free, equations.drawn[equations.free]
         self.start = (situation.position[self.free] - self.drawn).ravel()
         outside = equations.outside(self._time)[self.free]
@@ -165,13 +186,13 @@ class Field:
 
     def _state(self, moved: Floats) -> Floats:
         """Return displacements of all nodes, shape (node, 3)."""
-        rest = np.zeros(3 * len(self._equations.memory) + 2)
+        rest = np.zeros(self._equations.inner + 2)
         y = np.concatenate([moved, np.zeros_like(moved), rest])
         return self._equations.spread(self._time, y)[0]
 
     def _springs(self, moved: Floats) -> Springs:
         state = self._state(moved)
-        return self._equations.pull(self._time, state, np.zeros_like(state))
+        return self._equations.pull(self._time, state, self._speed)
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
@@ -201,8 +222,7 @@ class Field:
 
     def energy(self, moved: Floats) -> float:
         """Return the elastic energy less the work of loads and frozen jets [J]."""
-        stretch = self._springs(moved).length - self._equations.rest
-        elastic = self._equations.behaviour.energy(stretch).sum()
+        elastic = self._equations.behaviour.energy(self._springs(moved).stretch).sum()
         place = self._equations.drawn + self._state(moved)
         pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
         return float(elastic - (self._load + self._frozen) @ moved) + pressed
@@ -219,7 +239,7 @@ class Field:
         safe = np.where(springs.length > 0.0, springs.length, 1.0)
         across = (springs.tension / safe)[:, None, None] * (np.eye(3) - along)
         behaviour = self._equations.behaviour
-        steep = behaviour.slope(springs.length - self._equations.rest)
+        steep = behaviour.slope(springs.stretch)
         matrix = self._equations.between(steep[:, None, None] * along + across)
         place = self._equations.drawn + self._state(moved)
         number = np.full(self._equations.count, -1)

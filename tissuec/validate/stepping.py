@@ -87,7 +87,7 @@ class Stepper:
             effort,
         )
         self._floor, self._noise = floor, equations.noise()
-        unknowns = 6 * len(equations.free) + 3 * len(equations.memory) + 2
+        unknowns = 6 * len(equations.free) + equations.inner + 2
         if method == "LSODA" and unknowns > LARGEST_FULL:
             raise ReferenceFailure(
                 f"LSODA keeps a full matrix of {unknowns} x {unknowns} numbers for this scene; "
@@ -152,5 +152,8 @@ class Stepper:
         place = max(self._rtol * size.displacement, noise.displacement)
         speed = max(self._rtol * size.speed, noise.speed)
         energy = max(self._rtol * size.energy, noise.energy)
-        count, bristles = 3 * len(self._equations.free), 3 * len(self._equations.memory)
-        return np.repeat([place, speed, speed, energy], [count, count, bristles, 2])
+        equations = self._equations
+        count, bristles = 3 * len(equations.free), 3 * len(equations.memory)
+        given = equations.yielding.count
+        sizes = [place, speed, speed, place, energy]
+        return np.repeat(sizes, [count, count, bristles, given, 2])

@@ -163,8 +163,8 @@ class Walk:
         network = self.network
         size = FLOOR * (network.extent or float(network.rest.max(initial=0.0)) or 1.0)
         speed = size / self.duration
-        stiffest = float(network.stiffness.max(initial=0.0))
-        heaviest = float(network.mass.max(initial=0.0))
+        stiffest = float(network.sudden.max(initial=0.0))
+        heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
         return Scales(size, speed, stiffest * size**2 + heaviest * speed**2)
 
     # --- state --------------------------------------------------------------------------------
@@ -180,7 +180,8 @@ class Walk:
         situation.time = time
         situation.position[free] = equations.drawn[free] + moved[free]
         situation.velocity[free] = velocity[free]
-        situation.velocity[equations.memory] = velocity[equations.memory]
+        hidden = self.network.memory
+        situation.velocity[hidden] = velocity[hidden]
         situation.place_held()
         self.work, self.lost = map(float, y[-2:])
 

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import alternatives, counted
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
-from tissuec.network import Floats
+from tissuec.inelastic import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
+from tissuec.network import Floats, Network
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Action, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
@@ -19,7 +20,7 @@ from tissuec.verbs.holding import sentence
 class Parameter(NamedTuple):
     """A parameter array of a situation that can be changed."""
 
-    array: Literal["stiffness", "damping", "strength", "crush", "rest", "mass"]
+    array: str  # of a situation, or one of what its springs remember
     dimension: Dimension
     may_be_zero: bool
 
@@ -31,6 +32,16 @@ PARAMETERS = {
     "crushing force": Parameter("crush", units.FORCE, False),
     "rest length": Parameter("rest", units.LENGTH, True),
     "mass": Parameter("mass", units.MASS, False),
+    **{
+        name: parameter
+        for constant, time in zip(CONSTANTS, TIMES, strict=True)
+        for name, parameter in (
+            (constant, Parameter(constant, units.STIFFNESS, True)),
+            (time, Parameter(time, units.TIME, False)),
+        )
+    },
+    LIMIT: Parameter(LIMIT, units.FORCE, True),
+    VISCOSITY: Parameter(VISCOSITY, units.VISCOSITY, False),
 }
 
 
@@ -52,6 +63,39 @@ class ChangeParameter:
         values = getattr(situation, self.array).copy()
         values[chosen] = values[chosen] * self.number if self.is_factor else self.number
         setattr(situation, self.array, values)
+        return (_changed(self.span),)
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeMemory:
+    """The same of what springs relax or flow by."""
+
+    name: str
+    group: Group
+    number: float  # in SI units
+    is_factor: bool
+    span: Span
+
+    def flaw(self, network: Network) -> str:
+        inelastic, springs = network.inelastic, self.group.indices
+        having = 0 if inelastic is None else int(inelastic.has(self.name)[springs].sum())
+        if having == len(springs):
+            return ""
+        first, second = next(pair for pair in PAIRS if self.name in pair)
+        without = counted(len(springs) - having, "spring")
+        return (
+            f"{without} of {self.group.name} began without a {first} and a {second}; "
+            f'to have some later, let their tissue say "{first} is none" and a {second}'
+        )
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        assert situation.inelastic is not None  # see ``flaw``
+
+        def changed(values: Floats) -> Floats | float:
+            return values * self.number if self.is_factor else self.number
+
+        memory = situation.inelastic
+        situation.inelastic = memory.changed(self.name, self.group.indices, changed)
         return (_changed(self.span),)
 
 
@@ -101,7 +145,8 @@ class Change:
 
     ``gravity`` and ``damping`` are those of the surroundings; ``spring constant``,
     ``viscosity``, ``fraction force``, ``crushing force`` and ``rest length`` belong to every
-    spring of a set or body, ``mass`` to every node. ``by`` a factor multiplies what each of
+    spring of a set or body, and so do the numbers by which springs relax or yield, where they
+    began with some; ``mass`` belongs to every node. ``by`` a factor multiplies what each of
     them has. ``velocity`` and ``spin`` act on nodes that nobody holds: a velocity is the same
     for all of them, a spin turns them about their centre of mass, which keeps its velocity.
     """
@@ -121,7 +166,8 @@ class Change:
         if what in PARAMETERS:
             return _read_parameter(order, PARAMETERS[what])
         if what not in _READERS:
-            hint = alternatives(what, (*_READERS, *PARAMETERS), what="it can be")
+            known = [name for name in PARAMETERS if name not in (*CONSTANTS[1:], *TIMES[1:])]
+            hint = alternatives(what, (*_READERS, *known), what="it can be")
             order.reject("TIS305", f'"{what}" is nothing that can be changed', hint=hint)
         return _READERS[what](order)
 
@@ -137,7 +183,8 @@ def _read_parameter(order: Order, parameter: Parameter) -> Action:
     number = order.number(word, units.NUMBER if is_factor else parameter.dimension)
     _refuse_size(order, word, number, may_be_zero=parameter.may_be_zero)
     group = order.nodes_of("of") if parameter.array == "mass" else order.springs_of("of")
-    return ChangeParameter(parameter.array, group, number, is_factor, order.span)
+    kind = ChangeMemory if parameter.array in NAMES else ChangeParameter
+    return kind(parameter.array, group, number, is_factor, order.span)
 
 
 def _read_gravity(order: Order) -> Action:

@@ -19,7 +19,9 @@ class Settle:
     Forces are those of this moment: springs, weight, pressure, tools and pushes;
     dashpots and friction do not act. Held and driven nodes stay, and so does whatever is not
     named. No time passes, and nothing breaks on the way; what is under too much tension then,
-    breaks right after. The event log notes where the net buckled, and where it could move
+    breaks right after. Relaxing branches have given way for good, and rest lengths stay as they
+    have flowed; what is above its yield force flows on right after. The event log notes where
+    the net buckled, and where it could move
     without any force. The run ends if there is no equilibrium, as for a body under its weight
     that nothing holds.
     """

@@ -1,0 +1,216 @@
+"""Springs that remember: branches that relax, and rest lengths that flow.
+
+A spring of elongation e = L - L0 - p, whose rest length has flowed by p, pulls with
+
+    T = S + g(w),    S = f(e) + Σ c1 (e - q),    w = L',
+    q' = (e - q) / τ,    p' = max(0, |S| - F) sign(S) / η.
+
+A branch is a spring c1 and a dashpot c1 τ in a row, beside the spring; q is what its dashpot
+gave way by. One of them makes the standard linear solid, several a Prony series. Above the
+yield force F the rest length flows with the viscosity η (E. C. Bingham, Fluidity and
+Plasticity, 1922), under spring and branches together, and beside the dashpot g. A branch
+stores ½ c1 (e - q)²; c1 (e - q) q' and S p' are lost, neither of them ever negative.
+
+The variables q and p are kept in the velocities of hidden nodes, three to a node, each times a
+``rate``, so that they are stepped, stored and resumed like all other motion.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.laws.evaluation import Behaviour
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+ORDINALS = ("", "second ", "third ")  # of the branches that a spring can have
+CONSTANTS = tuple(f"{ordinal}relaxing constant" for ordinal in ORDINALS)
+TIMES = tuple(f"{ordinal}relaxation time" for ordinal in ORDINALS)
+LIMIT, VISCOSITY = "yield force", "yield viscosity"
+#: What says nothing without the other, and by which of both a spring has a variable.
+PAIRS = (*zip(CONSTANTS, TIMES, strict=True), (LIMIT, VISCOSITY))
+NAMES = tuple(name for pair in PAIRS for name in pair)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inelastic:
+    """What springs remember, and where.
+
+    Attributes:
+        constant: c1 of each branch [N/m], shape (branch, spring).
+        time: τ of each branch [s], shape (branch, spring); infinite where there is none.
+        limit: F [N], shape (spring,); infinite where nothing yields.
+        viscosity: η [N s/m], shape (spring,); infinite where nothing ever will.
+        slot: Place of q of each branch, and last of p, among the components of all velocities,
+            -1 where there is none, shape (branch + 1, spring).
+        rate: What variables are multiplied by there [1/s], shape (branch + 1, spring).
+    """
+
+    constant: Floats
+    time: Floats
+    limit: Floats
+    viscosity: Floats
+    slot: Indices
+    rate: Floats
+
+    @property
+    def remembers(self) -> NDArray[np.bool_]:
+        """Return which springs have any variable, shape (spring,)."""
+        return np.any(self.slot >= 0, axis=0, keepdims=True)[0]
+
+    @property
+    def sudden(self) -> Floats:
+        """Return what branches add to the stiffness against a sudden pull [N/m], (spring,)."""
+        return self.constant.sum(axis=0)
+
+    def some(self, springs: Indices) -> Self:
+        """Return the same of some springs."""
+        return replace(
+            self,
+            constant=self.constant[:, springs],
+            time=self.time[:, springs],
+            limit=self.limit[springs],
+            viscosity=self.viscosity[springs],
+            slot=self.slot[:, springs],
+            rate=self.rate[:, springs],
+        )
+
+    def only(self, alive: NDArray[np.bool_]) -> Self:
+        """Return the same with nothing that pulls, relaxes or flows in the other springs."""
+        return replace(
+            self,
+            constant=np.where(alive, self.constant, 0.0),
+            time=np.where(alive, self.time, np.inf),
+            limit=np.where(alive, self.limit, np.inf),
+        )
+
+    def renumbered(self, place: Indices) -> Self:
+        """Return the same with other numbers of nodes: node i becomes ``place[i]``."""
+        moved = 3 * place[self.slot // 3] + self.slot % 3
+        return replace(self, slot=np.where(self.slot >= 0, moved, -1))
+
+    def without_branches(self) -> Self:
+        """Return the same with branches that have given way for good, and so do not pull."""
+        return replace(self, constant=np.zeros_like(self.constant))
+
+    def changed(
+        self, name: str, springs: Indices, change: Callable[[Floats], Floats | float]
+    ) -> Self:
+        """Return the same with other numbers of some springs.
+
+        Args:
+            name: One of ``NAMES``.
+            change: Returns the new numbers of those that they have.
+        """
+        field, row = _FIELDS[name]
+        values = getattr(self, field).copy()
+        part = values if row is None else values[row]
+        part[springs] = change(part[springs])
+        return replace(self, **{field: values})
+
+    def has(self, name: str) -> NDArray[np.bool_]:
+        """Return which springs have the variable that a number of ``NAMES`` is about."""
+        row = _FIELDS[name][1]
+        if row is not None and row >= len(self.constant):
+            return np.zeros(self.slot.shape[1], dtype=bool)
+        return self.slot[-1 if row is None else row] >= 0
+
+    # --- variables ----------------------------------------------------------------------------
+
+    def variables(self, velocity: Floats) -> Floats:
+        """Return q of each branch and last p [m], shape (…, branch + 1, spring).
+
+        Args:
+            velocity: Of all nodes, flat, shape (…, 3 node).
+        """
+        has = self.slot >= 0
+        found = velocity[..., np.where(has, self.slot, 0)]
+        return np.where(has, found / self.rate, 0.0)
+
+    def flowed(self, velocity: Floats) -> Floats:
+        """Return p alone [m], shape (…, spring)."""
+        has = self.slot[-1] >= 0
+        found = velocity[..., np.where(has, self.slot[-1], 0)]
+        return np.where(has, found / self.rate[-1], 0.0)
+
+    def pull(self, e: Floats, variables: Floats) -> Floats:
+        """Return Σ c1 (e - q) [N], shape (…, spring)."""
+        return (self.constant * (e[..., None, :] - variables[..., :-1, :])).sum(axis=-2)
+
+    def energy(self, e: Floats, variables: Floats) -> Floats:
+        """Return Σ ½ c1 (e - q)² [J], shape (…, spring)."""
+        own = e[..., None, :] - variables[..., :-1, :]
+        return (0.5 * self.constant * own * own).sum(axis=-2)
+
+    def rates(self, e: Floats, pull: Floats, variables: Floats) -> Floats:
+        """Return q' and p' [m/s], shape (…, branch + 1, spring).
+
+        Args:
+            e: Elongations [m], shape (…, spring).
+            pull: S [N], of the same shape.
+        """
+        rates = np.empty_like(variables)
+        rates[..., :-1, :] = (e[..., None, :] - variables[..., :-1, :]) / self.time
+        excess = np.maximum(np.abs(pull) - self.limit, 0.0)
+        rates[..., -1, :] = np.copysign(excess, pull) / self.viscosity
+        return rates
+
+    def lost(self, e: Floats, pull: Floats, variables: Floats) -> Floats:
+        """Return the power that relaxing and flowing take out [W], shape (…, spring)."""
+        rates = self.rates(e, pull, variables)
+        given = self.constant * (e[..., None, :] - variables[..., :-1, :]) * rates[..., :-1, :]
+        return given.sum(axis=-2) + pull * rates[..., -1, :]
+
+    def fastest(self, steepness: Floats) -> Floats:
+        """Return a bound of the rates at which springs relax and flow [1/s], shape (spring,).
+
+        Args:
+            steepness: f' [N/m], shape (spring,).
+        """
+        flowing = np.isfinite(self.limit) * (steepness + self.sudden) / self.viscosity
+        return np.maximum((1.0 / self.time).max(axis=0, initial=0.0), flowing)
+
+    def let_relax(self, velocity: Floats, e: Floats, springs: Indices) -> None:
+        """Make the branches of some springs give way for good, in the velocities of all nodes.
+
+        Args:
+            velocity: Changed in place, shape (node, 3).
+            e: Elongations of all springs [m], shape (spring,).
+        """
+        flat = velocity.reshape(-1)
+        for slot, rate in zip(self.slot[:-1, springs], self.rate[:-1, springs], strict=True):
+            has = slot >= 0
+            flat[slot[has]] = (rate * e[springs])[has]
+
+
+_FIELDS: dict[str, tuple[str, int | None]] = {
+    **{name: ("constant", row) for row, name in enumerate(CONSTANTS)},
+    **{name: ("time", row) for row, name in enumerate(TIMES)},
+    LIMIT: ("limit", None),
+    VISCOSITY: ("viscosity", None),
+}
+
+
+def flat(velocity: Floats) -> Floats:
+    """Return velocities of shape (…, node, 3) as components in a row, shape (…, 3 node)."""
+    return velocity.reshape(*velocity.shape[:-2], -1)
+
+
+def pulled(
+    behaviour: Behaviour, inelastic: Inelastic | None, stretch: Floats, velocity: Floats
+) -> Floats:
+    """Return S of springs with or without memory [N], shape (…, spring).
+
+    Args:
+        stretch: L - L0 [m], shape (…, spring).
+        velocity: Of all nodes, flat, shape (…, 3 node).
+    """
+    if inelastic is None:
+        return behaviour.pull(stretch)
+    variables = inelastic.variables(velocity)
+    e = stretch - variables[..., -1, :]
+    return behaviour.pull(e) + inelastic.pull(e, variables)

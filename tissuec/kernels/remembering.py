@@ -1,0 +1,58 @@
+"""What springs remember, as scalar loops; the equations stand in ``tissuec.inelastic``."""
+
+from math import copysign
+
+from tissuec.kernels.records import Floats, Internal
+
+
+def flowed(s: int, v: Floats, internal: Internal) -> float:
+    """Return by how much the rest length of a spring has flowed [m]."""
+    k = internal.flow[s]
+    if k < 0:
+        return 0.0
+    return float(v[internal.slot[k]] / internal.rate[k])
+
+
+def pull_of_branches(s: int, e: float, v: Floats, internal: Internal) -> float:
+    """Return Σ c1 (e - q) of a spring of elongation e [N]."""
+    total = 0.0
+    for k in range(internal.first[s], internal.first[s + 1]):
+        q = float(v[internal.slot[k]]) / internal.rate[k]
+        total += internal.constant[k] * (e - q)
+    return total
+
+
+def give_way(s: int, e: float, pull: float, v: Floats, internal: Internal) -> float:
+    """Note how fast a spring relaxes and flows; return the power that this takes out [W].
+
+    Args:
+        e: Its elongation [m].
+        pull: Force of spring and branches [N].
+    """
+    lost = 0.0
+    for k in range(internal.first[s], internal.first[s + 1]):
+        q = float(v[internal.slot[k]]) / internal.rate[k]
+        giving = (e - q) / internal.time[k]
+        internal.change[k] = internal.rate[k] * giving
+        lost += internal.constant[k] * (e - q) * giving
+    k = internal.flow[s]
+    if k >= 0:
+        flowing = copysign(max(abs(pull) - internal.limit[s], 0.0), pull)
+        flowing = flowing / internal.viscosity[s]
+        internal.change[k] = internal.rate[k] * flowing
+        lost += pull * flowing
+    return lost
+
+
+def remember(a: Floats, internal: Internal) -> None:
+    """Set the accelerations that are rates of what springs remember."""
+    for k in range(internal.slot.size):
+        a[internal.slot[k]] = internal.change[k]
+
+
+def put_home(x: Floats, internal: Internal) -> None:
+    """Put the nodes whose velocities are variables where they stay."""
+    for k in range(internal.nodes.size):
+        i = 3 * internal.nodes[k]
+        for c in range(3):
+            x[i + c] = internal.home[k, c]

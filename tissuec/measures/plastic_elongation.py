@@ -1,0 +1,38 @@
+"""How far the rest lengths of springs have flowed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.inelastic import flat
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.moment import Moment
+from tissuec.measures.tension import Tension
+from tissuec.network import Floats
+
+
+@MEASURES.member("plastic elongation")
+class PlasticElongation:
+    """By how much the rest length of every spring of A has flowed; the largest counts.
+
+    It is negative where pressure made a spring shorter, and stays when a spring is cut.
+    """
+
+    form = "plastic elongation(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "springs"
+    columns = Tension.columns
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        springs = subjects[0].springs
+        memory = moment.situation.memory(springs)
+        if memory is None:
+            return np.zeros((*moment.velocity.shape[:-2], len(springs)))
+        return memory.flowed(flat(moment.velocity))
+
+    @staticmethod
+    def value(sample: Floats) -> float:
+        return float(sample.max(initial=-np.inf)) if len(sample) else 0.0

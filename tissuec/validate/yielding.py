@@ -1,0 +1,139 @@
+"""Springs that relax and flow, for the reference: its own unknowns and formulas.
+
+The unknowns s of the living springs stand one behind the other: first how far each branch has
+given way, branch by branch, then by how much each rest length has flowed.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.inelastic import Inelastic
+from tissuec.network import Floats, Indices
+
+
+class Derivatives(NamedTuple):
+    """How springs answer, as sparse matrices.
+
+    Attributes:
+        pull_by_variable: [N/m], shape (spring, variable).
+        rate_by_stretch: [1/s], shape (variable, spring).
+        rate_by_variable: [1/s], shape (variable, variable).
+    """
+
+    pull_by_variable: Any
+    rate_by_stretch: Any
+    rate_by_variable: Any
+
+
+class Yielding:
+    """What some springs remember.
+
+    Args:
+        inelastic: Of all springs of the situation; None if none remembers anything.
+        springs: The living ones.
+
+    Attributes:
+        count: Number of unknowns.
+        sudden: What branches add to the stiffness of each living spring [N/m].
+    """
+
+    def __init__(self, inelastic: Inelastic | None, springs: Indices):
+        self.springs, none = len(springs), np.zeros(0)
+        self.branch: Indices = np.zeros(0, dtype=np.int64)  # living spring of each branch
+        self.plastic: Indices = self.branch  # and of each rest length that flows
+        self.constant = self.time = self.limit = self.viscosity = self._rate = none
+        self._place: Indices = self.branch
+        if inelastic is not None:
+            self._fill(inelastic, springs)
+        self.count = len(self.branch) + len(self.plastic)
+        self.sudden = self._each(self.branch, self.constant)
+
+    def _fill(self, inelastic: Inelastic, springs: Indices) -> None:
+        slot, rate = inelastic.slot[:, springs], inelastic.rate[:, springs]
+        row, self.branch = np.nonzero(slot[:-1] >= 0)
+        self.plastic = np.flatnonzero(slot[-1] >= 0)
+        self.constant = inelastic.constant[row, springs[self.branch]]
+        self.time = inelastic.time[row, springs[self.branch]]
+        self.limit = inelastic.limit[springs[self.plastic]]
+        self.viscosity = inelastic.viscosity[springs[self.plastic]]
+        places = (slot[row, self.branch], slot[-1, self.plastic])
+        rates = (rate[row, self.branch], rate[-1, self.plastic])
+        self._place, self._rate = np.concatenate(places), np.concatenate(rates)
+
+    def read(self, velocity: Floats) -> Floats:
+        """Return the unknowns [m] from velocities of shape (node, 3)."""
+        return velocity.ravel()[self._place] / self._rate
+
+    def write(self, given: Floats, velocity: Floats) -> None:
+        """Put the unknowns into velocities of shape (node, 3)."""
+        velocity.reshape(-1)[self._place] = given * self._rate
+
+    def given_way(self, stretch: Floats, chosen: Any, velocity: Floats) -> Floats:
+        """Return the unknowns when branches of the chosen living springs no longer pull."""
+        given, branches = self.read(velocity), len(self.branch)
+        own = np.where(chosen[self.branch], stretch[self.branch], given[:branches])
+        return np.concatenate([own, given[branches:]])
+
+    def flowed(self, given: Floats) -> Floats:
+        """Return by how much rest lengths have flowed [m], shape (spring,)."""
+        return self._each(self.plastic, given[len(self.branch) :])
+
+    def _each(self, spring: Indices, values: Floats) -> Floats:
+        """Return the sum of values for each living spring, shape (spring,)."""
+        return np.bincount(spring, values, self.springs).astype(float)
+
+    def _own(self, stretch: Floats, given: Floats) -> Floats:
+        """Return how far the springs of branches are stretched [m], shape (branch,)."""
+        return stretch[self.branch] - given[: len(self.branch)]
+
+    def pull(self, stretch: Floats, given: Floats) -> Floats:
+        """Return what branches pull with [N], shape (spring,)."""
+        return self._each(self.branch, self.constant * self._own(stretch, given))
+
+    def energy(self, stretch: Floats, given: Floats) -> float:
+        """Return what branches store [J]."""
+        return 0.5 * float(self.constant @ self._own(stretch, given) ** 2)
+
+    def rate(self, stretch: Floats, pull: Floats, given: Floats) -> tuple[Floats, float]:
+        """Return the rates of the unknowns [m/s], and the power that is lost by them [W]."""
+        own = self._own(stretch, given)
+        force = pull[self.plastic]
+        over = force - np.clip(force, -self.limit, self.limit)
+        giving, flowing = own / self.time, over / self.viscosity
+        lost = self.constant @ (own * giving) + force @ flowing
+        return np.concatenate([giving, flowing]), float(lost)
+
+    def derivatives(self, pull: Floats, steep: Floats) -> Derivatives:
+        """Return how pulls and rates change with elongations and unknowns.
+
+        Args:
+            pull: Of springs with their branches [N], shape (spring,).
+            steep: Stiffness of springs without them [N/m], shape (spring,).
+        """
+        branches, flows = len(self.branch), len(self.plastic)
+        whole = steep + self.sudden
+        variable = np.arange(self.count)
+        spring = np.concatenate([self.branch, self.plastic])
+        softer = np.concatenate([-self.constant, -whole[self.plastic]])
+        by_variable = sparse.csr_matrix(
+            (softer, (spring, variable)), shape=(self.springs, self.count)
+        )
+        fluid = (np.abs(pull[self.plastic]) > self.limit) / self.viscosity
+        per = np.concatenate([1.0 / self.time, fluid * whole[self.plastic]])
+        by_stretch = sparse.csr_matrix(
+            (per, (variable, spring)), shape=(self.count, self.springs)
+        )
+        # A branch feels what its rest length flows; a flow feels all that changes the pull.
+        here = sparse.csr_matrix(
+            (np.ones(flows), (self.plastic, branches + np.arange(flows))),
+            shape=(self.springs, self.count),
+        )
+        relaxing = sparse.diags(np.append(1.0 / self.time, np.zeros(flows)))
+        flowing = sparse.diags(np.append(np.zeros(branches), fluid))
+        joined = sparse.csr_matrix(
+            (np.ones(self.count), (variable, spring)), shape=(self.count, self.springs)
+        )
+        itself = -relaxing - relaxing @ joined @ here + flowing @ joined @ by_variable
+        return Derivatives(by_variable, by_stretch, sparse.csr_matrix(itself))
