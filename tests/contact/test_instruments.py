@@ -7,7 +7,7 @@ from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
 from tissuec.instruments import INSTRUMENTS
 
-#: A sample of each kind; those with a shape of their own touch the block, from (0, 0, 0) to (20, 20, 10) mm.
+#: A sample of each kind; ``SHAPED`` touch the block, from (0, 0, 0) to (20, 20, 10) mm.
 SAMPLES = {
     "probe": "kind is probe; radius = 4 mm; axis from (0, 9, 13) mm to (20, 11, 13.5) mm",
     "hook": "kind is hook; radius = 2 mm; shaft from (10, 10, 40) mm to (10, 10, 11.5) mm"
