@@ -418,7 +418,7 @@ def test_momentum_and_energy_come_from_the_jet(tier):
     assert np.linalg.norm(ran.position[-1] - ran.position[0], axis=1).max() > 1e-4
     kinetic = 0.5 * (moved * ran.velocity[:, : net.body_nodes]).sum(axis=(1, 2))
     state = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    elastic = mechanics.elastic_energy(state, ran.position)
+    elastic = mechanics.elastic_energy(state, ran.position, ran.velocity)
     gap = kinetic + elastic - elastic[0] - (ran.work - ran.dissipated)
     assert np.abs(gap).max() < 1e-6 * np.abs(ran.work).max()
     jet = bench.situation.jets["nozzle"]

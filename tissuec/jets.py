@@ -56,6 +56,7 @@ FLAT = 1e-6  # of what is blurred: what is no further than this behind a plane i
 SLACK = 1.1  # elements may be further off in ξ than the corners of their triangle
 TINY = 1e-200  # added to a length before dividing
 SLIGHT = 1e-6  # of an edge: step of differences
+AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -374,9 +375,13 @@ class Jet:
         reach = SLACK * reach
         span = reach + self.skin.blur[met] / edge.width.mean(axis=1)
         lit = np.flatnonzero(self._turned(met, slope))
-        apart = np.linalg.norm(middle[lit, None] - middle[None], axis=2)
-        below, above = np.nonzero(apart < reach[lit, None] + span)
-        below = lit[below]
+        found = [np.zeros((2, 0), dtype=np.int64)]
+        step = max(1, AT_ONCE // max(len(met), 1))
+        for some in (lit[k : k + step] for k in range(0, len(lit), step)):
+            apart = np.linalg.norm(middle[some, None] - middle[None], axis=2)
+            one, other = np.nonzero(apart < reach[some, None] + span)
+            found.append(np.stack([some[one], other]))
+        below, above = np.concatenate(found, axis=1)
         nodes = self.skin.corners[met]
         joined = (nodes[below][:, :, None] == nodes[above][:, None]).any(axis=(1, 2))
         return below[~joined], above[~joined]
