@@ -62,7 +62,8 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
             every finding.
     """
     drawings, built = _bodies(scene, findings)
-    tools = tuple(scene.tools.values())
+    # What can touch stands first, so that its nodes follow those of the bodies.
+    tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
     network = with_memory(with_tools(join(built), tools, scene.environment))
     _refuse_method(scene, network, findings)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
@@ -224,7 +225,7 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
                 findings.add("TIS309", flaw, action.span)
     contact = None
     with findings.item():
-        tools = tuple(scene.tools.values())
+        tools = [tool for tool in scene.tools.values() if tool.may_touch]
         contact = contact_of(network, tools, scene.environment, findings)
     outputs = OutputReader(
         groups, conditions, scene.constants, nodes=network.shown_nodes, duration=duration
