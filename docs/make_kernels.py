@@ -2,8 +2,8 @@
 
     python docs/make_kernels.py
 
-takes some minutes and needs a C compiler (``cc``). Engine and the plain loop in C take turns, and
-medians are shown, because other work on the machine slows down both.
+takes some minutes and needs a C compiler (``cc``). Engine and the plain loop in C take turns,
+and medians are shown, because other work on the machine slows down both.
 """
 
 import ctypes
@@ -217,14 +217,18 @@ class Feature:
 #: Above tube and lattices, out of reach.
 PROBE = "tool probe { kind is probe; radius = 1 cm; centre = (1, 1, 60) cm }"
 BELOW = "tool floor { kind is plane; point = (0, 0, -3.0) mm; normal = (0, 0, 1) }"
-NOZZLE = "tool nozzle { kind is nozzle; diameter = 4 mm; tip = (3, 0.5, 40) cm; direction = (0, 0, -1) }"
+NOZZLE = """tool nozzle {
+  kind is nozzle; diameter = 4 mm; tip = (3, 0.5, 40) cm; direction = (0, 0, -1)
+}"""
 FEATURES = (
     Feature("no viscosity", {"viscosity": "0 N*s/m"}),
     Feature("rupture", {}, watched=True),
     Feature("energies", {}, ledger=True),
     Feature("law `exponential`", {"tissue": "spring law is exponential { stiffening = 12 }"}),
     Feature("free formula", {"tissue": "spring force of e = c * e + 40 kN/m^3 * e^3"}),
-    Feature("relaxing branch", {"tissue": "relaxing constant = 100 N/m; relaxation time = 1 s"}),
+    Feature(
+        "relaxing branch", {"tissue": "relaxing constant = 100 N/m; relaxation time = 1 s"}
+    ),
     Feature("yield", {"tissue": "yield force = 1 N; yield viscosity = 10 N*s/m"}),
     Feature("volume of cells", {}, script="preserve volume of block with 10 kPa", closed=True),
     Feature("a tool far away", {"around": "contact is tools only", "more": PROBE}),
@@ -246,9 +250,8 @@ def skipping(*chosen: Net) -> str:
             if feature.closed and net.name == "tube":
                 row.append("")
                 continue
-            run, ratios = stepping(net, feature), []
-            for _ in range(REPEATS):
-                ratios.append(run.time() / plain.time())
+            run = stepping(net, feature)
+            ratios = [run.time() / plain.time() for _ in range(REPEATS)]
             row.append(f"{median(ratios):.2f}")
             print(net.name, *row, flush=True)
     return table(("scene", *(net.name for net in chosen)), rows)
