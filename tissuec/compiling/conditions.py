@@ -159,7 +159,7 @@ class Conditions:
             unnamed(text, span, self.findings)
         known = [tool.name for tool in self.tools.values()]
         known += [d.name.text for d in self.groups.declared.values()]
-        known += [placed.drawing.body.name for placed in self.groups.bodies.values()]
+        known += self.groups.names_of_parts()
         self.findings.reject(
             "TIS301",
             f'there is no set, body or tool called "{text}"',
