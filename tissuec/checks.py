@@ -24,6 +24,8 @@ from tissuec.situation import Situation
 from tissuec.verbs import Action
 from tissuec.verbs.change import ChangeParameter
 from tissuec.verbs.settle import Settle
+from tissuec.verbs.tie import Tie
+from tissuec.verbs.tighten import is_of_joints
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
@@ -209,6 +211,8 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
         match event.action:
             case ChangeParameter(array="strength" | "crush", is_factor=False, group=changed):
                 breakable[changed.indices] = True
+            case Tie(group=tied) if is_of_joints(network, tied):
+                breakable[tied.indices] = True
             case _:
                 pass
     for name in _ruptured(compiled.scene.declarations):
@@ -347,9 +351,8 @@ def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
     beside = ((joined >= body.nodes.start) & (joined < body.nodes.stop)).any(axis=1)
     nodes = np.union1d(np.arange(body.nodes.start, body.nodes.stop), joined[beside])
     springs = np.arange(body.springs.start, body.springs.stop)
-    return nodes.astype(np.int64), np.append(
-        springs, network.body_springs + np.flatnonzero(beside)
-    )
+    further = network.body_springs + np.flatnonzero(beside)
+    return nodes.astype(np.int64), np.append(springs, further)
 
 
 def _size(body: BodyPart) -> int:

@@ -223,11 +223,11 @@ class Groups:
                 "nodes of BODY in [1, 2], or [A, B]",
                 item.value.span,
             )
-        placed = self._named_part(clauses["of"].value, of_springs=kind == "springs")
-        part = (
-            placed.nodes if isinstance(placed, Placed) and kind == "nodes" else placed.springs
-        )
-        points = points_of(placed.drawing, self.scope, of_springs=kind == "springs")
+        of_springs = kind == "springs"
+        placed = self._named_part(clauses["of"].value, of_springs=of_springs)
+        is_joint = isinstance(placed, PlacedJoint)
+        part = placed.springs if is_joint or of_springs else placed.nodes
+        points = points_of(placed.drawing, self.scope, of_springs=of_springs)
         chosen = np.ones(len(part), dtype=bool)
         if "where" in clauses:
             chosen &= points.select(clauses["where"].value)
@@ -244,7 +244,7 @@ class Groups:
                 item.name.span,
                 hint=extents(placed.drawing.mesh.position),
             )
-        return NamedSet(Group(item.name.text, part[chosen]), kind == "springs")
+        return NamedSet(Group(item.name.text, part[chosen]), of_springs)
 
     def _named_part(self, node: s.Expression, *, of_springs: bool) -> Placed | PlacedJoint:
         """Return the body, or where springs are chosen the joint, that a name stands for."""
