@@ -164,7 +164,13 @@ class Conditions:
             "TIS301",
             f'there is no set, body or tool called "{text}"',
             span,
-            hint=alternatives(text, known, what="sets, bodies and tools"),
+            hint=alternatives(
+                text,
+                known,
+                what="sets, bodies, joints and tools"
+                if self.groups.named_joints
+                else "sets, bodies and tools",
+            ),
         )
 
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:

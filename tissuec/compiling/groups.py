@@ -155,7 +155,7 @@ class Groups:
         if name.key in self.joints:
             joint = self.joints[name.key]
             return Group(joint.drawing.body.name, joint.springs)
-        chosen = self._find(name)
+        chosen = self._find(name, with_joints=True)
         if chosen.of_springs:
             return chosen.group
         if name.key not in self.inside:
@@ -180,14 +180,16 @@ class Groups:
         ]
         return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
 
-    def _find(self, name: s.Name) -> NamedSet:
+    def _find(self, name: s.Name, *, with_joints: bool = False) -> NamedSet:
         if name.key not in self.declared:
             self.findings.pass_over_doubtful(name.key)
             if name.key in KINDS:
                 unnamed(name.key, name.span, self.findings)
             lines = {d.name.text: d.name.span.line for d in self.declared.values()}
-            what = "sets, bodies and joints" if self.named_joints else "sets and bodies"
-            hint = alternatives(name.text, [*lines, *self.names_of_parts()], what=what)
+            known, what = [*lines, *self.names_of_bodies()], "sets and bodies"
+            if with_joints and self.named_joints:
+                known, what = [*lines, *self.names_of_parts()], "sets, bodies and joints"
+            hint = alternatives(name.text, known, what=what)
             for text, line in lines.items():
                 near = f'did you mean "{text}"'
                 hint = hint.replace(f"{near}?", f"{near} (line {line})?")
