@@ -172,6 +172,21 @@ def test_what_is_wrong_with_a_body_hides_nothing_of_a_joint():
     assert [d.code for d in caught.value.diagnostics] == ["TIS304", "TIS301"]
 
 
+def test_a_body_that_is_wrong_leaves_orders_about_its_joint_aside():
+    text = wound("at 0 s: tie seam with square knot; at 0 s: change viscosity of seam by 2")
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(text.replace("tissue is gum }", "tissue is gum; mass = -1 g }", 1))
+    assert [d.code for d in caught.value.diagnostics] == ["TIS308"]
+
+
+def test_a_joint_cannot_join_springs_of_joints():
+    text = wound() + "set both = [first stitch]\n"
+    text += "joint again { springs from both to right; tissue is silk }\n"
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(text)
+    assert {d.code for d in caught.value.diagnostics} == {"TIS314"}
+
+
 # --- what they do -----------------------------------------------------------------------------
 
 

@@ -66,12 +66,12 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     tools = tuple(scene.tools.values())
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
     joints = build_joints(scene, groups, findings)
-    are_whole = len(built) == len(drawings)  # or their nodes would be others
-    joined = join(built, joints if are_whole else ())
+    is_whole = len(built) == len(drawings)  # or nodes and springs have other numbers
+    joined = join(built, joints if is_whole else ())
     network = with_memory(with_tools(joined, tools, scene.environment))
     _refuse_method(scene, network, findings)
     groups.choose_all()
-    plan = _plan(scene, network, groups, findings)
+    plan = _plan(scene, network, groups, findings, is_whole=is_whole)
     findings.raise_errors()
     assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
     return Compiled(scene, network, plan, groups)
@@ -218,7 +218,14 @@ def _adds_energy(simulation: Simulation) -> bool:
     return named and not INTEGRATORS[simulation.integrator].promises
 
 
-def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) -> Plan:
+def _plan(
+    scene: Scene, network: Network, groups: Groups, findings: Findings, *, is_whole: bool
+) -> Plan:
+    """Return what happens in a scene.
+
+    Args:
+        is_whole: Whether ``network`` has all bodies that ``groups`` know.
+    """
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
     single = scene.declarations.single
@@ -233,7 +240,7 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
                 check_holds(script.events, network.tools, certain=not script.triggers)
             )
         for action in (event.action for event in _events(script)):
-            if isinstance(action, Demanding) and (flaw := action.flaw(network)):
+            if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)
     contact = None
     with findings.item():

@@ -256,7 +256,11 @@ class Groups:
             return self.joints[node.key]
         self.findings.pass_over_doubtful(s.key_of(node.span.text))
         if isinstance(node, s.Name) and node.key in self.named_joints:
-            self._refuse_joint(node, f"write springs of {node.text}, or nodes of a body")
+            # Springs are known once all joints are: a joint asks too early.
+            hint = "a joint leads from nodes to nodes"
+            if not of_springs:
+                hint = f"write springs of {node.text}, or nodes of a body"
+            self._refuse_joint(node, hint)
         known = self.names_of_parts() if of_springs else self.names_of_bodies()
         what = "bodies and joints" if of_springs and self.named_joints else "bodies"
         self.findings.reject(
