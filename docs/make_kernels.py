@@ -1,9 +1,9 @@
-"""Measure what a spring costs, and write it into ``numerics.md``.
+"""Measure what a spring and each feature costs, and write it into ``numerics.md``.
 
     python docs/make_kernels.py
 
-takes a minute and needs a C compiler (``cc``). Engine and the plain loop in C take turns, and
-medians are shown, because other work on the machine slows down both.
+takes some minutes and needs a C compiler (``cc``). Engine and the plain loop in C take turns,
+and medians are shown, because other work on the machine slows down both.
 """
 
 import ctypes
@@ -85,13 +85,22 @@ def nets() -> list[Net]:
     return [Net("tube", tube), *blocks]
 
 
-def scene(net: Net, *, viscosity: str = "10 mN*s/m") -> str:
+def scene(
+    net: Net,
+    *,
+    viscosity: str = "10 mN*s/m",
+    tissue: str = "",
+    body: str = "",
+    around: str = "contact is off",
+    more: str = "",
+) -> str:
     """Return the text of a scene in which the net shivers."""
     return f"""language 1
     tissue flesh {{ spring constant = 500 N/m; viscosity = {viscosity}; mass = 1 g;
-      prestress = 1 %; fraction force = 1 kN }}
-    body block {{ {net.body}; tissue is flesh; rupture is allowed }}
-    environment {{ gravity = (0, 0, 0) m/s^2 }}
+      prestress = 1 %; fraction force = 1 kN; {tissue} }}
+    body block {{ {net.body}; tissue is flesh; rupture is allowed; {body} }}
+    environment {{ gravity = (0, 0, 0) m/s^2; {around} }}
+    {more}
     simulate {{ duration = 1000 s; tolerance = 1e-3 }}
     """
 
@@ -103,7 +112,7 @@ def main() -> int:
         rows = [measure(net, plain) for net in nets()]
     page = PAGE.read_text(encoding="utf-8")
     heads = ("net", "nodes", "springs", "C loop", *METHODS)
-    contents = {"kernels": table(heads, rows), "skipping": skipping(nets()[1])}
+    contents = {"kernels": table(heads, rows), "skipping": skipping(nets()[0], nets()[2])}
     PAGE.write_text(replace_places(page, contents, mark="timed"), encoding="utf-8")
     return 0
 
@@ -185,22 +194,76 @@ class Loop:
         return (time.perf_counter() - begun) / times / self.springs * 1e9
 
 
-def skipping(net: Net) -> str:
-    """Return the table of what a scene does not pay for."""
-    viscous, _ = compile_request(Request(Source("net.tis", scene(net))))
-    dry, _ = compile_request(Request(Source("net.tis", scene(net, viscosity="0 N*s/m"))))
-    cases = {
-        "nothing but springs": Stepping(dry, METHODS[0]),
-        "with viscosity": Stepping(viscous, METHODS[0]),
-        "and rupture": Stepping(viscous, METHODS[0], watched=True),
-        "and energies": Stepping(viscous, METHODS[0], watched=True, ledger=True),
-    }
-    times = {name: [] for name in cases}
-    for _ in range(REPEATS):
-        for name, run in cases.items():
-            times[name].append(run.time())
-    rows = [[name, f"{median(taken):.2f}"] for name, taken in times.items()]
-    return table(("scene", "ns per spring and evaluation"), rows)
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """Something that a scene may have, as what is added to the text of the plain scene.
+
+    Attributes:
+        name: What it is called in the table.
+        entries: Of ``scene``.
+        script: Sentences that switch it on at 0 s.
+        watched, ledger: What the engine is asked for besides.
+        closed: Whether it needs cells, which the tube has not.
+    """
+
+    name: str
+    entries: dict[str, str]
+    script: str = ""
+    watched: bool = False
+    ledger: bool = False
+    closed: bool = False
+
+
+#: Above tube and lattices, out of reach.
+PROBE = "tool probe { kind is probe; radius = 1 cm; centre = (1, 1, 60) cm }"
+BELOW = "tool floor { kind is plane; point = (0, 0, -3.0) mm; normal = (0, 0, 1) }"
+NOZZLE = """tool nozzle {
+  kind is nozzle; diameter = 4 mm; tip = (3, 0.5, 40) cm; direction = (0, 0, -1)
+}"""
+FEATURES = (
+    Feature("no viscosity", {"viscosity": "0 N*s/m"}),
+    Feature("rupture", {}, watched=True),
+    Feature("energies", {}, ledger=True),
+    Feature("law `exponential`", {"tissue": "spring law is exponential { stiffening = 12 }"}),
+    Feature("free formula", {"tissue": "spring force of e = c * e + 40 kN/m^3 * e^3"}),
+    Feature(
+        "relaxing branch", {"tissue": "relaxing constant = 100 N/m; relaxation time = 1 s"}
+    ),
+    Feature("yield", {"tissue": "yield force = 1 N; yield viscosity = 10 N*s/m"}),
+    Feature("volume of cells", {}, script="preserve volume of block with 10 kPa", closed=True),
+    Feature("a tool far away", {"around": "contact is tools only", "more": PROBE}),
+    Feature("a floor that is touched", {"around": "contact is tools only", "more": BELOW}),
+    Feature("and friction", {"around": "contact is tools only; friction = 0.3", "more": BELOW}),
+    Feature("`bodies too`, one body", {"around": "contact is bodies too"}),
+    Feature("`everywhere`", {"around": "contact is everywhere"}),
+    Feature("a jet", {"more": NOZZLE}, script="irrigate with 5 ml/s through nozzle"),
+)
+
+
+def skipping(*chosen: Net) -> str:
+    """Return the table of what features cost where a scene has them."""
+    rows = [["nothing besides", *(["1"] * len(chosen))]]
+    rows += [[feature.name] for feature in FEATURES]
+    for net in chosen:
+        plain = stepping(net, Feature("", {}))
+        for row, feature in zip(rows[1:], FEATURES, strict=True):
+            if feature.closed and net.name == "tube":
+                row.append("")
+                continue
+            run = stepping(net, feature)
+            ratios = [run.time() / plain.time() for _ in range(REPEATS)]
+            row.append(f"{median(ratios):.2f}")
+            print(net.name, *row, flush=True)
+    return table(("scene", *(net.name for net in chosen)), rows)
+
+
+def stepping(net: Net, feature: Feature) -> Stepping:
+    """Return an engine on a net with a feature."""
+    entries = dict(feature.entries)
+    if feature.script:
+        entries["more"] = entries.get("more", "") + f" script {{ at 0 s: {feature.script} }}"
+    compiled, _ = compile_request(Request(Source("net.tis", scene(net, **entries))))
+    return Stepping(compiled, METHODS[0], watched=feature.watched, ledger=feature.ledger)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
+from tissuec.jets import buried_in
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.network import BodyPart, Floats, Indices, Network
@@ -262,6 +263,22 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
                 )
 
 
+def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W408: a nozzle is drawn inside of a body."""
+    network = compiled.network
+    for tool in network.tools:
+        if tool.kind != "nozzle":
+            continue
+        opening = network.position[tool.nodes.start]
+        if name := buried_in(network, network.position, opening):
+            yield Diagnostic(
+                "W408",
+                f"the tip of {tool.name} is inside {name}, where its jet pushes no surface",
+                tool.span,
+                "draw the tip outside, or move the nozzle before it irrigates",
+            )
+
+
 CHECKS: tuple[Check, ...] = (
     pieces,
     dangling,
@@ -273,6 +290,7 @@ CHECKS: tuple[Check, ...] = (
     unused_parameters,
     unused_sets,
     ruptures_in_vain,
+    buried_openings,
 )
 THOROUGH: tuple[Check, ...] = (floppy,)
 

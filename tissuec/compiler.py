@@ -63,7 +63,8 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
             every finding.
     """
     drawings, built = _bodies(scene, findings)
-    tools = tuple(scene.tools.values())
+    # What can touch stands first, so that its nodes follow those of the bodies.
+    tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
     joints = build_joints(scene, groups, findings)
     is_whole = len(built) == len(drawings)  # or nodes and springs have other numbers
@@ -244,7 +245,7 @@ def _plan(
                 findings.add("TIS309", flaw, action.span)
     contact = None
     with findings.item():
-        tools = tuple(scene.tools.values())
+        tools = [tool for tool in scene.tools.values() if tool.may_touch]
         contact = contact_of(network, tools, scene.environment, findings)
     outputs = OutputReader(
         groups, conditions, scene.constants, nodes=network.shown_nodes, duration=duration

@@ -380,7 +380,7 @@ class Contact:
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
         return float(total.max(initial=0.0))
 
-    def pumping(self, time: float, position: Floats) -> float:
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in beside that of moving nodes [W]: none."""
         return 0.0
 

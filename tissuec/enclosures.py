@@ -231,7 +231,7 @@ class Enclosure:
         """Return the power that is lost [W]: none."""
         return 0.0
 
-    def pumping(self, time: float, position: Floats) -> float:
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that whoever changes the volumes puts in [W]."""
         rate = self.swell(time)[1]
         return float((self.pressures(time, position) * self.drawn).sum()) * rate

@@ -128,6 +128,8 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "contact: nothing can touch"
     elif not plan.contact.friction:
         yield "friction: none is written, so contact remembers nothing"
+    if not any(tool.kind == "nozzle" for tool in network.tools):
+        yield "jets: there is no nozzle"
 
 
 def _file_size(compiled: Compiled) -> int:

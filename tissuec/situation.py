@@ -14,6 +14,7 @@ from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
 from tissuec.inelastic import Inelastic
+from tissuec.jets import Jet
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 from tissuec.threads import SURE, Knot, Reeling
@@ -117,6 +118,7 @@ class Situation:
         loads: External forces, by name.
         enclosures: Volumes that are kept by pressure, by the name of the body.
         contact: What instruments and threads touch, None where they touch nothing.
+        jets: Of fluid, by the name of the nozzle.
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
         inelastic: What springs remember, None where none does; the network's own until a
@@ -146,6 +148,7 @@ class Situation:
     loads: dict[str, Load] = field(default_factory=dict)
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
     contact: Contact | None = None
+    jets: dict[str, Jet] = field(default_factory=dict)
     reelings: dict[str, Reeling] = field(default_factory=dict)
     knots: dict[str, Knot] = field(default_factory=dict)
     inelastic: Inelastic | None = None
@@ -302,7 +305,7 @@ class Situation:
         return next(found, None)
 
     def let_leak(self) -> list[tuple[Enclosure, int]]:
-        """Give up the cells that are torn, which keep no pressure.
+        """Give up the cells that are torn, which keep no pressure; jets go through tears.
 
         Returns:
             Enclosures as they were, each with the number of cells that it loses.
@@ -316,6 +319,7 @@ class Situation:
             if enclosure.cell_count:
                 kept[name] = enclosure
         self.enclosures = kept
+        self.jets = {name: jet.torn(self.alive) for name, jet in self.jets.items()}
         return found
 
     @property
@@ -324,10 +328,10 @@ class Situation:
         return None if self.contact is None else self.contact.with_whole(self.alive)
 
     @property
-    def fields(self) -> tuple[Enclosure | Contact, ...]:
+    def fields(self) -> tuple[Enclosure | Contact | Jet, ...]:
         """Return what acts on nodes by their places, beside springs."""
-        contact = self.touching
-        return (*self.enclosures.values(), *(() if contact is None else (contact,)))
+        contact = () if (touching := self.touching) is None else (touching,)
+        return (*self.enclosures.values(), *contact, *self.jets.values())
 
     def forget_friction(self, nodes: Indices) -> None:
         """Let go what friction on some nodes remembers, as if they had just been put down."""

@@ -7,7 +7,7 @@ from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
 from tissuec.instruments import INSTRUMENTS
 
-#: A sample of each kind; those with a shape touch the block, from (0, 0, 0) to (20, 20, 10) mm.
+#: A sample of each kind; ``SHAPED`` touch the block, from (0, 0, 0) to (20, 20, 10) mm.
 SAMPLES = {
     "probe": "kind is probe; radius = 4 mm; axis from (0, 9, 13) mm to (20, 11, 13.5) mm",
     "hook": "kind is hook; radius = 2 mm; shaft from (10, 10, 40) mm to (10, 10, 11.5) mm"
@@ -17,8 +17,9 @@ SAMPLES = {
     "; upper from (-5, 10, 11.5) mm to (9, 10, 11.5) mm"
     "; lower from (-5, 10, -1.5) mm to (9, 10, -1.5) mm",
     "scissors": "kind is scissors",
+    "nozzle": "kind is nozzle; diameter = 2 mm; tip = (9, 9, 20) mm; direction = (0, 0, -1)",
 }
-SHAPED = [name for name, entries in SAMPLES.items() if ";" in entries]
+SHAPED = [name for name in SAMPLES if name not in ("scissors", "nozzle")]
 SCENE = """language 1
 tissue flesh {{ spring constant = 200 N/m; viscosity = 0.2 N*s/m; mass = 0.2 g }}
 body block {{

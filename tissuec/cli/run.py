@@ -207,9 +207,13 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     for note in outcome.notes:
         settings.say(f"  note: {note}")
     counts: Counter[str] = Counter()
+    slipped: set[str] = set()
     for time, happening in outcome.happenings:
         counts[happening.kind] += len(happening.springs)
-        if settings.verbose or happening.kind in ("trigger", "note"):
+        # What slips once may go on doing so in many small steps.
+        is_first = happening.kind == "slip" and happening.cause not in slipped
+        slipped |= {happening.cause} if is_first else set()
+        if settings.verbose or is_first or happening.kind in ("trigger", "note"):
             springs = _springs(compiled.network, happening.springs)
             what = f"{happening.kind}{springs}: {happening.cause}"
             settings.say(f"  {show(time, TIME)}: {what} ({happening.span.place})")

@@ -11,6 +11,7 @@ from tissuec.core.errors import alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.courses import Course
+from tissuec.instruments import Instrument
 from tissuec.lang import syntax as s
 from tissuec.network import Floats
 from tissuec.scene.expressions import Scope
@@ -141,6 +142,14 @@ class SentenceOrder:
         if kind is not None:
             self._check_kind(tool, kind, word, self.clauses[word].span)
         return tool.name
+
+    def instrument(self, word: str, kind: str) -> Instrument:
+        if self.tool(word, kind=kind) is None:
+            self.reject("TIS304", f'{self.verb} needs "{word}"')
+        entries = self.tools[self._name(word).key].entries
+        if entries is None:
+            self.scope.findings.stop()
+        return entries
 
     def _check_kind(self, tool: Tool, kind: str, before: str, span: Span) -> None:
         """Reject a tool of another kind; the hint names those that fit, behind ``before``."""

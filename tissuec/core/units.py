@@ -34,6 +34,8 @@ TIME = Dimension(time=1)
 FREQUENCY = NUMBER / TIME
 AREA = LENGTH**2
 VOLUME = LENGTH**3
+FLOW = VOLUME / TIME
+DENSITY = MASS / VOLUME
 VELOCITY = LENGTH / TIME
 ACCELERATION = VELOCITY / TIME
 MOMENTUM = MASS * VELOCITY
@@ -54,7 +56,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     FREQUENCY: ("a frequency or a rate", "1/s"),
     AREA: ("an area", "m^2"),
     VOLUME: ("a volume", "m^3"),
-    VOLUME / TIME: ("a flow", "m^3/s"),
+    FLOW: ("a flow", "m^3/s"),
     VELOCITY: ("a speed", "m/s"),
     ACCELERATION: ("an acceleration", "m/s^2"),
     MOMENTUM: ("a momentum", "kg*m/s"),
@@ -65,7 +67,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     STIFFNESS: ("force per length", "N/m"),
     VISCOSITY: ("force per speed", "N*s/m"),
     SLOWNESS: ("time per length", "s/m"),
-    MASS / LENGTH**3: ("a density", "kg/m^3"),
+    DENSITY: ("a density", "kg/m^3"),
 }
 
 _PREFIXES = {

@@ -2,13 +2,17 @@
 
 from collections.abc import Iterable, Sequence
 from math import inf
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.contact import Contact
 from tissuec.courses import Course
 from tissuec.inelastic import Inelastic
-from tissuec.kernels.records import Acts, Enclosures, Internal, Reels, Touches
+from tissuec.jets import shares
+from tissuec.kernels.records import Acts, Enclosures, Internal, Jets, Reels, Touches
+from tissuec.kernels.rinsing import GRID
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
 
@@ -34,6 +38,16 @@ def pumps(situation: Situation) -> list[Load]:
         for reeling in situation.reelings.values()
     ]
     return [*volumes, *lengths]
+
+
+def flows(situation: Situation) -> list[Load]:
+    """Return the flows of jets as loads on no node, in their first component [m³/s]."""
+    none = np.zeros(0, dtype=np.int64)
+    along = np.array([1.0, 0.0, 0.0])
+    return [
+        Load(none, (Term(jet.flow * along, jet.course),), jet.span)
+        for jet in situation.jets.values()
+    ]
 
 
 def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enclosures:
@@ -118,6 +132,52 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
         damping=contact.damping,
         friction=contact.friction,
         rate=contact.rate,
+    )
+
+
+def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
+    """Return jets as tables, without triangles that are torn.
+
+    Args:
+        place: Where the engine keeps each node, shape (node,).
+        first_act: Number of the first of ``flows`` among the acts.
+    """
+    jets = list(situation.jets.values())
+    skins = [jet.skin for jet in jets]
+    none = np.zeros(0, dtype=np.int64)
+
+    def every(name: str) -> NDArray[Any]:
+        return np.concatenate([none, *(getattr(skin, name)[skin.whole] for skin in skins)])
+
+    def each(name: str) -> Floats:
+        return np.array([getattr(jet, name) for jet in jets], dtype=float)
+
+    parts, count = every("parts").astype(np.int64), every("count").astype(np.int64)
+    sizes = np.unique(parts)
+    starts = _offsets([3 * int(n) ** 2 for n in sizes])[np.searchsorted(sizes, parts)]
+    corners = [place[skin.corners[skin.whole]] for skin in skins]
+    return Jets(
+        opening=np.array([place[jet.opening] for jet in jets], dtype=np.int64).reshape(-1, 2),
+        bore=each("bore"),
+        density=each("density"),
+        growth=each("growth"),
+        width=each("width"),
+        act=first_act + np.arange(len(jets)),
+        first=_offsets([int(skin.whole.sum()) for skin in skins]),
+        corners=np.concatenate([none.reshape(0, 3), *corners]),
+        side=every("side").astype(np.int64),
+        struck=every("struck").astype(np.int64),
+        blur=every("blur").astype(float),
+        shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
+        shares_start=starts,
+        shares_end=starts + count,
+        frame=np.zeros(12),
+        faces=np.zeros((len(parts), 17)),
+        points=np.zeros((count.max(initial=0), 7)),
+        met=np.zeros(len(parts), dtype=np.int64),
+        link=np.zeros(len(parts), dtype=np.int64),
+        shades=np.zeros(len(parts), dtype=np.int64),
+        head=np.zeros(GRID * GRID if jets else 0, dtype=np.int64),
     )
 
 

@@ -409,7 +409,7 @@ class Engine:
         self._task = self._task._replace(longest=longest)
         features = layout.features
         changing = features.moved or features.loaded or bool(layout.situation.reelings)
-        if changing or features.enclosed or features.touched:
+        if changing or features.enclosed or features.touched or features.rinsed:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._nets.clear()
@@ -491,7 +491,9 @@ class Engine:
             return
         contact = self._layout.situation.contact
         pairs = 0 if contact is None else len(contact.nodes) * len(contact.radius)
-        cost = evaluation_cost(self.network.spring_count, pairs)
+        cost = evaluation_cost(
+            self.network.spring_count, pairs, len(self._layout.situation.jets)
+        )
         ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
         if self._review and evaluations * cost * ahead > WORTHWHILE:
             self._tier = "compiled"

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from tissuec.contact import Contact
 from tissuec.engine.acts import (
+    flows,
     knots,
     longest_step,
     pack_acts,
     pack_enclosures,
     pack_internal,
+    pack_jets,
     pack_reels,
     pack_touches,
     pumps,
@@ -25,7 +27,16 @@ from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.inelastic import Inelastic, pulled
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Enclosures, Internal, Net, Reels, Solver, Touches
+from tissuec.kernels.records import (
+    Acts,
+    Enclosures,
+    Internal,
+    Jets,
+    Net,
+    Reels,
+    Solver,
+    Touches,
+)
 from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -209,6 +220,8 @@ class Layout:
             # Whatever may be drawn in, lest a second variant is compiled when it is.
             reeled=self.situation.network.can_be_drawn_in,
             touched=self.situation.contact is not None,
+            # Whatever may be irrigated, for the same reason.
+            rinsed=any(tool.kind == "nozzle" for tool in self.situation.network.tools),
             inelastic=self.springs.inelastic is not None,
             laws=self._laws,
         )
@@ -217,6 +230,8 @@ class Layout:
         """Return why energy is not kept, or kept without being booked; empty if it is."""
         if self._viscous or self.situation.drag:
             return "there is viscosity"
+        if self.situation.jets:
+            return "a jet puts energy in"
         if self.springs.inelastic is not None:
             return "there are springs that relax or flow"
         pumped = any(part.swellings for part in self.situation.enclosures.values())
@@ -275,6 +290,7 @@ class Layout:
             enclosures=self.enclosures(),
             reels=self.reels(),
             touches=self.touches(),
+            jets=self.jets(),
             internal=self.internal(),
         )
 
@@ -300,6 +316,7 @@ class Layout:
             reels=self.reels(),
             contact=self._contact,
             touches=self.touches(),
+            jets=tuple(jet.renumbered(self.place) for jet in self.situation.jets.values()),
             watched=self.watched,
             crushed=self._crushed,
             ledger=self.ledger,
@@ -312,8 +329,11 @@ class Layout:
 
     @property
     def _courses(self) -> list[Load]:
-        """Return the loads that change in time, and changes of volumes and lengths behind."""
-        return [*self.timed, *pumps(self.situation)]
+        """Return the loads that change in time; behind them, what has courses as they have.
+
+        These are changes of volumes and lengths, and the flows of jets.
+        """
+        return [*self.timed, *pumps(self.situation), *flows(self.situation)]
 
     def enclosures(self) -> Enclosures:
         """Return the enclosed volumes."""
@@ -344,6 +364,11 @@ class Layout:
             contact = contact.renumbered(self.place)
             pairs = contact.near(flat.reshape(-1, 3), 2.0 * contact.stride)
             self._contact = replace(contact, pairs=pairs)
+
+    def jets(self) -> Jets:
+        """Return the jets of fluid."""
+        loads = len(self._courses) - len(self.situation.jets)
+        return pack_jets(self.situation, self.place, len(self.situation.motions) + loads)
 
     def internal(self) -> Internal:
         """Return what springs remember."""

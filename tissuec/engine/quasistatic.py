@@ -176,6 +176,8 @@ class QuasiStatic:
             np.add.at(force, load.nodes, load.at(situation.time))
         springs = mechanics.inner_forces(situation, situation.time, position, still)
         force[held] = -springs[held]
+        for jet in situation.jets.values():
+            jet.add_forces(situation.time, position, still, force)
         energy = float(mechanics.energies(situation, situation.time, position, still).total)
         reeled = [reeling.springs for reeling in situation.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])

@@ -26,6 +26,7 @@ CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s
 SPRING_COST = 30e-9  # further, per spring [s]
 TOUCH_COST = 3e-4  # of one look at all contacts [s]
 PAIR_COST = 1e-6  # further, per node and shape [s]
+JET_COST = 4e-3  # of one look at a jet on some hundred triangles [s]
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
     "accumulate",
@@ -49,6 +50,8 @@ OPERATIONS = (
     "subtract",
     "tension",
 )
+# Parts of them that are compiled by themselves, because they are long.
+PARTS = ("before", "dim", "divide", "look", "push", "recoil", "sort", "survey", "way")
 # Those that it takes from ``banded`` or ``iterative`` instead of ``linear``.
 SOLVING = ("assemble", "solve")
 
@@ -67,6 +70,7 @@ class Features:
     enclosed: bool = False
     reeled: bool = False
     touched: bool = False
+    rinsed: bool = False
     inelastic: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
@@ -94,7 +98,7 @@ def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) ->
     solving = banded if features.banded else iterative
     replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
     replaced |= {name: getattr(solving, name) for name in SOLVING}
-    return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING)).bind(loop.drive))
+    return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING, *PARTS)).bind(loop.drive))
 
 
 @cache
@@ -123,14 +127,15 @@ def constants(features: Features) -> dict[str, Any]:
     }
 
 
-def evaluation_cost(spring_count: int, pairs: int) -> float:
+def evaluation_cost(spring_count: int, pairs: int, jets: int) -> float:
     """Return the time of one interpreted evaluation of the forces [s].
 
     Args:
         pairs: Of nodes and shapes that may touch.
+        jets: How many there are.
     """
     contact = TOUCH_COST + PAIR_COST * pairs if pairs else 0.0
-    return CALL_COST + SPRING_COST * spring_count + contact
+    return CALL_COST + SPRING_COST * spring_count + contact + JET_COST * jets
 
 
 def forced_tier() -> Tier | None:

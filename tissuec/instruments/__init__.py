@@ -15,17 +15,17 @@ from tissuec.network import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """A capsule, all points near a line, or all that lies behind a plane.
+    """A capsule, all points near a line, or all that lies behind a plane; or an opening.
 
     Attributes:
         kind: Of both.
-        points: Ends of the line of a capsule, equal for a sphere; a point of a plane and one
-            straight in front of it [m], shape (2, 3).
+        points: Ends of the line of a capsule, equal for a sphere; a point of a plane, or of an
+            opening, which touches nothing, and one straight in front of it [m], shape (2, 3).
         radius: Of a capsule [m].
         part: What it is called in messages and logs, such as "upper jaw"; empty for the whole.
     """
 
-    kind: Literal["capsule", "plane"]
+    kind: Literal["capsule", "plane", "opening"]
     points: Floats
     radius: float = 0.0
     part: str = ""

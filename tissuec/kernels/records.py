@@ -81,6 +81,32 @@ class Touches(NamedTuple):
     rate: float  # [1/s]
 
 
+class Jets(NamedTuple):
+    """Jets of fluid and what they may meet; see ``tissuec.jets`` and ``rinsing``."""
+
+    opening: Integers  # nodes in the opening and ahead of it, shape (jet, 2)
+    bore: Floats  # [m], shape (jet,)
+    density: Floats  # [kg/m³], shape (jet,)
+    growth: Floats  # of the width for each distance, shape (jet,)
+    width: Floats  # b0 [m], shape (jet,)
+    act: Integers  # whose first component is the flow [m³/s], shape (jet,)
+    first: Integers  # triangles of jet i are first[i]:first[i + 1], shape (jet + 1,)
+    corners: Integers  # their nodes, shape (triangle, 3)
+    side: Integers  # from where they can be pushed, shape (triangle,)
+    struck: Integers  # 1 if they are pushed, shape (triangle,)
+    blur: Floats  # of their shades [m], shape (triangle,)
+    shares: Floats  # elements of triangles as shares of their corners, shape (share, 3)
+    shares_start: Integers  # among them, shape (triangle,)
+    shares_end: Integers  # shape (triangle,)
+    frame: Floats  # scratch: opening, direction, and two directions across, shape (12,)
+    faces: Floats  # scratch, shape (triangle, 17)
+    points: Floats  # scratch, shape (element of one triangle, 7)
+    met: Integers  # scratch: triangles within a jet, shape (triangle,)
+    link: Integers  # scratch: the next one in the same cell, shape (triangle,)
+    shades: Integers  # scratch: those before one, shape (triangle,)
+    head: Integers  # scratch: the first one in each cell, shape (cell,)
+
+
 class Internal(NamedTuple):
     """What springs remember, first of branches; see ``tissuec.inelastic``."""
 
@@ -119,6 +145,7 @@ class Net(NamedTuple):
     enclosures: Enclosures
     reels: Reels
     touches: Touches
+    jets: Jets
     internal: Internal
 
 

@@ -15,6 +15,7 @@ from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
 from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.remembering import flowed, give_way, pull_of_branches, put_home, remember
+from tissuec.kernels.rinsing import blow
 from tissuec.kernels.touching import touch
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -28,6 +29,7 @@ LOADED = True  # there are loads that change in time
 ENCLOSED = True  # there are enclosed volumes
 REELED = True  # there are threads that are drawn in or paid out
 TOUCHED = True  # there are instruments or threads that touch
+RINSED = True  # there are jets
 INELASTIC = True  # some springs relax or flow
 CURVED = True  # some springs have laws that are not linear
 pull, slope, brake, brake_slope = functions((LINEAR,)).values()
@@ -106,6 +108,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         work += press(time, x, a, net.acts, net.enclosures)
     if TOUCHED:
         dissipated += touch(x, v, a, net.touches)
+    if RINSED:
+        work += blow(time, x, v, a, net.acts, net.jets)
     if LEDGER:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):

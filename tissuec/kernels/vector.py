@@ -47,6 +47,7 @@ class VectorNet:
         reels: Springs whose rest lengths change.
         contact: What instruments and threads touch, if they do.
         touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
+        jets: Of fluid, in the engine's numbers of nodes.
         inelastic: What springs remember, if they do; slots are places in velocities here.
         internal: Where that is kept.
         watched: Whether springs may break.
@@ -74,6 +75,7 @@ class VectorNet:
         reels: Reels,
         contact: Any,
         touches: Touches,
+        jets: tuple[Any, ...],
         inelastic: Inelastic | None,
         internal: Internal,
         watched: bool,
@@ -95,6 +97,7 @@ class VectorNet:
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
         self.acts, self.enclosures = acts, enclosures
         self.reels, self.contact, self.touches = reels, contact, touches
+        self.jets = jets
         self.inelastic, self.internal = inelastic, internal
         self.giving = np.zeros(0)  # how fast springs give way
         self.lost = 0.0  # the power of that [W]
@@ -173,6 +176,13 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         net.contact.add_forces(time, at, by, to)
         if net.ledger:
             power[1] += net.contact.dissipated(time, at, by)
+    for jet in net.jets:
+        at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
+        pushed = np.zeros_like(to)
+        jet.add_forces(time, at, by, pushed)
+        to += pushed
+        if net.ledger:
+            power[0] += np.vdot(pushed, by)
     if net.ledger and net.driven.size:
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:

@@ -256,6 +256,7 @@ def _frozen(situation: Situation) -> Situation:
         motions=dict(situation.motions),
         loads=dict(situation.loads),
         enclosures=dict(situation.enclosures),
+        jets=dict(situation.jets),
         reelings=dict(situation.reelings),
         knots=dict(situation.knots),
         hold_ends=dict(situation.hold_ends),

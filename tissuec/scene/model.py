@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from tissuec.core.source import Source, Span
-from tissuec.instruments import Shape
+from tissuec.instruments import Instrument, Shape
 from tissuec.lang import syntax as s
 from tissuec.laws.formula import Formula
 from tissuec.meshes import Generator
@@ -175,12 +175,19 @@ class Tool:
     Attributes:
         kind: A member of ``INSTRUMENTS``; "" where what was written is wrong.
         shapes: What it touches with; empty if it acts by name only.
+        entries: What is written of it; None where that is wrong.
     """
 
     name: str
     kind: str
     shapes: tuple[Shape, ...]
+    entries: Instrument | None
     span: Span
+
+    @property
+    def may_touch(self) -> bool:
+        """Return whether it has no opening, whose place alone counts."""
+        return all(shape.kind != "opening" for shape in self.shapes)
 
     @property
     def holds_nodes(self) -> bool:

@@ -197,20 +197,21 @@ def simulate_schema() -> dict[str, schema.Entry]:
 def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     """Return a tool from its block; one that is wrong is still known by its name."""
     assert isinstance(item, s.Block)
-    kind, shapes = "", ()
+    kind, shapes, entries = "", (), None
     with scope.findings.item():
         kind, others = _kind_of(name, item, scope)
         what = f"tool {name.text}"
-        entries, places = schema.build(
+        read, places = schema.build(
             INSTRUMENTS[kind], others, scope, what=what, where=item.head
         )
         try:
-            shapes = entries.shapes()
+            shapes = read.shapes()
         except ValueError as error:
             reason = str(error)
             span = schema.blamed(reason, places, item.head)
             scope.findings.reject("TIS309", f"{what}: {reason}", span)
-    return Tool(name.text, kind, shapes, item.head)
+        entries = read
+    return Tool(name.text, kind, shapes, entries, item.head)
 
 
 def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Item]]:

@@ -2,9 +2,10 @@
 
     E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
-with p the weight and the external forces of this moment. Dashpots and drag do not act, because
-nothing moves; branches have given way, and rest lengths stay as they have flowed. K has, for
-each spring of direction u and tension T = f(L - L0),
+with p the weight and the external forces of this moment. Jets belong to p as well, though what
+they do depends on x: E takes it as it was where ``freeze`` was called last. Dashpots and drag
+do not act, because nothing moves; branches have given way, and rest lengths stay as they have
+flowed. K has, for each spring of direction u and tension T = f(L - L0),
 
     f' u uᵀ + T/L (1 - u uᵀ),
 
@@ -72,6 +73,8 @@ class Balance:
         self._fields = situation.fields
         self._position = situation.position.copy()
         self._start = self._position[self.free]
+        self._jets = tuple(situation.jets.values())
+        self._blown = np.zeros_like(self._start)
 
     @staticmethod
     def _loads(situation: Situation) -> Floats:
@@ -111,13 +114,21 @@ class Balance:
             total += pressed[self.free]
         return total
 
+    def freeze(self, bars: Bars) -> None:
+        """Let energies take the work of jets to be that of their present forces."""
+        if self._jets:
+            pushed, rest = np.zeros_like(bars.position), np.zeros_like(bars.position)
+            for jet in self._jets:
+                jet.add_forces(self._time, bars.position, rest, pushed)
+            self._blown = pushed[self.free]
+
     def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
         """Return the energy and what rounding may change in it [J].
 
         The loads count from where the free nodes are in the situation.
         """
         elastic = self.behaviour.energy(bars.length - self.rest)
-        done = self.load * (x - self._start)
+        done = (self.load + self._blown) * (x - self._start)
         pressed = sum(float(e.energy(self._time, bars.position)) for e in self._fields)
         total = float(elastic.sum() - done.sum()) + pressed
         spoilt = bars.length * np.abs(bars.tension)

@@ -29,6 +29,7 @@ def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
         force = balance.force(bars)
         if is_balanced(balance, bars, force):
             return x, True
+        balance.freeze(bars)
         near = greatest(force) <= NEAR * balance.largest(bars)
         step = direction(balance, bars, force, exact=near)
         found = None if step is None else downhill(balance, x, bars, force, step)

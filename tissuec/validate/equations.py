@@ -232,7 +232,7 @@ class Equations:
         forces = self.inner_forces(time, moved, velocity, springs)
         work = -np.vdot(forces[self.held], velocity[self.held])
         inside = self._inside(time)
-        work += sum(acting.pumping(inside, position) for acting in self.fields)
+        work += sum(acting.pumping(inside, position, velocity) for acting in self.fields)
         own = velocity[self.free]
         acting = forces[self.free] - self.drag * own
         if self.loads:

@@ -21,7 +21,9 @@ from tissuec.validate.stepping import ReferenceFailure
 
 COARSE = 1e-5  # of the largest force: up to here the energy tells the way
 BALANCED = 1e-9  # of the largest force: what may be left of it in the end
-POLISHING = 20
+POLISHING = 100  # more than Newton's method ever needs where all forces have an energy
+BLOWS = 50  # of jets, whose forces follow the net without an energy
+STEADY = 1e-4  # of the largest force: change of theirs from which on Newton's steps go on
 TURNS = 4  # of minimising and buckling
 LOOSE = 1e-10  # of the stiffest: what resists less is not told from what resists nothing
 SMALL = 1500  # unknowns up to which a full matrix is no slower than a sparse one
@@ -40,12 +42,12 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
     field = Field(situation, chosen)
     if not len(field.free):
         return
-    moved = _polished(field, _lowered(field, field.start))
+    moved = _polished(field, _blown(field, field.start))
     for _ in range(TURNS):
         way = _way_off(field, moved)
         if way is None:
             break
-        moved = _polished(field, _lowered(field, moved + way))
+        moved = _polished(field, _blown(field, moved + way))
     left, most = float(np.abs(field.force(moved)).max()), field.largest(moved)
     if not left <= BALANCED * most + field.noise:
         raise ReferenceFailure(
@@ -102,7 +104,7 @@ def _lowered(field: "Field", moved: Floats) -> Floats:
     found = minimize(
         field.energy,
         moved,
-        jac=lambda u: -field.force(u),
+        jac=lambda u: -field.frozen_force(u),
         hessp=lambda u, p: field.stiffness(u) @ p,
         method="trust-ncg",
         options={
@@ -113,6 +115,17 @@ def _lowered(field: "Field", moved: Floats) -> Floats:
         },
     )
     return np.asarray(found.x)
+
+
+def _blown(field: "Field", moved: Floats) -> Floats:
+    """Return displacements of least energy, again and again while jets follow the net."""
+    for _ in range(BLOWS):
+        before = field.freeze(moved)
+        moved = _lowered(field, moved)
+        change = float(np.abs(field.freeze(moved) - before).max())
+        if change <= STEADY * field.largest(moved):
+            break
+    return moved
 
 
 def _polished(field: "Field", moved: Floats) -> Floats:
@@ -164,6 +177,8 @@ class Field:
         self.start = (situation.position[self.free] - self.drawn).ravel()
         outside = equations.outside(self._time)[self.free]
         self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
+        self._jets = tuple(situation.jets.values())
+        self._frozen = np.zeros_like(self.start)
         springs = self._springs(self.start)
         self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0
         stiffest = float(equations.stiffness.max(initial=0.0))
@@ -187,12 +202,30 @@ class Field:
         )
         return forces[self.free].ravel() + self._load
 
+    def freeze(self, moved: Floats) -> Floats:
+        """Take what jets do to be what they do here, and return it [N], shape (3 free,)."""
+        self._frozen = self._blown(moved)
+        return self._frozen
+
+    def _blown(self, moved: Floats) -> Floats:
+        pushed = np.zeros((self._equations.count, 3))
+        place = self._equations.drawn + self._state(moved) if self._jets else pushed
+        for jet in self._jets:
+            jet.add_forces(self._time, place, np.zeros_like(place), pushed)
+        return pushed[self.free].ravel()
+
+    def frozen_force(self, moved: Floats) -> Floats:
+        """Return the forces on the nodes that move with frozen jets [N], shape (3 free,)."""
+        if not self._jets:
+            return self.force(moved)
+        return self.force(moved) - self._blown(moved) + self._frozen
+
     def energy(self, moved: Floats) -> float:
-        """Return the elastic energy less the work of loads since the drawing [J]."""
+        """Return the elastic energy less the work of loads and frozen jets [J]."""
         elastic = self._equations.behaviour.energy(self._springs(moved).stretch).sum()
         place = self._equations.drawn + self._state(moved)
         pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
-        return float(elastic - self._load @ moved) + pressed
+        return float(elastic - (self._load + self._frozen) @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:
         """Return the largest force of a spring or component of a load [N]."""

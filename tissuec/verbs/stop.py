@@ -1,4 +1,4 @@
-"""``stop``: the end of a force or of a motion."""
+"""``stop``: the end of a force, of a jet or of a motion."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -8,6 +8,7 @@ from tissuec.core.source import Span
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Happening, Order
 from tissuec.verbs.holding import sentence
+from tissuec.verbs.irrigate import stop_irrigating
 from tissuec.verbs.motion import stop_shifting, stop_turning
 from tissuec.verbs.push import stop_pushing
 
@@ -16,6 +17,7 @@ _STOPS = {
     "pulling": stop_pushing,
     "moving": stop_shifting,
     "turning": stop_turning,
+    "irrigating": stop_irrigating,
 }
 
 
@@ -24,7 +26,8 @@ _STOPS = {
 class Stop:
     """Ends every force on a set, or freezes the motion or the turn of a mover where it is.
 
-    What was moved or turned stays held. ``pushing`` and ``pulling`` mean the same.
+    What was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. Jets end by
+    what they were ordered for, or all of them.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -34,9 +37,11 @@ class Stop:
         "stop moving TOOL",
         "stop turning SET",
         "stop turning TOOL",
+        "stop irrigating SET",
+        "stop irrigating",
     )
     what: str  # such as "pushing"
-    name: str  # of the set or mover
+    name: str  # of the set or mover; empty for all jets
     span: Span
 
     @classmethod
@@ -45,8 +50,10 @@ class Stop:
         if what not in _STOPS:
             hint = alternatives(what, _STOPS, what="it can be")
             order.reject("TIS305", f'"{what}" is nothing that can be stopped', hint=hint)
-        is_force = _STOPS[what] is stop_pushing
-        named = order.nodes(after=what) if is_force else order.mover(after=what)
+        if what == "irrigating" == order.words.lower():
+            return cls(what, "", order.span)
+        is_mover = what in ("moving", "turning")
+        named = order.mover(after=what) if is_mover else order.nodes(after=what)
         return cls(what, named.name, order.span)
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:

@@ -1,0 +1,525 @@
+"""Jets of fluid: what leaves a nozzle pushes the surfaces that it meets.
+
+A jet leaves an opening of bore d with the flow Q of a fluid of density ρ. Its speed at a
+distance s ahead of the opening and r beside the axis is
+
+    u = U b0/b exp(-r²/b²),    b² = b0² + (k s)²,    b0 = d/√2,    U = 4 Q / π d²,
+
+so that its momentum flux, J = ∫ ρ u² dA = 4 ρ Q² / π d², is the same at every distance. A jet
+of liquid in gas hardly spreads (k = 0); one within the same fluid is a free turbulent jet,
+whose half-width r½ = b √ln 2 grows by 0.094 for each length (H. J. Hussein, S. P. Capp, W. K.
+George, J. Fluid Mech. 258:31, 1994; S. B. Pope, Turbulent Flows, 2000, section 5.1).
+
+Where it meets a surface, fluid goes on along the surface and leaves to it the part of its
+momentum that is normal to it. An element of area A with the unit normal n, at the angle
+cos θ = n·e to the jet, is pressed along n with
+
+    F = ρ φ(u, w) A cos² θ V,
+
+where φ is (u - w)², w being the speed at which the element itself goes along the jet, and V is
+the part of the jet that nothing takes away before. A plate that catches all of a jet is thus
+pressed with J cos θ along its normal.
+
+V follows from the triangles that stand before. In coordinates ξ = r/b, which go along with the
+jet, each covers what lies within its edges, by a product of smooth steps over the distances
+from them, so that neighbours cover together what is between them. It covers what is behind its
+plane and has no corner in common with it. V falls from 1 to 0 while the sum rises from ``LIT``
+to ``DARK``. Forces have continuous derivatives by all places.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.courses import Course
+from tissuec.enclosures import open_edges
+from tissuec.network import BodyPart, Floats, Indices, Network
+from tissuec.strands import Edges, Strands
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
+FINE = 1.0  # parts of an edge for each width b0 of it
+MOST = 16  # parts of an edge; jets that would need more are widened
+BLUR, THIN = 0.4, 0.35  # of b0, and of the height of a triangle: how far its shade is blurred
+DEEP = 0.5  # of that: how far behind a triangle its shade is full
+LIT, DARK = 0.3, 0.7  # covered parts of the jet
+STEEP = 0.2  # cos θ below which the shades of triangles fade
+NEAR = 0.5  # bores in front of the opening within which the jet sets in
+FLAT = 1e-6  # of what is blurred: what is no further than this behind a plane is in it
+SLACK = 1.1  # elements may be further off in ξ than the corners of their triangle
+TINY = 1e-200  # added to a length before dividing
+SLIGHT = 1e-6  # of an edge: step of differences
+AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Skin:
+    """Triangles that a jet may meet.
+
+    Attributes:
+        corners: Nodes, shape (triangle, 3).
+        side: From where each can be pushed: 1 from where its corners turn left, -1 from the
+            other side, 0 from both, as what belongs to no closed surface.
+        struck: Whether it is pushed, or shades others only.
+        parts: Into how many parts its edges are divided; it has three elements for each square.
+        blur: How far their shades are blurred, to each side [m].
+        edges: What holds the edges.
+        whole: Which triangles are not torn.
+    """
+
+    corners: Indices
+    side: Indices
+    struck: NDArray[np.bool_]
+    parts: Indices
+    blur: Floats
+    edges: Edges
+    whole: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls, network: Network, nodes: Indices, width: float, alive: NDArray[np.bool_]
+    ) -> "Skin":
+        """Return all that a jet of a width b0 [m] may meet.
+
+        Args:
+            nodes: Whose triangles are pushed.
+            alive: Springs that are there, shape (spring,).
+        """
+        corners = network.skin.astype(np.int64)
+        longest = _longest(network, corners)
+        # Less a little, so that rounding does not divide equal triangles differently.
+        parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
+        rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
+        edges = Edges.of(Strands.of(network.ends), rings)
+        struck = np.asarray(np.isin(corners, nodes).all(axis=1))
+        blur = np.minimum(BLUR * width, THIN * _height(network, corners))
+        whole = np.asarray(edges.holding(alive).all(axis=1))
+        return cls(corners, _sides(network, corners), struck, parts, blur, edges, whole)
+
+    @property
+    def count(self) -> Indices:
+        """Return the number of elements of each triangle, shape (triangle,)."""
+        return 3 * self.parts**2
+
+    def torn(self, alive: NDArray[np.bool_]) -> "Skin":
+        """Return the same while the springs ``alive``, shape (spring,), are there."""
+        whole = np.asarray(self.edges.holding(alive).all(axis=1))
+        return self if np.array_equal(whole, self.whole) else replace(self, whole=whole)
+
+
+def finest_width(network: Network, nodes: Indices, bore: float) -> float:
+    """Return b0 of a jet, or the least width that triangles of some nodes resolve [m]."""
+    corners = network.skin[np.isin(network.skin, nodes).all(axis=1)]
+    return max(bore / np.sqrt(2.0), FINE * float(_longest(network, corners).max()) / MOST)
+
+
+def _longest(network: Network, corners: NDArray[np.integer]) -> Floats:
+    """Return the longest edges of triangles as drawn [m], shape (triangle,)."""
+    edges = network.position[corners] - network.position[np.roll(corners, 1, axis=1)]
+    return np.linalg.norm(edges, axis=2).max(axis=1)
+
+
+def _height(network: Network, corners: Indices) -> Floats:
+    """Return the least heights of triangles as drawn [m], shape (triangle,)."""
+    one, other = (
+        network.position[corners[:, k]] - network.position[corners[:, 0]] for k in (1, 2)
+    )
+    twice = np.linalg.norm(np.cross(one, other), axis=1)
+    longest = _longest(network, corners)
+    return twice / np.where(longest > 0.0, longest, 1.0)
+
+
+def _sides(network: Network, corners: Indices) -> Indices:
+    """Return from where triangles can be pushed, as ``Skin.side``, body by body."""
+    side = np.zeros(len(corners), dtype=np.int64)
+    for _, own in _closed(network, corners):
+        place = network.position[corners[own]]
+        a, b, c = (place - place[0, 0]).swapaxes(0, 1)
+        side[own] = np.sign(np.einsum("tk,tk->", a, np.cross(b, c)))
+    return side
+
+
+def _closed(network: Network, corners: Indices) -> Iterator[tuple[BodyPart, NDArray[np.bool_]]]:
+    """Yield the bodies whose surfaces are closed, and which of the triangles are theirs."""
+    for body in network.bodies:
+        inside = (corners >= body.nodes.start) & (corners < body.nodes.stop)
+        own = np.asarray(inside.all(axis=1))
+        if own.any() and not len(open_edges(corners[own])):
+            yield body, own
+
+
+def buried_in(network: Network, position: Floats, point: Floats) -> str:
+    """Return the name of a body with a closed surface around a point [m], empty if none is.
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+    """
+    from tissuec.shapes.inside import winding_numbers
+
+    corners = network.skin.astype(np.int64)
+    for body, own in _closed(network, corners):
+        # Whichever way the surface faces.
+        if abs(winding_numbers(point[None], position, corners[own])[0]) > 0.5:
+            return body.name
+    return ""
+
+
+class Axis(NamedTuple):
+    """The axis of a jet.
+
+    Attributes:
+        start: The opening [m], shape (3,).
+        along: Unit vector, shape (3,).
+        across: Two more, all three right-handed, shape (2, 3).
+    """
+
+    start: Floats
+    along: Floats
+    across: Floats
+
+
+class Way(NamedTuple):
+    """Where points are in a jet, each of shape (…).
+
+    Attributes:
+        ahead: Distance from the opening along the axis [m].
+        width: b there [m].
+        beside: ξ, shape (…, 2).
+    """
+
+    ahead: Floats
+    width: Floats
+    beside: Floats
+
+
+class Elements(NamedTuple):
+    """The elements of some triangles.
+
+    Attributes:
+        owner: Number of the triangle, ascending, shape (element,).
+        weights: Shares of its corners, shape (element, 3).
+    """
+
+    owner: Indices
+    weights: Floats
+
+    def at(self, corners: Floats) -> Floats:
+        """Return what is given at corners, shape (triangle, 3, 3), at the elements."""
+        return np.einsum("ei,eik->ek", self.weights, corners[self.owner])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Jet:
+    """The jet of one nozzle.
+
+    Attributes:
+        nozzle: Its name.
+        target: Of what is pushed; "" for all there is.
+        opening: Nodes in the opening and straight ahead of it, shape (2,).
+        bore: d [m].
+        density: ρ [kg/m³].
+        growth: k.
+        width: b0 [m]; wider than it should be where a mesh is very coarse.
+        flow: Q [m³/s] where the course is 1.
+        course: Of the flow; where it is negative, nothing flows.
+        skin: What it may meet.
+        span: The sentence.
+    """
+
+    nozzle: str
+    target: str
+    opening: Indices
+    bore: float
+    density: float
+    growth: float
+    width: float
+    flow: float
+    course: Course
+    skin: Skin
+    span: Span
+
+    def torn(self, alive: NDArray[np.bool_]) -> "Jet":
+        """Return the same while the springs ``alive``, shape (spring,), are there."""
+        skin = self.skin.torn(alive)
+        return self if skin is self.skin else replace(self, skin=skin)
+
+    def renumbered(self, place: Indices) -> "Jet":
+        """Return the same with other numbers of nodes: node i becomes ``place[i]``."""
+        skin = replace(self.skin, corners=place[self.skin.corners])
+        return replace(self, opening=place[self.opening], skin=skin)
+
+    def thrust(self, time: float) -> float:
+        """Return the momentum flux J [N]."""
+        flow = max(self.flow * self.course.at(time)[0], 0.0)
+        return self.density * flow * flow / (0.25 * np.pi * self.bore**2)
+
+    def axis(self, position: Floats) -> Axis:
+        """Return where the opening is now, and which way the jet goes."""
+        start, ahead = position[self.opening]
+        along = (ahead - start) / np.linalg.norm(ahead - start)
+        one = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+        one /= np.linalg.norm(one)
+        return Axis(start, along, np.stack([one, np.cross(along, one)]))
+
+    def way(self, points: Floats, axis: Axis) -> Way:
+        """Return where points, shape (…, 3) [m], are in the jet."""
+        seen = points - axis.start
+        ahead = seen @ axis.along
+        width = np.hypot(self.width, self.growth * ahead)
+        return Way(ahead, width, seen @ axis.across.T / width[..., None])
+
+    def met(self, position: Floats) -> Indices:
+        """Return the triangles that are not torn and, some part of them, within the jet."""
+        axis = self.axis(position)
+        corners = position[self.skin.corners]
+        middle = corners.mean(axis=1)
+        reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1, initial=0.0)
+        way = self.way(middle, axis)
+        within = way.ahead + reach > 0.0
+        furthest = np.hypot(self.width, self.growth * (np.abs(way.ahead) + reach))
+        within &= np.linalg.norm(way.beside, axis=1) * way.width < CUT * furthest + reach
+        return np.flatnonzero(within & self.skin.whole)
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N], shape (…, node, 3); the opening gets the recoil."""
+        times = np.broadcast_to(time, position.shape[:-2])
+        for at in np.ndindex(times.shape):
+            self._push(float(times[at]), position[at], velocity[at], to[at])
+
+    def _push(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
+        thrust = self.thrust(time)
+        if not thrust > 0.0:
+            return
+        axis, met = self.axis(position), self.met(position)
+        to[self.opening[0]] -= thrust * axis.along
+        corners = self.skin.corners[met]
+        elements = _elements(self.skin.parts[met])
+        pushed = self._pushed(thrust, axis, met, elements, position[corners], velocity[corners])
+        pushed *= self._lit(axis, met, elements, position[corners])[:, None]
+        shared = elements.weights[:, :, None] * pushed[:, None, :]
+        np.add.at(to, corners[elements.owner], shared)
+
+    def _pushed(
+        self,
+        thrust: float,
+        axis: Axis,
+        met: Indices,
+        elements: Elements,
+        corners: Floats,
+        velocity: Floats,
+    ) -> Floats:
+        """Return the forces on elements that nothing shades [N], shape (element, 3).
+
+        Args:
+            met: The triangles.
+            corners, velocity: Theirs [m], [m/s], shape (triangle, 3, 3).
+        """
+        area, normal, slope = _facing(corners, axis.along)
+        part = area / self.skin.count[met] * self._turned(met, slope) * slope * slope
+        way = self.way(elements.at(corners), axis)
+        speed = np.sqrt(2.0 * thrust / (np.pi * self.density)) / way.width
+        speed *= np.exp(-_squares(way.beside))
+        flux = self.density * _left(speed, elements.at(velocity) @ axis.along)
+        flux *= _rise(way.ahead / (NEAR * self.bore)) * part[elements.owner]
+        return flux[:, None] * _along(normal, slope)[elements.owner]
+
+    def _turned(self, met: Indices, slope: Floats) -> NDArray[np.bool_]:
+        """Return which triangles can be pushed from where the jet comes."""
+        side = self.skin.side[met]
+        return self.skin.struck[met] & ((side == 0) | (side * slope < 0.0))
+
+    def _lit(self, axis: Axis, met: Indices, elements: Elements, corners: Floats) -> Floats:
+        """Return the parts V of the jet that come to elements, shape (element,)."""
+        _, normal, slope = _facing(corners, axis.along)
+        normal, points = _along(normal, slope), elements.at(corners)
+        level = np.einsum("tk,tk->t", normal, corners[:, 0])
+        blur, way = self.skin.blur[met], self.way(points, axis)
+        edge = self.way(corners, axis)
+        below, above = self._shaded(met, edge, slope)
+        # What is in a plane, but for rounding, shades nothing there.
+        height = np.einsum("pk,pik->pi", normal[above], corners[below]).max(axis=1)
+        may = height - level[above] > FLAT * blur[above]
+        one, shade = _with_elements(elements.owner, below[may], above[may], len(met))
+        deep = np.einsum("pk,pk->p", points[one], normal[shade]) - level[shade]
+        before = way.ahead[one] * np.abs(slope[shade]) - deep
+        inside = (deep > 0.0) & (before > 0.0)
+        one, shade, deep, before = (part[inside] for part in (one, shade, deep, before))
+        steep = np.abs(slope[shade])
+        cover = _rise(deep / (DEEP * blur[shade])) * _rise(steep / STEEP)
+        cover *= _rise(before / (steep * NEAR * self.bore))
+        soft = np.asarray(blur / edge.width.mean(axis=1))
+        for k in range(3):
+            start, stop = edge.beside[shade, k], edge.beside[shade, (k + 1) % 3]
+            distance = _left_of(stop - start, way.beside[one] - start)
+            cover *= _rise(0.5 + 0.5 * np.sign(slope[shade]) * distance / soft[shade])
+        total = np.bincount(one, cover, len(points)).astype(float, copy=False)
+        return 1.0 - _rise((total - LIT) / (DARK - LIT))
+
+    def _shaded(self, met: Indices, edge: Way, slope: Floats) -> tuple[Indices, Indices]:
+        """Return pairs of a triangle that is pushed and another one that is near it in ξ.
+
+        Args:
+            edge: Where the corners are, shape (triangle, 3).
+        """
+        middle = edge.beside.mean(axis=1)
+        reach = np.linalg.norm(edge.beside - middle[:, None], axis=2).max(axis=1, initial=0.0)
+        reach = SLACK * reach
+        span = reach + self.skin.blur[met] / edge.width.mean(axis=1)
+        lit = np.flatnonzero(self._turned(met, slope))
+        found = [np.zeros((2, 0), dtype=np.int64)]
+        step = max(1, AT_ONCE // max(len(met), 1))
+        for some in (lit[k : k + step] for k in range(0, len(lit), step)):
+            apart = np.linalg.norm(middle[some, None] - middle[None], axis=2)
+            one, other = np.nonzero(apart < reach[some, None] + span)
+            found.append(np.stack([some[one], other]))
+        below, above = np.concatenate(found, axis=1)
+        nodes = self.skin.corners[met]
+        joined = (nodes[below][:, :, None] == nodes[above][:, None]).any(axis=(1, 2))
+        return below[~joined], above[~joined]
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return the symmetric part of how forces fall with places [N/m], as they are lit now.
+
+        The other part belongs to no energy. Unless it is to be ``exact``, nothing is returned,
+        because what there is may be negative.
+
+        Args:
+            number: Of each node of the scene among those that may move, -1 for others.
+            size: How many may move; the matrix is of shape (3 size, 3 size).
+        """
+        from scipy.sparse import coo_matrix
+
+        shape, thrust = (3 * size, 3 * size), self.thrust(time)
+        if not exact or not thrust > 0.0:
+            return coo_matrix(shape)
+        axis, met = self.axis(position), self.met(position)
+        nodes = self.skin.corners[met]
+        corners, elements = position[nodes], _elements(self.skin.parts[met])
+        lit = self._lit(axis, met, elements, corners)
+        still, edge = np.zeros_like(corners), np.ptp(corners, axis=(0, 1)).max(initial=1e-12)
+        blocks = np.zeros((len(met), 9, 9))
+        for column in range(9):
+            step = np.zeros((3, 3))
+            step.flat[column] = SLIGHT * edge
+            for sign in (1.0, -1.0):
+                there = corners + sign * step
+                force = self._pushed(thrust, axis, met, elements, there, still) * lit[:, None]
+                shared = elements.weights[:, :, None] * force[:, None, :]
+                each = np.zeros((len(met), 3, 3))
+                np.add.at(each, elements.owner, shared)
+                blocks[:, :, column] -= sign * each.reshape(-1, 9) / (2.0 * SLIGHT * edge)
+        values = 0.5 * (blocks + blocks.swapaxes(1, 2))
+        place = (3 * number[nodes][:, :, None] + np.arange(3)).reshape(-1, 9)
+        rows = np.broadcast_to(place[:, :, None], values.shape)
+        columns = np.broadcast_to(place[:, None, :], values.shape)
+        moves = (rows >= 0) & (columns >= 0)
+        return coo_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that the jet puts into all nodes [W]."""
+        forces = np.zeros_like(position)
+        self._push(time, position, velocity, forces)
+        return float(np.vdot(forces, velocity))
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…): none."""
+        return np.zeros(position.shape[:-2])
+
+    def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is lost [W]: none, what fluid loses is not looked at."""
+        return 0.0
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        return 0.0
+
+    def noise(self, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+        size = float(np.abs(position).max(initial=0.0))
+        return self.density * self.flow**2 / self.bore**2 * (1.0 + size / self.width)
+
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
+        """Return how far below zero the jet may bring an eigenvalue [N/m]."""
+        return float(abs(self.matrix(time, position, number, size)).sum(axis=1).max())
+
+
+def _squares(vectors: Floats) -> Floats:
+    return np.einsum("...k,...k->...", vectors, vectors)
+
+
+def _facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return areas [m²], unit normals and their components along the jet, of triangles."""
+    normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    normal = normal / np.where(area > 0.0, area, 1.0)[:, None]
+    return area, normal, normal @ along
+
+
+def _along(normal: Floats, slope: Floats) -> Floats:
+    """Return normals turned to where the jet goes."""
+    return np.where(slope < 0.0, -1.0, 1.0)[:, None] * normal
+
+
+def _elements(parts: Indices) -> Elements:
+    """Return the elements of triangles that are divided into so many parts along an edge."""
+    tables = [shares(int(n)) for n in parts]
+    counts = np.array([len(table) for table in tables], dtype=np.int64)
+    weights = np.concatenate([*tables, np.zeros((0, 3))])
+    return Elements(np.repeat(np.arange(len(parts)), counts), weights)
+
+
+@lru_cache(maxsize=MOST)
+def shares(parts: int) -> Floats:
+    """Return the elements of a triangle as shares of its corners, shape (3 n², 3).
+
+    Each of n² equal parts has three, which integrate polynomials of second degree exactly.
+    """
+    i, j = (index.ravel() for index in np.indices((parts, parts)))
+    up, down = i + j < parts, i + j < parts - 1
+    ways = np.array([[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]]) / 6.0
+    starts = np.stack([i, j], axis=1)
+    points = [starts[up] + way for way in ways] + [starts[down] + 1.0 - way for way in ways]
+    one, other = np.concatenate(points).T / parts
+    return np.stack([1.0 - one - other, one, other], axis=1)
+
+
+def _with_elements(
+    owner: Indices, below: Indices, above: Indices, triangles: int
+) -> tuple[Indices, Indices]:
+    """Return all elements of the triangles ``below``, each with that ``above`` it."""
+    count = np.bincount(owner, minlength=triangles)
+    sizes = count[below]
+    first = (np.cumsum(count) - count)[below] - (np.cumsum(sizes) - sizes)
+    return np.arange(int(sizes.sum())) + np.repeat(first, sizes), np.repeat(above, sizes)
+
+
+def _left_of(edge: Floats, seen: Floats) -> Floats:
+    """Return how far points are to the left of edges; both are of shape (…, 2)."""
+    twice = edge[..., 0] * seen[..., 1] - edge[..., 1] * seen[..., 0]
+    return twice / (np.hypot(edge[..., 0], edge[..., 1]) + TINY)
+
+
+def _left(speed: Floats, away: Floats) -> Floats:
+    """Return the square of the speed that is left for what goes away [m²/s²].
+
+    What comes towards the jet meets what there is of it: beside a jet nothing is met.
+    """
+    slower = np.minimum(away, speed)
+    return speed * (speed - 2.0 * slower) + np.maximum(slower, 0.0) ** 2
+
+
+def _rise(part: Floats) -> Floats:
+    """Return a smooth step from 0 at 0 to 1 at 1."""
+    part = np.clip(part, 0.0, 1.0)
+    return part * part * (3.0 - 2.0 * part)
