@@ -4,8 +4,8 @@
 
 needs matplotlib (``pip install matplotlib``) and takes about twenty seconds. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
-``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis`` and ``ligature.tis``
-in ``library/scenes`` and of ``stroke.tis`` in ``language.md``, words from
+``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis`` and
+``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in ``language.md``, words from
 ``library/fuzzy/soft_tissue.tis``, laws from their formulas, and what springs remember from runs
 of a single spring.
 """
@@ -81,6 +81,9 @@ def main() -> None:
         path = run(library() / "scenes" / "ligature.tis", Path(folder) / "ligature.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(ligature(trajectory), "ligature.png")
+        path = run(library() / "scenes" / "suture.tis", Path(folder) / "suture.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(suture(trajectory), "suture.png")
         path = run(library() / "scenes" / "palpation.tis", Path(folder) / "palpation.vtkhdf")
         stroke = run(on_page("stroke.tis", Path(folder)), Path(folder) / "stroke.vtkhdf")
         with Trajectory.open(path) as pressed, Trajectory.open(stroke) as stroked:
@@ -391,6 +394,28 @@ def ligature(trajectory: Trajectory) -> plt.Figure:
         axes.set(aspect="equal", ylabel="z in mm", xlim=(-1, 27), ylim=(-4.6, 7.6))
         axes.set_title(title, loc="left", fontsize=9)
     rows[-1].set_xlabel("x in mm")
+    return figure
+
+
+def suture(trajectory: Trajectory) -> plt.Figure:
+    """Return two sheets and the stitches between them from above at three moments."""
+    figure, columns = plt.subplots(1, 3, figsize=(8.8, 2.4), layout="constrained", sharey=True)
+    titles = ("0 s", "0.4 s: two stitches drawn in", "1.2 s: tied and pulled")
+    sheets = trajectory.network.joints[0].springs.start
+    for axes, time, title in zip(columns, (0.0, 0.4, 1.2), titles, strict=True):
+        frame = int(np.argmin(np.abs(trajectory.times - time)))
+        cells = trajectory.cells(frame)
+        ends = 1e3 * trajectory.position[frame][cells.lines][:, :, [0, 1]]
+        is_sheet = cells.springs < sheets
+        axes.add_collection(
+            LineCollection(list(ends[is_sheet]), colors="#b5523f", linewidths=0.6)
+        )
+        axes.add_collection(
+            LineCollection(list(ends[~is_sheet]), colors=BLUE, linewidths=3.0, capstyle="round")
+        )
+        axes.set(aspect="equal", xlabel="x in mm", xlim=(-19, 21), ylim=(-1, 17))
+        axes.set_title(title, loc="left", fontsize=9)
+    columns[0].set_ylabel("y in mm")
     return figure
 
 

@@ -417,7 +417,10 @@ def test_only_threads_are_tightened_and_tied():
     with pytest.raises(CompileError) as caught:
         compiled_scene(text.replace("DURATION", "1 s"))
     messages = [d.message for d in caught.value.diagnostics]
-    assert messages == ["vessel is no body of mesh thread", "ends is no body of mesh thread"]
+    assert messages == [
+        "vessel is no body of mesh thread and no joint",
+        "ends is no body of mesh thread and no joint",
+    ]
 
 
 def test_moments_of_a_batch_have_their_own_rest_lengths():

@@ -17,7 +17,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.jets import buried_in
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
-from tissuec.network import BodyPart, Floats, Network
+from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.plan import RELAXATION
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
@@ -25,6 +25,8 @@ from tissuec.situation import Situation
 from tissuec.verbs import Action
 from tissuec.verbs.change import ChangeParameter
 from tissuec.verbs.settle import Settle
+from tissuec.verbs.tie import Tie
+from tissuec.verbs.tighten import is_of_joints
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
@@ -38,7 +40,7 @@ def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
 
 def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     """W301: a body that falls apart before anything is cut."""
-    for body, ends in _bodies(compiled):
+    for body, ends in _bodies(compiled, with_joints=True):
         # Nodes without any spring are a matter of their own.
         count = len(np.unique(topology.pieces(_size(body), ends)[np.unique(ends)]))
         if count > 1:
@@ -52,10 +54,12 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
 
 def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
     """W302: nodes that no spring holds."""
+    joined = compiled.network.ends[compiled.network.body_springs :]
     for body, ends in _bodies(compiled):
         if not len(ends):
             continue
-        loose = _size(body) - len(np.unique(ends))
+        own = joined[(joined >= body.nodes.start) & (joined < body.nodes.stop)]
+        loose = _size(body) - len(np.union1d(ends, own - body.nodes.start))
         if loose:
             yield Diagnostic(
                 "W302",
@@ -72,12 +76,15 @@ def floppy(compiled: Compiled) -> Iterator[Diagnostic]:
     for body, ends in _bodies(compiled):
         if not len(ends) or body.thread is not None:  # threads are meant to fold
             continue
+        nodes, springs = _with_joined(network, body)
+        ends = np.searchsorted(nodes, network.ends[springs]).astype(np.int32)
         modes = topology.floppy_modes(
-            network.position[body.nodes],
+            network.position[nodes],
             ends,
-            network.stiffness[body.springs],
-            network.rest[body.springs],
-            held[body.nodes],
+            network.stiffness[springs],
+            network.rest[springs],
+            # What it is joined to stands still, so that what is left is a mode of its own.
+            held[nodes] | (nodes < body.nodes.start) | (nodes >= body.nodes.stop),
         )
         if modes.checked and modes.count:
             yield Diagnostic(
@@ -104,7 +111,7 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network
     length = _drawn_lengths(network)
-    for body in network.bodies:
+    for body in network.parts:
         zero = np.flatnonzero(length[body.springs] == 0.0)
         if len(zero):
             ids = ", ".join(
@@ -163,7 +170,7 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
     """W305: rest lengths of zero or less, which make a spring pull for ever."""
     network = compiled.network
     drawn = _drawn_lengths(network)
-    for body in network.bodies:
+    for body in network.parts:
         rest = network.rest[body.springs]
         bad = rest[(rest <= 0.0) & (drawn[body.springs] > 0.0)]
         if len(bad):
@@ -205,6 +212,8 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
         match event.action:
             case ChangeParameter(array="strength" | "crush", is_factor=False, group=changed):
                 breakable[changed.indices] = True
+            case Tie(group=tied) if is_of_joints(network, tied):
+                breakable[tied.indices] = True
             case _:
                 pass
     for name in _ruptured(compiled.scene.declarations):
@@ -291,17 +300,17 @@ def _stiffest(compiled: Compiled) -> str:
     network = compiled.network
     ratio = network.sudden * (1.0 / network.mass[network.ends]).sum(axis=1)
     spring = int(ratio.argmax())
-    body = next(body for body in network.bodies if spring < body.springs.stop)
+    part = network.owner(spring)
     mass = float(network.mass[network.ends[spring]].min())
     return (
-        f"spring {network.spring_ids[spring]} of {body.name} has "
+        f"spring {network.spring_ids[spring]} of {part.name} has "
         f"{show(float(network.sudden[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
     )
 
 
 def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
-    """Return the tissues that some body is made of, each once."""
-    tissues: dict[str, Tissue] = {}
+    """Return the tissues that some body or joint is made of, each once."""
+    tissues = {joint.tissue.name: joint.tissue for joint in compiled.scene.joints.values()}
     for body in compiled.scene.bodies.values():
         for tissue in (body.tissue, *(region.tissue for region in body.regions)):
             if tissue is not None:
@@ -336,10 +345,32 @@ def _drawn_lengths(network: Network) -> Floats:
     return np.linalg.norm(second - first, axis=1)
 
 
-def _bodies(compiled: Compiled) -> Iterator[tuple[BodyPart, NDArray[np.int32]]]:
-    """Yield each body with the node pairs of its springs, numbered within the body."""
-    for body in compiled.network.bodies:
-        yield body, compiled.network.ends[body.springs] - np.int32(body.nodes.start)
+def _bodies(
+    compiled: Compiled, *, with_joints: bool = False
+) -> Iterator[tuple[BodyPart, NDArray[np.int32]]]:
+    """Yield each body with the node pairs of its springs, numbered within the body.
+
+    Args:
+        with_joints: Whether springs of joints between its nodes count as well.
+    """
+    network = compiled.network
+    joined = network.ends[network.body_springs :]
+    for body in network.bodies:
+        ends = network.ends[body.springs]
+        if with_joints:
+            inside = (joined >= body.nodes.start) & (joined < body.nodes.stop)
+            ends = np.concatenate([ends, joined[inside.all(axis=1)]])
+        yield body, ends - np.int32(body.nodes.start)
+
+
+def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
+    """Return a body's nodes and springs, with springs that join it and nodes at their ends."""
+    joined = network.ends[network.body_springs :]
+    beside = ((joined >= body.nodes.start) & (joined < body.nodes.stop)).any(axis=1)
+    nodes = np.union1d(np.arange(body.nodes.start, body.nodes.stop), joined[beside])
+    springs = np.arange(body.springs.start, body.springs.stop)
+    further = network.body_springs + np.flatnonzero(beside)
+    return nodes.astype(np.int64), np.append(springs, further)
 
 
 def _size(body: BodyPart) -> int:

@@ -16,6 +16,7 @@ from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.drawing import Drawing, draw
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
+from tissuec.compiling.joints import JointArrays, build_joints
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.remembering import inelastic_of, with_memory
@@ -26,7 +27,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
 from tissuec.meshes import Celled
-from tissuec.network import BodyPart, Network, Provenance
+from tissuec.network import BodyPart, JointPart, Network, Provenance
 from tissuec.plan import RELAXATION, Event, Expectation, Plan, Simulation
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
@@ -64,11 +65,14 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     drawings, built = _bodies(scene, findings)
     # What can touch stands first, so that its nodes follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
-    network = with_memory(with_tools(join(built), tools, scene.environment))
-    _refuse_method(scene, network, findings)
     groups = Groups(scene.declarations, _place(drawings), scene.constants)
+    joints = build_joints(scene, groups, findings)
+    is_whole = len(built) == len(drawings)  # or nodes and springs have other numbers
+    joined = join(built, joints if is_whole else ())
+    network = with_memory(with_tools(joined, tools, scene.environment))
+    _refuse_method(scene, network, findings)
     groups.choose_all()
-    plan = _plan(scene, network, groups, findings)
+    plan = _plan(scene, network, groups, findings, is_whole=is_whole)
     findings.raise_errors()
     assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
     return Compiled(scene, network, plan, groups)
@@ -110,36 +114,40 @@ def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyA
     return drawings, built
 
 
-def join(bodies: Sequence[BodyArrays]) -> Network:
-    """Return the network of several bodies, one behind the other."""
+def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:
+    """Return the network of several bodies, one behind the other, and of their joints."""
+    parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)])
-    springs = np.cumsum([0, *(len(body.mesh.ends) for body in bodies)])
+    springs = np.cumsum([0, *(len(part.law) for part in parts)])
 
     def every(
         pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type
     ) -> NDArray:
-        parts = [np.asarray(pick(body), dtype=kind) for body in bodies]
-        return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts])
+        picked = [np.asarray(pick(body), dtype=kind) for body in bodies]
+        return np.concatenate([np.zeros((0, *shape), dtype=kind), *picked])
+
+    def both(pick: Callable[[BodyArrays | JointArrays], NDArray], kind: type) -> NDArray:
+        picked = [np.asarray(pick(part), dtype=kind) for part in parts]
+        return np.concatenate([np.zeros(0, dtype=kind), *picked])
 
     shifted = list(zip(bodies, nodes, strict=False))
-    laws = tuple(dict.fromkeys([LINEAR, *(law for body in bodies for law in body.laws)]))
+    laws = tuple(dict.fromkeys([LINEAR, *(law for part in parts for law in part.laws)]))
     numbers: dict[str, Any] = {
-        name: every(lambda b, name=name: b.arrays[name], (), np.float64) for name in ARRAYS
+        name: both(lambda p, name=name: p.arrays[name], np.float64) for name in ARRAYS
     }
+    ends = [*(b.mesh.ends + np.int32(n) for b, n in shifted), *(joint.ends for joint in joints)]
     return Network(
         position=every(lambda b: b.mesh.position, (3,), np.float64),
         velocity=every(lambda b: b.velocity, (3,), np.float64),
         **numbers,
-        law=every(lambda b: np.array([laws.index(law) for law in b.laws])[b.law], (), np.int32),
+        law=both(lambda p: np.array([laws.index(law) for law in p.laws])[p.law], np.int32),
         laws=laws,
-        ends=np.concatenate(
-            [np.zeros((0, 2), np.int32), *(b.mesh.ends + np.int32(n) for b, n in shifted)]
-        ),
+        ends=np.concatenate([np.zeros((0, 2), np.int32), *ends]),
         skin=np.concatenate(
             [np.zeros((0, 3), np.int32), *(b.mesh.skin + np.int32(n) for b, n in shifted)]
         ),
         node_ids=every(lambda b: b.node_ids, (), np.int64),
-        spring_ids=every(lambda b: b.spring_ids, (), np.int64),
+        spring_ids=both(lambda p: p.spring_ids, np.int64),
         bodies=tuple(
             BodyPart(
                 body.body.name,
@@ -156,10 +164,15 @@ def join(bodies: Sequence[BodyArrays]) -> Network:
             )
         ),
         provenance={
-            name: _join_provenance([body.provenance[name] for body in bodies])
-            for name in ARRAYS
+            name: _join_provenance([part.provenance[name] for part in parts]) for name in ARRAYS
         },
-        inelastic=inelastic_of([body.arrays for body in bodies], np.diff(springs).tolist()),
+        joints=tuple(
+            JointPart(one.joint.name, slice(int(first), int(last)), one.joint.span)
+            for one, first, last in zip(
+                joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
+            )
+        ),
+        inelastic=inelastic_of([part.arrays for part in parts], np.diff(springs).tolist()),
     )
 
 
@@ -206,7 +219,14 @@ def _adds_energy(simulation: Simulation) -> bool:
     return named and not INTEGRATORS[simulation.integrator].promises
 
 
-def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) -> Plan:
+def _plan(
+    scene: Scene, network: Network, groups: Groups, findings: Findings, *, is_whole: bool
+) -> Plan:
+    """Return what happens in a scene.
+
+    Args:
+        is_whole: Whether ``network`` has all bodies that ``groups`` know.
+    """
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
     single = scene.declarations.single
@@ -221,7 +241,7 @@ def _plan(scene: Scene, network: Network, groups: Groups, findings: Findings) ->
                 check_holds(script.events, network.tools, certain=not script.triggers)
             )
         for action in (event.action for event in _events(script)):
-            if isinstance(action, Demanding) and (flaw := action.flaw(network)):
+            if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)
     contact = None
     with findings.item():

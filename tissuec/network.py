@@ -99,6 +99,15 @@ class BodyPart:
 
 
 @dataclass(frozen=True, slots=True)
+class JointPart:
+    """Which springs a joint has; their nodes are those of bodies."""
+
+    name: str
+    springs: slice
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class ToolPart:
     """Which nodes carry the shape of an instrument, and its kind."""
 
@@ -145,6 +154,7 @@ class Network:
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
         spring_ids: The same for springs, shape (spring,).
         bodies: The parts of the arrays that belong to each body.
+        joints: Springs behind those of the bodies that join them.
         tools: Nodes behind those of the bodies that carry the shapes of instruments.
         memories: Hidden nodes behind all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
@@ -169,6 +179,7 @@ class Network:
     spring_ids: Indices
     bodies: tuple[BodyPart, ...]
     provenance: Mapping[str, Provenance]
+    joints: tuple[JointPart, ...] = ()
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
     inelastic: Inelastic | None = None
@@ -232,6 +243,20 @@ class Network:
         return max((body.nodes.stop for body in self.bodies), default=0)
 
     @property
+    def body_springs(self) -> int:
+        """Return how many springs belong to bodies; they stand first."""
+        return self.joints[0].springs.start if self.joints else self.spring_count
+
+    @property
+    def parts(self) -> tuple[BodyPart | JointPart, ...]:
+        """Return all that springs belong to, in the order of their numbers."""
+        return (*self.bodies, *self.joints)
+
+    def owner(self, spring: int) -> BodyPart | JointPart:
+        """Return what a spring belongs to."""
+        return next(part for part in self.parts if spring < part.springs.stop)
+
+    @property
     def bends(self) -> NDArray[np.bool_]:
         """Return which springs resist bending only, shape (spring,)."""
         bends = np.zeros(self.spring_count, dtype=bool)
@@ -248,6 +273,11 @@ class Network:
     def threads(self) -> dict[str, Thread]:
         """Return the bodies that are threads, by name."""
         return {body.name: body.thread for body in self.bodies if body.thread is not None}
+
+    @property
+    def can_be_drawn_in(self) -> bool:
+        """Return whether there are springs whose length can be changed in time."""
+        return bool(self.threads or self.joints)
 
     @property
     def present(self) -> NDArray[np.bool_]:

@@ -79,7 +79,7 @@ def command(
 
 
 def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
-    """Return the tissue asked for; otherwise those that bodies use, or all without bodies."""
+    """Return the tissue asked for; otherwise those that are used, or all where none is."""
     from tissuec.lang import syntax as s
     from tissuec.lang.walk import walk
 
@@ -92,7 +92,8 @@ def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
         return [known[key]]
     used = {
         part.phrase.words[0].key
-        for declared in words.declarations.of("body").values()
+        for kind in ("body", "joint")
+        for declared in words.declarations.of(kind).values()
         for part in walk(declared.item)
         if isinstance(part, s.Sentence) and part.name.key == "tissue" and part.phrase
     }

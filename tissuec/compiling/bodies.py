@@ -17,6 +17,16 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
 from tissuec.scene.values import LARGEST_NUMBER
 
+#: Arrays whose entries are finite, and what they are called.
+_FINITE = {
+    "velocity": "velocity",
+    "length": "length",
+    "mass": "mass",
+    "stiffness": "spring constant",
+    "damping": "viscosity",
+    "rest": "rest length",
+}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyArrays:
@@ -44,8 +54,8 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     if drawing.thread is not None:
         arrays, law, laws = with_slipping(arrays, law, laws, drawing.thread)
     velocity = _velocity(body, drawing, arrays["mass"])
-    _check_sizes(body, arrays, velocity, findings)
-    _check_laws(body, arrays["rest"], law, laws, findings)
+    check_sizes(body, arrays | {"velocity": velocity}, findings)
+    check_laws(body, arrays["rest"], law, laws, findings)
     return BodyArrays(
         body,
         drawing.mesh,
@@ -74,26 +84,18 @@ def _velocity(body: Body, drawing: Drawing, mass: Floats) -> Floats:
     return velocity
 
 
-def _check_sizes(
-    body: Body, arrays: dict[str, Floats], velocity: Floats, findings: Findings
-) -> None:
+def check_sizes(body: Body, arrays: dict[str, Floats], findings: Findings) -> None:
     """Reject a body whose numbers are too large or too small to be reckoned with."""
-    named = {
-        "velocity": velocity,
-        "mass": arrays["mass"],
-        "spring constant": arrays["stiffness"],
-        "viscosity": arrays["damping"],
-        "rest length": arrays["rest"],
-    }
+    named = {word: arrays[name] for name, word in _FINITE.items() if name in arrays}
     for name in (name for name in INELASTIC if name in arrays):
         named[name] = arrays[name][np.isfinite(arrays[name])]
     refuse_sizes(body, named, findings)
-    if np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
-        message = f"body {body.name} has a mass that is too small to reckon with"
+    if "mass" in arrays and np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
+        message = f"{body.name} has a mass that is too small to reckon with"
         findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
 
 
-def _check_laws(
+def check_laws(
     body: Body, rest: Floats, law: NDArray[np.int32], laws: tuple[Law, ...], to: Findings
 ) -> None:
     """Reject a spring without a rest length whose law divides by it."""

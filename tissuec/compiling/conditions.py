@@ -159,12 +159,18 @@ class Conditions:
             unnamed(text, span, self.findings)
         known = [tool.name for tool in self.tools.values()]
         known += [d.name.text for d in self.groups.declared.values()]
-        known += [placed.drawing.body.name for placed in self.groups.bodies.values()]
+        known += self.groups.names_of_parts()
         self.findings.reject(
             "TIS301",
             f'there is no set, body or tool called "{text}"',
             span,
-            hint=alternatives(text, known, what="sets, bodies and tools"),
+            hint=alternatives(
+                text,
+                known,
+                what="sets, bodies, joints and tools"
+                if self.groups.named_joints
+                else "sets, bodies and tools",
+            ),
         )
 
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:

@@ -85,7 +85,7 @@ def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) ->
     """Reject a body with numbers, by the name of what they are, too large to reckon with."""
     for name, values in named.items():
         if not np.all(np.abs(values) < LARGEST_NUMBER):
-            message = f"body {body.name} has a {name} that is too large to reckon with"
+            message = f"{body.name} has a {name} that is too large to reckon with"
             findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
 
 

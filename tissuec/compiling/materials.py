@@ -75,8 +75,11 @@ class MaterialReader:
 
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
+        return {"mass": self._mass(), **self.read_springs()}
+
+    def read_springs(self) -> dict[str, Explained]:
+        """Return every parameter array of springs, by name."""
         arrays = {
-            "mass": self._mass(),
             "stiffness": self._shared("spring constant"),
             "damping": self._shared("viscosity"),
             "rest": self._rest(),

@@ -66,9 +66,9 @@ def with_memory(network: Network) -> Network:
     spring = np.nonzero(has.T)[0][::3]
     home = network.position[network.ends[spring, 0]]
     assert len(home) == ceil(count / 3)
-    body = next(body for body in network.bodies if spring[0] < body.springs.stop)
+    part = network.owner(int(spring[0]))
     mass = float(network.mass[: network.body_nodes].min())
-    known = network.with_memory(SPRINGS, home, mass, Origin(body.span, "memory"))
+    known = network.with_memory(SPRINGS, home, mass, Origin(part.span, "memory"))
     return replace(known, inelastic=replace(inelastic, slot=slot, rate=rate))
 
 

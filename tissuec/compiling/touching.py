@@ -197,8 +197,8 @@ def _owners(network: Network) -> Indices:
 
 
 def _mean_length(network: Network) -> float:
-    """Return the mean length of the springs as drawn [m]; NaN without any."""
-    ends = network.position[network.ends]
+    """Return the mean length of the springs of bodies as drawn [m]; NaN without any."""
+    ends = network.position[network.ends[: network.body_springs]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return float(lengths.mean()) if len(lengths) else float("nan")
 
@@ -220,8 +220,9 @@ def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> N
 
 def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
     """Return the mean over the nodes of what their springs resist with [N/m]."""
-    steep = network.behaviour().steepness(np.zeros(network.spring_count))
-    each = np.bincount(network.ends.ravel(), np.repeat(steep, 2), network.body_nodes)
+    own = slice(network.body_springs)  # and not those of joints, which may be few and stiff
+    steep = network.behaviour().steepness(np.zeros(network.spring_count))[own]
+    each = np.bincount(network.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes)
     if each.any():
         return float(each[each > 0.0].mean())
     _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)
@@ -232,7 +233,7 @@ def _layer(
 ) -> float:
     """Return a tenth of the mean length of a spring, and no more than thin tools allow [m]."""
     thin = THINNEST * radius[radius > 0.0]
-    if network.spring_count:
+    if network.body_springs:
         return min(SOFTEST_LAYER * _mean_length(network), float(thin.min(initial=np.inf)))
     if len(thin):
         return SOFTEST_LAYER * float(thin.min())

@@ -200,8 +200,9 @@ class Layout:
             acting |= situation.alive & self.moved[ends].any(axis=1)
         if situation.inelastic is not None:
             acting |= situation.alive & situation.inelastic.remembers
-            for reeling in situation.reelings.values():
-                acting[reeling.springs] = situation.alive[reeling.springs]
+        # Whoever draws them in does work on them, also where their ends are held.
+        for reeling in situation.reelings.values():
+            acting[reeling.springs] = situation.alive[reeling.springs]
         return acting
 
     @property
@@ -217,7 +218,7 @@ class Layout:
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
             # Whatever may be drawn in, lest a second variant is compiled when it is.
-            reeled=bool(self.situation.network.threads),
+            reeled=self.situation.network.can_be_drawn_in,
             touched=self.situation.contact is not None,
             # Whatever may be irrigated, for the same reason.
             rinsed=any(tool.kind == "nozzle" for tool in self.situation.network.tools),

@@ -56,7 +56,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     if REELED:
         reel(time, rest, net.reels, net.acts)
         if LEDGER:
-            work -= reeled(time, x, net)
+            work -= reeled(time, x, v, net)
     for i in range(a.size):
         a[i] = 0.0
     for node in range(first.size - 1):
@@ -138,16 +138,20 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     return near
 
 
-def reeled(time: float, x: Floats, net: Net) -> float:
+def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
     """Return the power that springs do on what changes their rest lengths [W]."""
     power, reels = 0.0, net.reels
     for k in range(reels.spring.size):
-        s, i, j = reels.spring[k], 3 * reels.low[k], 3 * reels.high[k]
+        s, i, j = int(reels.spring[k]), 3 * reels.low[k], 3 * reels.high[k]
         r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
         stretch = sqrt(r0 * r0 + r1 * r1 + r2 * r2) - net.rest[s]
+        if INELASTIC:
+            stretch -= flowed(s, v, net.internal)
         tension = net.stiffness[s] * stretch
         if CURVED:
             tension = pull(net.law[s], stretch, net.stiffness[s], net.rest[s])
+        if INELASTIC:
+            tension += pull_of_branches(s, stretch, v, net.internal)
         power += tension * reel_rate(k, time, reels, net.acts)
     return float(power)
 

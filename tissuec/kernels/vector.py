@@ -159,7 +159,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         near = near or bool((tension < -net.near_crush).any())
     if net.ledger:
         power[1] = net.lost + (np.dot(net.length, net.closing) if net.viscous else 0.0)
-        power[0] = np.dot(net.push, v) - _reeled(time, x, net)
+        power[0] = np.dot(net.push, v) - _reeled(time, x, v, net)
     np.multiply(tension, net.inverse, out=tension)
     np.multiply(net.r, tension, out=net.f[0])
     np.negative(net.f[0], out=net.f[1])
@@ -229,7 +229,7 @@ def _pull(time: float, v: Floats, f: Floats, net: VectorNet) -> float:
     return power
 
 
-def _reeled(time: float, x: Floats, net: VectorNet) -> float:
+def _reeled(time: float, x: Floats, v: Floats, net: VectorNet) -> float:
     """Return the power that springs do on what changes their rest lengths [W]."""
     reels = net.reels
     if not reels.spring.size:
@@ -237,7 +237,13 @@ def _reeled(time: float, x: Floats, net: VectorNet) -> float:
     r = x.reshape(-1, 3)[reels.high] - x.reshape(-1, 3)[reels.low]
     stretch = -net.rest
     stretch[reels.spring] += np.sqrt(np.einsum("sk,sk->s", r, r))
-    tension = net.behaviour.pull(stretch)[reels.spring]
+    if net.inelastic is None:
+        tension = net.behaviour.pull(stretch)[reels.spring]
+    else:
+        variables = net.inelastic.variables(v)
+        stretch -= variables[-1]
+        pull = net.behaviour.pull(stretch) + net.inelastic.pull(stretch, variables)
+        tension = pull[reels.spring]
     rates = [reel_rate(k, time, reels, net.acts) for k in range(reels.spring.size)]
     return float(np.dot(tension, rates))
 

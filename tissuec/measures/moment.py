@@ -106,9 +106,11 @@ class Moment:
 
     @cached_property
     def pieces(self) -> NDArray[np.int32]:
-        """Return which connected piece of the net each node belongs to, shape (node,)."""
+        """Return which connected piece of its body each node belongs to, shape (node,)."""
         network = self.situation.network
-        return topology.pieces(network.node_count, network.ends, self.situation.alive)
+        own = slice(network.body_springs)  # joints hold pieces together, and leave them pieces
+        ends, alive = network.ends[own], self.situation.alive[own]
+        return topology.pieces(network.node_count, ends, alive)
 
     @cached_property
     def energies(self) -> mechanics.Energies:

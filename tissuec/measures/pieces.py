@@ -15,7 +15,8 @@ from tissuec.network import Floats
 class Pieces(Scalar):
     """The number of connected pieces of the net that the nodes of A belong to.
 
-    Two nodes are in one piece where intact springs lead from one to the other, inside A or not.
+    Two nodes are in one piece where intact springs lead from one to the other, inside A or not,
+    but for those of joints, which hold pieces together and leave them pieces.
     """
 
     form = "count(pieces of A)"

@@ -19,6 +19,7 @@ from tissuec.reference.markdown import code, described, fenced, summary, table
 from tissuec.scene import settings
 from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
 from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.joints import JOINT_ENTRIES
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES, Quantity
 from tissuec.scene.schema import entries_of
@@ -40,6 +41,7 @@ def parts() -> dict[str, str]:
         "viscosity laws": law_sections("viscosity law", VISCOSITY_LAWS),
         "body entries": entry_table(BODY_ENTRIES),
         "meshes": mesh_sections(),
+        "joint entries": entry_table(JOINT_ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
         "tools": tool_sections(),

@@ -1,5 +1,6 @@
 """The network and the recording in a result file: written once, read to resume and to show."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import h5py
@@ -9,7 +10,7 @@ from tissuec.core.source import Source, Span
 from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.code import parse
-from tissuec.network import BodyPart, Grid, MemoryPart, Network
+from tissuec.network import BodyPart, Grid, JointPart, MemoryPart, Network
 from tissuec.results import access
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.store import TEXT, Store, describe
@@ -61,6 +62,11 @@ def write_network(store: Store, network: Network) -> None:
     grids = np.array([b.grid or (0, 0, 0) for b in bodies], dtype=np.int64).reshape(-1, 3)
     text = "rows, columns, and 1 if the last column is joined to the first; 0 without a grid"
     store.array(f"{NETWORK}/bodies/grid", grids, text)
+    if network.joints:
+        rows = np.array([_range(joint.springs) for joint in network.joints], dtype=np.int64)
+        text = f"{table['springs'][0]} of each joint"
+        store.array(f"{NETWORK}/joints/springs", rows, text)
+        _write_names(store, f"{NETWORK}/joints", "joint", network.joints)
     shown = np.array([network.shown_nodes, network.node_count])
     text = "first hidden node, which only remembers something, and the one behind the last"
     store.array(f"{NETWORK}/hidden", shown, text)
@@ -76,10 +82,16 @@ def write_network(store: Store, network: Network) -> None:
     }.items():
         described = laws.create_dataset(name, data=texts, dtype=TEXT, shape=(len(texts),))
         describe(described, "", description)
-    names = store.group(f"{NETWORK}/bodies").create_dataset(
-        "name", data=[body.name for body in bodies], dtype=TEXT, shape=(len(bodies),)
-    )
-    describe(names, "", "name of each body")
+    _write_names(store, f"{NETWORK}/bodies", "body", bodies)
+
+
+def _write_names(
+    store: Store, path: str, what: str, parts: Sequence[BodyPart | JointPart]
+) -> None:
+    data = [part.name for part in parts]
+    group = store.group(path)
+    names = group.create_dataset("name", data=data, dtype=TEXT, shape=(len(data),))
+    describe(names, "", f"name of each {what}")
 
 
 def read_network(file: h5py.File, source: Source) -> Network:
@@ -115,9 +127,21 @@ def read_network(file: h5py.File, source: Source) -> Network:
         **arrays,
         laws=tuple(Law(n, parse(e), parse(v)) for n, e, v in zip(*texts, strict=True)),
         bodies=bodies,
+        joints=_read_joints(file, span),
         provenance={},
         memories=memories,
         inelastic=inelastic,
+    )
+
+
+def _read_joints(file: h5py.File, span: Span) -> tuple[JointPart, ...]:
+    if not _holds(file, "joints"):
+        return ()
+    group = access.group(file, f"{NETWORK}/joints")
+    springs = access.array(group, "springs").tolist()
+    return tuple(
+        JointPart(name, slice(*place), span)
+        for name, place in zip(access.texts(group, "name"), springs, strict=True)
     )
 
 

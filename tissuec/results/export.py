@@ -12,7 +12,6 @@ import numpy as np
 from tissuec.core.errors import alternatives
 from tissuec.network import Floats
 from tissuec.results.errors import ResultError
-from tissuec.results.recording import body_of
 from tissuec.results.shapes import Shape, cannot_write, write_obj, write_vtu
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
@@ -192,6 +191,6 @@ def _spring_name(trajectory: Trajectory, number: int) -> str:
     """Return the id of a spring, with its body where there are several that count their own."""
     network = trajectory.network
     identity = str(network.spring_ids[number])
-    if len(network.bodies) < 2:
+    if len(network.parts) < 2:
         return identity
-    return f"{body_of(network, int(network.ends[number, 0]))}:{identity}"
+    return f"{network.owner(number).name}:{identity}"

@@ -21,6 +21,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
             "nodes": network.body_nodes,
             "springs": network.spring_count,
             "bodies": [body.name for body in network.bodies],
+            **({"joints": [joint.name for joint in network.joints]} if network.joints else {}),
         },
         "frames": {
             "count": len(times),

@@ -40,9 +40,8 @@ def check_finite(
     place = tuple(np.argwhere(~finite)[0])
     number = int(numbers[place[1]])
     ids = network.node_ids if what == "node" else network.spring_ids
-    node = number if what == "node" else int(network.ends[number, 0])
-    body = body_of(network, node)
-    owner = f' of "{body}"' if body else ""
+    name = body_of(network, number) if what == "node" else network.owner(number).name
+    owner = f' of "{name}"' if name else ""
     fits = " in single precision" if data.dtype == np.float32 else ""
     raise ValueError(
         f"the {quantity} of {what} {ids[number]}{owner} is {data[place]}{fits} "

@@ -44,13 +44,19 @@ def explain_action(failure: Failed, situation: Situation) -> str:
 def describe_spring(situation: Situation, spring: int) -> str:
     """Return a spring by the author's numbers, with its constant and where that is from."""
     network = situation.network
-    first, second = network.node_ids[network.ends[spring]]
+    first, second = (_named(network, int(node), spring) for node in network.ends[spring])
     constant = show(float(situation.stiffness[spring]), STIFFNESS)
     return (
-        f"spring {network.spring_ids[spring]}{_of_body(network, spring, 'springs')} between "
+        f"spring {network.spring_ids[spring]} of {network.owner(spring).name} between "
         f"the nodes {first} and {second}, with a spring constant of {constant}"
         f"{_origin(network, 'stiffness', spring)}"
     )
+
+
+def _named(network: Network, node: int, spring: int) -> str:
+    """Return the end of a spring by its number, with its body where the spring has none."""
+    is_joint = spring >= network.body_springs
+    return f"{network.node_ids[node]}{_of_body(network, node) if is_joint else ''}"
 
 
 def describe_node(situation: Situation, node: int) -> str:
@@ -58,16 +64,15 @@ def describe_node(situation: Situation, node: int) -> str:
     network = situation.network
     mass = show(float(situation.mass[node]), MASS)
     return (
-        f"node {network.node_ids[node]}{_of_body(network, node, 'nodes')}, "
+        f"node {network.node_ids[node]}{_of_body(network, node)}, "
         f"with a mass of {mass}"
         f"{_origin(network, 'mass', node)}"
     )
 
 
-def _of_body(network: Network, number: int, part: str) -> str:
+def _of_body(network: Network, node: int) -> str:
     for body in network.bodies:
-        place: slice = getattr(body, part)
-        if place.start <= number < place.stop:
+        if body.nodes.start <= node < body.nodes.stop:
             return f" of {body.name}"
     return ""
 

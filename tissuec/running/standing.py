@@ -83,7 +83,7 @@ def _known(network: Network, plan: Plan) -> list[object]:
     contact = [] if plan.contact is None else [plan.contact]
     inelastic = [] if network.inelastic is None else [network.inelastic]
     spans += [part.span for part in contact]
-    spans += [plan.simulation.span, *(body.span for body in network.bodies)]
+    spans += [plan.simulation.span, *(part.span for part in network.parts)]
     spans += [origin.span for part in network.provenance.values() for origin in part.origins]
     sources = {id(span.source): span.source for span in spans}.values()
     arrays = [array for array in arrays if isinstance(array, np.ndarray)]

@@ -14,6 +14,7 @@ from tissuec.meshes import MESHES, Generator
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
 from tissuec.scene.given import read_given
 from tissuec.scene.model import Bending, Body, Given, Region, Tables, Tissue, WrittenLaws
 from tissuec.scene.tables import explicit_tables, tables_of
@@ -66,6 +67,33 @@ def read_body(
     """Return a body from its block, or reject it if it cannot be drawn."""
     assert isinstance(item, s.Block)
     return _BodyReader(name, item, tissues, laws, declarations, scope).read()
+
+
+def read_tissue(
+    item: s.Assign | s.Sentence | s.Block,
+    tissues: Mapping[str, Tissue],
+    declarations: Declarations,
+    scope: Scope,
+) -> Tissue:
+    """Return what ``tissue is …`` names."""
+    name = schema.word_of(item, scope, example="tissue is fallopian tube")
+    declarations.find("tissue", name, scope.findings)
+    if name.key not in tissues:
+        scope.findings.stop()  # the tissue itself was found wrong
+    return tissues[name.key]
+
+
+def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> bool:
+    """Return what ``rupture is …`` says."""
+    phrase = None if isinstance(item, s.Assign) else item.phrase
+    if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
+        findings.reject(
+            "TIS305",
+            "rupture is either allowed or not",
+            item.span,
+            hint="write rupture is allowed, or rupture is not allowed",
+        )
+    return phrase.kind == "word"
 
 
 class _BodyReader:
@@ -161,7 +189,7 @@ class _BodyReader:
         elif key == "tissue":
             self.tissue = self._tissue(item)
         elif key == "rupture":
-            self.may_rupture = self._rupture(item)
+            self.may_rupture = read_rupture(item, self.findings)
         elif key == "bending":
             part = self._bending(item)
             self.bending = Bending(part, item.span) if part else None
@@ -202,22 +230,7 @@ class _BodyReader:
         )
 
     def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
-        name = schema.word_of(item, self.scope, example="tissue is fallopian tube")
-        self.declarations.find("tissue", name, self.findings)
-        if name.key not in self.tissues:
-            self.findings.stop()  # the tissue itself was found wrong
-        return self.tissues[name.key]
-
-    def _rupture(self, item: s.Assign | s.Sentence | s.Block) -> bool:
-        phrase = None if isinstance(item, s.Assign) else item.phrase
-        if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
-            self.findings.reject(
-                "TIS305",
-                "rupture is either allowed or not",
-                item.span,
-                hint="write rupture is allowed, or rupture is not allowed",
-            )
-        return phrase.kind == "word"
+        return read_tissue(item, self.tissues, self.declarations, self.scope)
 
     def _bending(self, item: s.Assign | s.Sentence | s.Block) -> float:
         """Return how stiff bending springs are beside those of the tissue."""

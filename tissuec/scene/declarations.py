@@ -14,12 +14,15 @@ from tissuec.scene.library import Library
 T = TypeVar("T")
 
 #: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
-NAMED = ("property", "quantity", "rules", "law", "tissue", "body", "tool", "learn")
+NAMED = ("property", "quantity", "rules", "law", "tissue", "body", "joint", "tool", "learn")
 #: Blocks that stand once in a scene.
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
 SINGLE = ("environment", "script", "simulate", "output")
 TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
+
+#: Of these, those whose head is a name alone.
+_BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "learn")
 
 #: How parts are written that begin otherwise than with their name and a block.
 _EXAMPLES = {
@@ -28,10 +31,7 @@ _EXAMPLES = {
     "hedge": "hedge very = shift(50 %, outward)",
     "property": "property NAME from 0 to 1 { … }",
     "quantity": "quantity NAME from 1 N/m to 9 N/m { … }",
-    **{
-        kind: f"{kind} NAME {{ … }}"
-        for kind in ("rules", "law", "tissue", "body", "tool", "learn")
-    },
+    **{kind: f"{kind} NAME {{ … }}" for kind in _BLOCKS},
 }
 
 
@@ -95,7 +95,7 @@ class Declarations:
 
 
 #: Kinds whose names stand side by side in sentences and so must differ from one another.
-_NAMESPACES = (("param", "let", "set", "body", "tool"), ("property", "quantity"))
+_NAMESPACES = (("param", "let", "set", "body", "joint", "tool"), ("property", "quantity"))
 
 
 def collect(program: Program, findings: Findings) -> Declarations:
@@ -189,7 +189,7 @@ def _declare(
     kind: str, name: s.Name, item: s.Item, to: Declarations, findings: Findings
 ) -> None:
     clauses = getattr(item, "clauses", ())
-    if kind in ("tissue", "body", "tool", "rules", "law", "learn") and clauses:
+    if kind in _BLOCKS and clauses:
         clause = clauses[0]
         if not (kind == "tissue" and clause.word == "like" and len(clauses) == 1):
             quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"

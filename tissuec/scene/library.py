@@ -13,7 +13,7 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 
 SUFFIX = ".tis"
-SCENE_BLOCKS = ("body", "environment", "script", "simulate", "output")
+SCENE_BLOCKS = ("body", "joint", "environment", "script", "simulate", "output")
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,6 +151,23 @@ class Body:
     span: Span
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """Springs from nodes to others.
+
+    Attributes:
+        ends: Sets or bodies on either side.
+        reach: Drawn length up to which nodes are joined [m]; infinite if not written.
+    """
+
+    name: str
+    ends: tuple[s.Name, s.Name]
+    reach: float
+    tissue: Tissue
+    may_rupture: bool
+    span: Span
+
+
 @dataclass(frozen=True, slots=True)
 class Tool:
     """An instrument.
@@ -228,6 +245,7 @@ class Scene:
     vocabulary: Vocabulary
     tissues: Mapping[str, Tissue]
     bodies: Mapping[str, Body]
+    joints: Mapping[str, Joint]
     tools: Mapping[str, Tool]
     environment: Environment
     simulation: Simulation

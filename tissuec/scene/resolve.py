@@ -11,6 +11,7 @@ from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
+from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
 from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
 from tissuec.scene.parameters import Constants, read_overrides
@@ -55,6 +56,11 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         lambda d: read_body(d.name, d.item, words.tissues, words.laws, declarations, scope),
         findings,
     )
+    joints = declarations.read_each(
+        "joint",
+        lambda d: read_joint(d.name, d.item, words.tissues, declarations, scope),
+        findings,
+    )
     tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
     _check_parts(program, declarations, findings)
     # Both stand in for what may be wrong; in a run without end, nothing comes too late.
@@ -76,6 +82,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         vocabulary=words.vocabulary,
         tissues=words.tissues,
         bodies=bodies,
+        joints=joints,
         tools=tools,
         environment=environment,
         simulation=simulation,

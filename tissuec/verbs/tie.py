@@ -14,7 +14,7 @@ from tissuec.situation import Situation
 from tissuec.threads import Knot
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
-from tissuec.verbs.tighten import no_thread
+from tissuec.verbs.tighten import is_of_joints, not_to_be_drawn
 
 #: What knots hold, as parts of the force that breaks the thread. Square: 69.5 % of the strength
 #: of untied 1-0 polypropylene (A. Nigliazzo et al., Surgical Science 2 (2011) 195-197).
@@ -28,7 +28,7 @@ KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
 @VERBS.member("tie")
 @dataclass(frozen=True, slots=True)
 class Tie:
-    """Ties the two ends of a thread with a knot, or a loop where it is closed.
+    """Ties the two ends of a thread with a knot, or a loop where it is closed, or a joint.
 
     The knot is a piece of thread between the ends as they stand, without viscosity. It holds
     up to a force: what is written after ``of``, or a part of the ``fraction force`` of the
@@ -38,21 +38,26 @@ class Tie:
     happens any more, and the knot holds again. A thread whose ``rupture`` is not allowed has no
     strength, so that the force must be written. Before it is tied, a loop is held together by
     hand and does not slip.
+
+    Each spring of a joint is a stitch with a knot of its own, which comes undone above that
+    force: the spring ruptures. So its fraction force becomes that of the knot, but no greater
+    than the scene has it, whatever it was changed to before.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
         "tie THREAD with square knot",
         "tie THREAD with surgeons knot",
         "tie THREAD with granny knot of FORCE",
+        "tie JOINT with square knot",
     )
-    group: Group
+    group: Group  # of springs
     kind: str
     force: float | None  # [N]
     span: Span
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        group, kind = order.nodes(), order.word("with", KNOTS)
+        group, kind = order.springs(), order.word("with", KNOTS)
         if kind is None:
             hint = alternatives("", KNOTS, what="knots")
             if not order.has("with"):
@@ -66,10 +71,11 @@ class Tie:
 
     def flaw(self, network: Network) -> str:
         """Return why it can never be tied, empty if it can."""
-        if text := no_thread(network, self.group.name):
+        if text := not_to_be_drawn(network, self.group):
             return text
-        strength = network.strength[network.threads[self.group.name].hold]
-        if self.force is None and not np.isfinite(strength):
+        thread = network.threads.get(self.group.name)
+        knots = self.group.indices if thread is None else [thread.hold]
+        if self.force is None and not np.isfinite(network.strength[knots]).all():
             return (
                 f"{self.group.name} has no strength that its {self.kind} could have a part of: "
                 f"allow its rupture, or write what it holds: with {self.kind} of 2 N"
@@ -77,6 +83,8 @@ class Tie:
         return ""
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if is_of_joints(situation.network, self.group):
+            return self._sew(situation)
         thread = situation.network.threads[self.group.name]
         hold, slip = thread.hold, thread.slip
         whole = float(situation.strength[thread.pieces].min())
@@ -101,6 +109,14 @@ class Tie:
         knot = Knot(self.kind, hold, slip, limit, whole, None, self.span)
         situation.knots = {**situation.knots, self.group.name: knot}
         return tuple(happenings)
+
+    def _sew(self, situation: Situation) -> tuple[Happening, ...]:
+        """Let each stitch bear what its knot holds."""
+        whole = situation.network.strength[self.group.indices]
+        limit = KNOTS[self.kind] * whole if self.force is None else self.force
+        situation.strength = situation.strength.copy()
+        situation.strength[self.group.indices] = np.minimum(limit, whole)
+        return (Happening("tie", (), sentence(self.span), self.span),)
 
 
 def slipped(name: str, knot: Knot) -> Happening:

@@ -1,4 +1,4 @@
-"""``tighten`` and ``loosen``: threads that are drawn in or paid out."""
+"""``tighten`` and ``loosen``: threads and joints that are drawn in or paid out."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -19,9 +19,12 @@ from tissuec.verbs.motion import schedule
 
 @dataclass(frozen=True, slots=True)
 class Reel:
-    """Another length for a thread, by shares of the lengths that its pieces have."""
+    """Another length for a thread, or for every spring of a joint.
 
-    group: Group
+    A thread gets it by shares of the lengths that its pieces have.
+    """
+
+    group: Group  # of springs
     length: float  # [m]
     shorter: bool  # whether it is to become so
     course: Course
@@ -30,30 +33,38 @@ class Reel:
 
     def flaw(self, network: Network) -> str:
         """Return why it cannot be done, empty if it can."""
-        return no_thread(network, self.group.name)
+        return not_to_be_drawn(network, self.group)
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        pieces = intact_pieces(situation, self.group.name)
+        name = self.group.name
+        springs = intact(situation, self.group)
         situation.stop_reeling(self.group.indices)
-        rest = situation.rest[pieces]
-        present = float(rest.sum())
-        if present <= 0.0:
-            message = f"nothing is left of {self.group.name} that could change its length"
-            raise Failed(message, _first_node(situation, self.group.name), self.span)
+        rest = situation.rest[springs]
+        if rest.sum() <= 0.0:
+            message = f"nothing is left of {name} that could change its length"
+            first = situation.network.ends[self.group.indices[0], 0]
+            raise Failed(message, int(first), self.span)
         text = sentence(self.span)
-        if (self.length < present) != self.shorter:
-            note = f"{text}: its length is {show(present, LENGTH)} already"
-            return (Happening("note", (), note, self.span),)
-        change = rest * (self.length / present - 1.0)
+        if name in situation.network.threads:
+            present = float(rest.sum())
+            wanted = rest * (self.length / present)
+            idle = f"its length is {show(present, LENGTH)} already"
+        else:
+            wanted = np.full(len(rest), self.length)
+            idle = f"its springs are that {'short' if self.shorter else 'long'} already"
+        change = wanted - rest
+        change = np.minimum(change, 0.0) if self.shorter else np.maximum(change, 0.0)
+        if not change.any():
+            return (Happening("note", (), f"{text}: {idle}", self.span),)
         if self.course.kind == "constant":
             situation.rest = situation.rest.copy()
-            situation.rest[pieces] += change
+            situation.rest[springs] += change
             return (Happening("reel", (), text, self.span),)
         (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
-        reeling = Reeling(pieces, rest, change, course, self.span)
-        situation.reelings = {**situation.reelings, self.group.name: reeling}
+        reeling = Reeling(springs, rest, change, course, self.span)
+        situation.reelings = {**situation.reelings, name: reeling}
         if np.isfinite(stop):
-            agenda.add(stop, EndReel(self.group.name, self.span, stop))
+            agenda.add(stop, EndReel(name, self.span, stop))
         return (Happening("reel", (), text, self.span),)
 
 
@@ -80,17 +91,19 @@ class EndReel:
 
 @VERBS.member("tighten")
 class Tighten:
-    """Draws a thread in until it is as long as is written, within the interval or at once.
+    """Draws a thread or joint in until it is as long as is written, in an interval or at once.
 
-    The length is that without tension, of all pieces that are whole and of a tied knot: of a
-    sling, its circumference once it is slack. All pieces become shorter in proportion, as when
-    a sling is drawn through its knot while it slides on what it holds. ``using`` a course says
-    how (otherwise evenly). A thread that is shorter already is left as it is, which is noted.
+    The length is that without tension. Of a thread it is that of all pieces that are whole and
+    of a tied knot: of a sling, its circumference once it is slack. All pieces become shorter in
+    proportion, as when a sling is drawn through its knot while it slides on what it holds. Of a
+    joint, or of a set of its springs, it is that of each spring. ``using`` a course says how
+    (otherwise evenly). What is shorter already is left as it is, and noted if nothing else is.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
         "tighten THREAD to LENGTH",
         "tighten THREAD to LENGTH using COURSE",
+        "tighten JOINT to LENGTH using COURSE",
     )
 
     @classmethod
@@ -100,11 +113,12 @@ class Tighten:
 
 @VERBS.member("loosen")
 class Loosen:
-    """Pays a thread out until it is as long as is written: the opposite of ``tighten``."""
+    """Pays a thread or joint out until it is as long as is written: opposite of ``tighten``."""
 
     forms: ClassVar[tuple[str, ...]] = (
         "loosen THREAD to LENGTH",
         "loosen THREAD to LENGTH using COURSE",
+        "loosen JOINT to LENGTH using COURSE",
     )
 
     @classmethod
@@ -115,24 +129,32 @@ class Loosen:
 def _read(order: Order, *, shorter: bool) -> Reel:
     length = order.number("to", units.LENGTH)
     if length <= 0.0:
-        order.reject("TIS308", "the length of a thread is above 0", word="to")
+        order.reject("TIS308", "the length without tension is above 0", word="to")
     default = "constant" if order.duration is None else "ramp"
     course = order.courses(default=default)[0]
-    return Reel(order.nodes(), length, shorter, course, order.duration, order.span)
+    return Reel(order.springs(), length, shorter, course, order.duration, order.span)
 
 
-def no_thread(network: Network, name: str) -> str:
-    """Return that something is no thread, empty if it is one."""
-    return "" if name in network.threads else f"{name} is no body of mesh thread"
+def is_of_joints(network: Network, group: Group) -> bool:
+    """Tell whether springs are those of joints, or some of them."""
+    return bool(len(group.indices)) and int(group.indices[0]) >= network.body_springs
 
 
-def intact_pieces(situation: Situation, name: str) -> Indices:
-    """Return the springs along a thread that are there, with that of its knot, ascending."""
-    thread = situation.network.threads[name]
-    every = np.append(np.arange(thread.pieces.start, thread.pieces.stop), thread.hold)
-    return np.unique(every[situation.alive[every]])
+def not_to_be_drawn(network: Network, group: Group) -> str:
+    """Return that springs are no thread and no joint, empty if they are."""
+    if group.name in network.threads or is_of_joints(network, group):
+        return ""
+    return f"{group.name} is no body of mesh thread and no joint"
 
 
-def _first_node(situation: Situation, name: str) -> int:
-    hold = situation.network.threads[name].hold
-    return int(situation.network.ends[hold, 0])
+def intact(situation: Situation, group: Group) -> Indices:
+    """Return the springs along a thread that are there, or those of a joint, ascending.
+
+    Of a thread, that of its knot is one of them.
+    """
+    thread = situation.network.threads.get(group.name)
+    every = group.indices
+    if thread is not None:
+        pieces = np.arange(thread.pieces.start, thread.pieces.stop)
+        every = np.unique(np.append(pieces, thread.hold))
+    return every[situation.alive[every]]

@@ -1,0 +1,172 @@
+"""Joints: which nodes they join, and springs between these made of a tissue.
+
+Each node of the side with fewer nodes is joined to the nearest one of the other side.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiling.bodies import check_laws, check_sizes
+from tissuec.compiling.drawing import LARGEST, Drawing
+from tissuec.compiling.groups import Groups
+from tissuec.compiling.materials import MaterialReader
+from tissuec.compiling.tables import ExplicitBody
+from tissuec.core.errors import counted
+from tissuec.core.units import LENGTH, show
+from tissuec.laws import Law
+from tissuec.meshes import Mesh
+from tissuec.network import Floats, Indices, Provenance
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body, Joint, Scene
+from tissuec.verbs import Group
+
+ALIKE = 1.0 + 1e-9
+"""Distances in this ratio count as equal, lest rounding decides which node is the nearest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointArrays:
+    """A joint before it takes its place in the network; fields as in ``Network``."""
+
+    joint: Joint
+    drawing: Drawing
+    ends: NDArray[np.int32]
+    arrays: dict[str, Floats]  # by name: "stiffness", …; masses are those of bodies
+    provenance: dict[str, Provenance]
+    law: NDArray[np.int32]  # of each spring, as a number among ``laws``
+    laws: tuple[Law, ...]
+    spring_ids: Indices
+
+
+def build_joints(scene: Scene, groups: Groups, findings: Findings) -> list[JointArrays]:
+    """Return the joints of a scene, and let ``groups`` know them.
+
+    Args:
+        groups: With the bodies; sets of springs of joints are not chosen yet.
+    """
+    built: list[JointArrays] = []
+    for key, declared in scene.declarations.of("joint").items():
+        one: JointArrays | None = None
+        with findings.item():
+            if key in scene.joints:
+                one = _build(scene.joints[key], groups, findings)
+                built.append(one)
+        if one is None:
+            findings.doubt(declared.name)
+    groups.add_joints([(one.drawing, one.ends) for one in built])
+    return built
+
+
+@np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
+def _build(joint: Joint, groups: Groups, findings: Findings) -> JointArrays:
+    ends = _pairs(joint, groups, findings)
+    drawing = _drawing(joint, groups.position[ends])
+    reader = MaterialReader(drawing, findings)
+    quantities, (law, laws) = reader.read_springs(), reader.laws()
+    arrays = {name: values for name, (values, _) in quantities.items()}
+    check_sizes(drawing.body, arrays | {"length": drawing.length}, findings)
+    check_laws(drawing.body, arrays["rest"], law, laws, findings)
+    return JointArrays(
+        joint,
+        drawing,
+        ends,
+        arrays | {"mass": np.zeros(0)},
+        {name: provenance for name, (_, provenance) in quantities.items()}
+        | {"mass": Provenance(np.zeros(0, dtype=np.int32), ())},
+        law,
+        laws,
+        drawing.columns.spring_ids,
+    )
+
+
+def _drawing(joint: Joint, ends: Floats) -> Drawing:
+    """Return the springs of a joint as a body that has both ends of each to itself.
+
+    Args:
+        ends: Places of the ends [m], shape (spring, 2, 3).
+    """
+    pairs = np.arange(2 * len(ends), dtype=np.int32).reshape(-1, 2)
+    mesh = Mesh(ends.reshape(-1, 3), pairs, np.zeros((0, 3), dtype=np.int32))
+    still = np.zeros(3)
+    body = Body(
+        name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
+        interface="", may_rupture=joint.may_rupture, bending=None, mass=None, mass_span=None,
+        velocity=still, spin=still, is_whole=True, span=joint.span,
+    )  # fmt: skip
+    part = np.zeros(2 * len(ends), dtype=np.int64)
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    columns = ExplicitBody.without_columns(mesh)
+    return Drawing(body, mesh, columns, {}, part, length, len(length))
+
+
+def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32]:
+    """Return the nodes that a joint joins, shape (spring, 2)."""
+    where = joint.ends[0].span.to(joint.ends[1].span)
+    with findings.together():
+        sides: list[Group] = []
+        for name in joint.ends:
+            with findings.item():
+                sides.append(groups.nodes(name))
+    first, second = sides
+    if common := len(np.intersect1d(first.indices, second.indices)):
+        findings.reject(
+            "TIS309",
+            f"{first.name} and {second.name} share {counted(common, 'node')}, and no node can "
+            "be joined to itself",
+            where,
+            hint="choose sets without common nodes, such as two edges",
+        )
+    smaller = min(len(first.indices), len(second.indices))
+    if smaller > LARGEST:
+        findings.reject(
+            "TIS310", f"joint {joint.name} would have {smaller} springs", joint.span
+        )
+    pairs, distance = nearest_pairs(groups.position, first.indices, second.indices)
+    near = distance <= joint.reach * ALIKE
+    if not near.any():
+        least = show(float(distance.min()), LENGTH)
+        findings.reject(
+            "TIS302",
+            f"joint {joint.name} joins nothing: the nearest nodes of {first.name} and "
+            f"{second.name} are {least} apart",
+            where,
+            hint="write a longer reach, or draw them closer together",
+        )
+    pairs = pairs[near]
+    if again := groups.joined_already(pairs):
+        findings.reject(
+            "TIS309",
+            f"{counted(again, 'pair')} of nodes of {first.name} and {second.name} "
+            f"{'has' if again == 1 else 'have'} a spring of their body between them already",
+            where,
+            hint="choose sets that lie further apart",
+        )
+    return pairs
+
+
+def nearest_pairs(
+    position: Floats, first: Indices, second: Indices
+) -> tuple[NDArray[np.int32], Floats]:
+    """Join each node of the smaller group, or of the first, to the nearest one of the other.
+
+    Of nodes equally near, the one that comes first counts.
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+        first, second: Numbers of nodes, ascending, none of them in both.
+
+    Returns:
+        Node pairs, of the first and the second group, shape (pair, 2), and distances [m].
+    """
+    from scipy.spatial import KDTree
+
+    few, many = (first, second) if len(first) <= len(second) else (second, first)
+    tree, points = KDTree(position[many]), position[few]
+    distance = tree.query(points)[0]
+    alike = tree.query_ball_point(points, distance * ALIKE)
+    nearest = many[[min(places) for places in alike]]
+    columns = (few, nearest) if few is first else (nearest, few)
+    reach = np.linalg.norm(position[nearest] - position[few], axis=1)
+    return np.stack(columns, axis=1).astype(np.int32), reach
