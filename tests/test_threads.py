@@ -344,6 +344,19 @@ def test_what_a_knot_holds_is_a_part_of_the_strength_of_the_thread():
     assert limits == pytest.approx([0.695, 0.668, 0.35])
 
 
+def test_a_knot_that_takes_the_place_of_another_bears_its_own_part():
+    script = "at 0 s: tie sling with granny knot; at 1 ms: tie sling with square knot"
+    text = knot(
+        script=script,
+        strength="fraction force = 3 N",
+        body="rupture is allowed",
+        duration="2 ms",
+    )
+    compiled, _, outcome = ran(text)
+    thread = compiled.network.bodies[0].thread
+    assert outcome.situation.strength[thread.hold] == pytest.approx(0.695 * 3.0)
+
+
 def test_a_thread_breaks_that_is_weaker_than_its_knot():
     text = knot(
         "square knot of 9 N", strength="fraction force = 2 N", body="rupture is allowed"

@@ -87,7 +87,9 @@ class Tie:
             return self._sew(situation)
         thread = situation.network.threads[self.group.name]
         hold, slip = thread.hold, thread.slip
-        whole = float(situation.strength[thread.pieces].min())
+        # Without the piece of the knot, which may have been tied before.
+        along = np.setdiff1d(np.r_[thread.pieces], thread.hold)
+        whole = float(situation.strength[along].min())
         limit = KNOTS[self.kind] * whole if self.force is None else self.force
         alive, rest = situation.alive.copy(), situation.rest.copy()
         first, second = situation.position[situation.network.ends[hold]]
