@@ -2,12 +2,12 @@
 
     python docs/make_figures.py
 
-needs matplotlib (``pip install matplotlib``) and takes about twenty seconds. Nothing in the
+needs matplotlib (``pip install matplotlib``) and takes about a minute. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
-``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis`` and
-``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in ``language.md``, words from
-``library/fuzzy/soft_tissue.tis``, laws from their formulas, and what springs remember from runs
-of a single spring.
+``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis``,
+``tubal_ligation.tis`` and ``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in
+``language.md``, words from ``library/fuzzy/soft_tissue.tis``, laws from their formulas, and what
+springs remember from runs of a single spring.
 """
 
 import tempfile
@@ -81,6 +81,9 @@ def main() -> None:
         path = run(library() / "scenes" / "ligature.tis", Path(folder) / "ligature.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(ligature(trajectory), "ligature.png")
+        path = run(library() / "scenes" / "tubal_ligation.tis", Path(folder) / "tubal.vtkhdf")
+        with Trajectory.open(path) as trajectory:
+            save(tubal_ligation(trajectory), "tubal_ligation.png")
         path = run(library() / "scenes" / "suture.tis", Path(folder) / "suture.vtkhdf")
         with Trajectory.open(path) as trajectory:
             save(suture(trajectory), "suture.png")
@@ -370,28 +373,48 @@ def liver(trajectory: Trajectory) -> plt.Figure:
 
 
 def ligature(trajectory: Trajectory) -> plt.Figure:
-    """Return the net of the tube and the sling from the side at three moments."""
+    """Return a tube and its sling from the side at three moments."""
+    moments = {
+        0.0: "0 s",
+        0.5: "0.5 s: drawn in and tied",
+        0.8: "0.8 s: cut beside the ligature",
+    }
+    return ligated(trajectory, moments, width=27.0, height=(-4.6, 7.6))
+
+
+def tubal_ligation(trajectory: Trajectory) -> plt.Figure:
+    """Return a tube and two slings from the side at three moments."""
+    moments = {
+        0.1: "0.1 s: two slings around the tube",
+        0.66: "0.66 s: drawn in and tied",
+        1.48: "1.48 s: cut, lifted; the right sling, drawn in further, has slipped",
+    }
+    return ligated(trajectory, moments, width=65.0, height=(-4.6, 8.6))
+
+
+def ligated(
+    trajectory: Trajectory,
+    moments: dict[float, str],
+    *,
+    width: float,
+    height: tuple[float, float],
+) -> plt.Figure:
+    """Return a tube, the first body, and slings from the side at three moments."""
     figure, rows = plt.subplots(3, figsize=(7.0, 5.4), layout="constrained", sharex=True)
-    titles = ("0 s", "0.5 s: drawn in and tied", "0.8 s: cut beside the ligature")
     tube = trajectory.network.bodies[0].springs.stop
-    for axes, time, title in zip(rows, (0.0, 0.5, 0.8), titles, strict=True):
+    for axes, (time, title) in zip(rows, moments.items(), strict=True):
         frame = int(np.argmin(np.abs(trajectory.times - time)))
         cells = trajectory.cells(frame)
         ends = 1e3 * trajectory.position[frame][cells.lines][:, :, [0, 2]]
         is_tube = cells.springs < tube
         nearer = trajectory.position[frame][cells.lines][:, :, 1].mean(axis=1) < 1e-4
-        axes.add_collection(
-            LineCollection(list(ends[is_tube & ~nearer]), colors="#e8c4bd", linewidths=0.7)
-        )
-        axes.add_collection(
-            LineCollection(list(ends[is_tube & nearer]), colors="#b5523f", linewidths=0.8)
-        )
-        axes.add_collection(
-            LineCollection(
-                list(ends[~is_tube]), colors=BLUE, linewidths=5.0, capstyle="round", alpha=0.8
-            )
-        )
-        axes.set(aspect="equal", ylabel="z in mm", xlim=(-1, 27), ylim=(-4.6, 7.6))
+        for some, style in (
+            (is_tube & ~nearer, {"colors": "#e8c4bd", "linewidths": 0.7}),
+            (is_tube & nearer, {"colors": "#b5523f", "linewidths": 0.8}),
+            (~is_tube, {"colors": BLUE, "linewidths": 4.0, "capstyle": "round", "alpha": 0.8}),
+        ):
+            axes.add_collection(LineCollection(list(ends[some]), **style))
+        axes.set(aspect="equal", ylabel="z in mm", xlim=(-1, width), ylim=height)
         axes.set_title(title, loc="left", fontsize=9)
     rows[-1].set_xlabel("x in mm")
     return figure
