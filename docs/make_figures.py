@@ -6,8 +6,8 @@ needs matplotlib (``pip install matplotlib``) and takes about a minute. Nothing 
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
 ``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis``,
 ``tubal_ligation.tis`` and ``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in
-``language.md``, words from ``library/fuzzy/soft_tissue.tis``, laws from their formulas, and what
-springs remember from runs of a single spring.
+``language.md``, words from ``library/fuzzy/soft_tissue.tis``, laws from their formulas, and
+what springs remember from runs of a single spring.
 """
 
 import tempfile
