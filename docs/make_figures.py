@@ -387,7 +387,7 @@ def tubal_ligation(trajectory: Trajectory) -> plt.Figure:
     moments = {
         0.1: "0.1 s: two slings around the tube",
         0.66: "0.66 s: drawn in and tied",
-        1.48: "1.48 s: cut, lifted; the right sling, drawn in further, has slipped",
+        1.34: "1.34 s: cut, lifted; the right sling, drawn in further, has slipped",
     }
     return ligated(trajectory, moments, width=65.0, height=(-4.6, 8.6))
 

@@ -229,7 +229,7 @@ def test_both_tiers_agree_to_rounding(method, ledger):
 
 def test_tier_changes_in_mid_run_by_evaluations_and_the_motion_goes_on(monkeypatch):
     monkeypatch.delenv("TISSUEC_TIER", raising=False)
-    monkeypatch.setattr("tissuec.engine.engine.evaluation_cost", lambda springs, pairs: 1e-3)
+    monkeypatch.setattr("tissuec.engine.engine.evaluation_cost", lambda *sizes: 1e-3)
     bench = Bench(pair(), 10.0, tolerance=1e-8, tier=None)
     bench.advance(0.1)
     assert bench.engine.statistics.tier == "interpreted"

@@ -27,6 +27,7 @@ SOLVER = (
     "solution",
     "stepping",
     "walking",
+    "yielding",
 )
 AROUND = {
     "compare",

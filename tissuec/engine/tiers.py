@@ -51,7 +51,7 @@ OPERATIONS = (
     "tension",
 )
 # Parts of them that are compiled by themselves, because they are long.
-PARTS = ("before", "dim", "divide", "look", "push", "recoil", "sort", "survey", "way")
+PARTS = ("before", "dim", "divide", "press", "recoil", "sort", "survey", "touch", "way")
 # Those that it takes from ``banded`` or ``iterative`` instead of ``linear``.
 SOLVING = ("assemble", "solve")
 
