@@ -261,7 +261,7 @@ def stepping(net: Net, feature: Feature) -> Stepping:
     """Return an engine on a net with a feature."""
     entries = dict(feature.entries)
     if feature.script:
-        entries["more"] = entries.get("more", "") + f" script {{ at 0 s: {feature.script} }}"
+        entries["more"] = entries.get("more", "") + f"\nscript {{ at 0 s: {feature.script} }}"
     compiled, _ = compile_request(Request(Source("net.tis", scene(net, **entries))))
     return Stepping(compiled, METHODS[0], watched=feature.watched, ledger=feature.ledger)
 
