@@ -8,10 +8,10 @@ from scipy.integrate import quad
 from scipy.special import erf
 
 from tests.contact.scenes import play
-from tests.contact.test_runs import AfterAsking, carried_out
 from tests.engine.running import TIERS, Bench
 from tests.hand_net import make_net, span
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec import mechanics
 from tissuec.courses import Course
 from tissuec.engine.acts import flows, pack_acts, pack_jets
@@ -533,15 +533,6 @@ def rinsed(*, tool=NOZZLE, script=SWEEP, duration="40 ms", method="tolerance = 1
     return RINSED.format(tool=tool, script=script, duration=duration, method=method)
 
 
-def rows(*recordings):
-    """Return all rows of one recording, or of several one behind the other."""
-    tables = [
-        [*r.frame_arrays(), *r.log_arrays("force of rim"), *r.energy_arrays()]
-        for r in recordings
-    ]
-    return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
-
-
 def test_a_run_that_is_resumed_under_a_jet_gives_the_same_bytes():
     compiled = compiled_scene(rinsed())
     whole, undisturbed = carried_out(compiled, tier="compiled")
@@ -550,7 +541,11 @@ def test_a_run_that_is_resumed_under_a_jet_gives_the_same_bytes():
     assert 0.005 < first.situation.time < 0.035
     second, after = carried_out(compiled, tier="compiled", resume=before.state)
     assert whole.kind == second.kind == "done"
-    for one, other in zip(rows(undisturbed), rows(before, after), strict=True):
+    for one, other in zip(
+        every_array("force of rim", undisturbed),
+        every_array("force of rim", before, after),
+        strict=True,
+    ):
         assert np.array_equal(one, other)
 
 

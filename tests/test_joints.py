@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import carried_out
 from tissuec import mechanics
 from tissuec.checks import check_all
 from tissuec.compiling.joints import nearest_pairs
@@ -13,9 +14,6 @@ from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.measures.moment import Moment
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 MASSES = """language 1
 tissue rope {{ spring constant = 40 N/m; viscosity = {viscosity}; mass = 5 g
@@ -70,13 +68,9 @@ DRAWN = """at 0 s: fix far left; at 0 s: hold far right
   from 0.02 s to 0.08 s: tighten seam to 1 mm using smooth profile"""
 
 
-def ran(text, *, interrupt=None, resume=None, tier=None):
+def ran(text, **options):
     compiled = compiled_scene(text)
-    recording = MemoryRecording()
-    recorder = Recorder(compiled.network, compiled.plan, recording)
-    outcome = run(
-        compiled.network, compiled.plan, recorder, interrupt=interrupt, resume=resume, tier=tier
-    )
+    outcome, recording = carried_out(compiled, **options)
     return compiled, recording, outcome
 
 

@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import carried_out
 from tissuec import mechanics
 from tissuec.contact import CAPSULE
 from tissuec.core.errors import CompileError
 from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.measures.moment import Moment
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 PIECES, RADIUS, STIFFNESS = 24, 10e-3, 2000.0
 AROUND_ROD = """language 1
@@ -40,13 +38,9 @@ def around_rod(*, script, duration, law="", friction=0, sets="", expect=""):
     )
 
 
-def ran(text, *, interrupt=None, resume=None, tier=None):
+def ran(text, **options):
     compiled = compiled_scene(text)
-    recording = MemoryRecording()
-    recorder = Recorder(compiled.network, compiled.plan, recording)
-    outcome = run(
-        compiled.network, compiled.plan, recorder, interrupt=interrupt, resume=resume, tier=tier
-    )
+    outcome, recording = carried_out(compiled, **options)
     return compiled, recording, outcome
 
 

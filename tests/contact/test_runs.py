@@ -5,11 +5,9 @@ import pytest
 
 from tests.contact.scenes import bodies, play
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.engine.layout import Layout
 from tissuec.prediction import skipped
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 from tissuec.situation import Situation
 
 PRESSED = """language 1
@@ -48,32 +46,6 @@ def pressed(
     )
 
 
-class AfterAsking:
-    """Interrupts when asked for the n-th time."""
-
-    def __init__(self, count):
-        self.count = count
-
-    def __call__(self):
-        self.count -= 1
-        return self.count <= 0
-
-
-def carried_out(compiled, **options):
-    recording = MemoryRecording()
-    recorder = Recorder(compiled.network, compiled.plan, recording)
-    return run(compiled.network, compiled.plan, recorder, **options), recording
-
-
-def rows(*recordings):
-    """Return all rows of one recording, or of several one behind the other."""
-    tables = [
-        [*r.frame_arrays(), *r.log_arrays("force of base"), *r.energy_arrays()]
-        for r in recordings
-    ]
-    return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
-
-
 @pytest.mark.parametrize("count", [3, 5])
 def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
     compiled = compiled_scene(pressed())
@@ -83,7 +55,11 @@ def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
     assert 0.0 < first.situation.time < 0.1
     second, after = carried_out(compiled, tier="compiled", resume=before.state)
     assert whole.kind == second.kind == "done"
-    for one, other in zip(rows(undisturbed), rows(before, after), strict=True):
+    for one, other in zip(
+        every_array("force of base", undisturbed),
+        every_array("force of base", before, after),
+        strict=True,
+    ):
         assert np.array_equal(one, other)
 
 

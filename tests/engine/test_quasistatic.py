@@ -5,8 +5,8 @@ import pytest
 
 from tests.hand_net import chain, table
 from tests.hand_plan import carry_out, event, expect, make_plan, when
-from tests.running.test_run import AfterAsking
 from tests.statics.test_settling import residual
+from tests.whole_runs import AfterAsking
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run

@@ -10,6 +10,7 @@ import pytest
 
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
+from tests.whole_runs import AfterAsking, every_array
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run
@@ -370,25 +371,6 @@ def eventful(duration=2.0, **options):
     return network, plan
 
 
-class AfterAsking:
-    """Asks to stop the n-th time it is asked, and then for good."""
-
-    def __init__(self, count):
-        self.count = count
-
-    def __call__(self):
-        self.count -= 1
-        return self.count <= 0
-
-
-def every_array(*recordings):
-    """Return all rows of one recording, or of several one behind the other."""
-    tables = [
-        [*r.frame_arrays(), *r.log_arrays("force of a"), *r.energy_arrays()] for r in recordings
-    ]
-    return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
-
-
 @pytest.mark.parametrize(
     "method",
     [
@@ -410,7 +392,9 @@ def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(method, coun
     second = run(network, plan, Recorder(network, plan, recording), resume=before.state)
     assert second.kind == "done"
     for one, other in zip(
-        every_array(undisturbed), every_array(before, recording), strict=True
+        every_array("force of a", undisturbed),
+        every_array("force of a", before, recording),
+        strict=True,
     ):
         assert np.array_equal(one, other)
     assert undisturbed.events == before.events + recording.events
@@ -427,7 +411,11 @@ def test_checkpoints_on_the_way_change_nothing(monkeypatch):
     outcome, recording = carry_out(network, plan)
     assert outcome.kind == "done"
     assert recording.state is not None
-    for one, other in zip(every_array(undisturbed), every_array(recording), strict=True):
+    for one, other in zip(
+        every_array("force of a", undisturbed),
+        every_array("force of a", recording),
+        strict=True,
+    ):
         assert np.array_equal(one, other)
 
 

@@ -1,0 +1,31 @@
+"""Whole runs into memory, interrupted and resumed, and everything that they recorded."""
+
+import numpy as np
+
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
+
+
+class AfterAsking:
+    """Asks to stop the n-th time it is asked, and then for good."""
+
+    def __init__(self, count):
+        self.count = count
+
+    def __call__(self):
+        self.count -= 1
+        return self.count <= 0
+
+
+def carried_out(compiled, **options):
+    """Return the outcome of a run and its recording; options are those of ``run``."""
+    recording = MemoryRecording()
+    recorder = Recorder(compiled.network, compiled.plan, recording)
+    return run(compiled.network, compiled.plan, recorder, **options), recording
+
+
+def every_array(log, *recordings):
+    """Return all rows of one recording, or of several one behind the other."""
+    tables = [[*r.frame_arrays(), *r.log_arrays(log), *r.energy_arrays()] for r in recordings]
+    return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
