@@ -64,36 +64,25 @@ def main() -> None:
     FIGURES.mkdir(exist_ok=True)
     plt.rcParams.update(STYLE)
     with tempfile.TemporaryDirectory() as folder:
-        path = run(
-            library() / "scenes" / "sterilisation.tis",
-            Path(folder) / "run.vtkhdf",
-            output="surface of oviduct every 40 ms { subdivisions = 3 }",
-        )
-        with Trajectory.open(path) as trajectory:
+        smoothed = "surface of oviduct every 40 ms { subdivisions = 3 }"
+        with shipped("sterilisation", folder, output=smoothed) as trajectory:
             save(overview(trajectory), "sterilisation.png")
             save(smooth(trajectory), "surface.png")
-        path = run(library() / "scenes" / "bladder.tis", Path(folder) / "bladder.vtkhdf")
-        with Trajectory.open(path) as trajectory:
-            save(bladder(trajectory), "bladder.png")
-        path = run(library() / "scenes" / "liver.tis", Path(folder) / "liver.vtkhdf")
-        with Trajectory.open(path) as trajectory:
-            save(liver(trajectory), "liver.png")
-        path = run(library() / "scenes" / "ligature.tis", Path(folder) / "ligature.vtkhdf")
-        with Trajectory.open(path) as trajectory:
-            save(ligature(trajectory), "ligature.png")
-        path = run(library() / "scenes" / "tubal_ligation.tis", Path(folder) / "tubal.vtkhdf")
-        with Trajectory.open(path) as trajectory:
-            save(tubal_ligation(trajectory), "tubal_ligation.png")
-        path = run(library() / "scenes" / "suture.tis", Path(folder) / "suture.vtkhdf")
-        with Trajectory.open(path) as trajectory:
-            save(suture(trajectory), "suture.png")
-        path = run(library() / "scenes" / "palpation.tis", Path(folder) / "palpation.vtkhdf")
+        for draw in (bladder, liver, ligature, tubal_ligation, suture):
+            with shipped(draw.__name__, folder) as trajectory:
+                save(draw(trajectory), f"{draw.__name__}.png")
         stroke = run(on_page("stroke.tis", Path(folder)), Path(folder) / "stroke.vtkhdf")
-        with Trajectory.open(path) as pressed, Trajectory.open(stroke) as stroked:
+        with shipped("palpation", folder) as pressed, Trajectory.open(stroke) as stroked:
             save(contact(pressed, stroked), "contact.png")
         save(memory(Path(folder)), "memory.png")
     save(laws(), "laws.png")
     save(words(), "words.png")
+
+
+def shipped(name: str, folder: str, *, output: str = "") -> Trajectory:
+    """Return the result of a scene of the library, with another output."""
+    target = Path(folder) / f"{name}.vtkhdf"
+    return Trajectory.open(run(library() / "scenes" / f"{name}.tis", target, output=output))
 
 
 def run(scene: Path, target: Path, *, output: str = "") -> Path:

@@ -212,7 +212,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         counts[happening.kind] += len(happening.springs)
         # What slips once may go on doing so in many small steps.
         is_first = happening.kind == "slip" and happening.cause not in slipped
-        slipped |= {happening.cause} if is_first else set()
+        if is_first:
+            slipped.add(happening.cause)
         if settings.verbose or is_first or happening.kind in ("trigger", "note"):
             springs = _springs(compiled.network, happening.springs)
             what = f"{happening.kind}{springs}: {happening.cause}"
