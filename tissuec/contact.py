@@ -269,32 +269,43 @@ class Contact:
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
         for state in np.ndindex(position.shape[:-2]):
-            touch = self.touches(position[state], velocity[state])
-            rub = self._rub(touch, velocity[state])
-            pressed = touch.pressure[:, None] * touch.place.normal
-            np.add.at(to[state], self.nodes[touch.pairs.node], pressed + rub)
-            back = touch.pressure[:, None, None] * touch.place.pressing
-            back -= touch.place.weights[:, :, None] * rub[:, None, :]
-            np.add.at(to[state], self.points[touch.pairs.shape], back)
+            self.push(
+                self.touches(position[state], velocity[state]), velocity[state], to[state]
+            )
+
+    def push(self, touch: Touch, velocity: Floats, to: Floats) -> None:
+        """Add the forces of one state on all nodes [N], shape (node, 3)."""
+        rub = self._rub(touch, velocity)
+        pressed = touch.pressure[:, None] * touch.place.normal
+        np.add.at(to, self.nodes[touch.pairs.node], pressed + rub)
+        back = touch.pressure[:, None, None] * touch.place.pressing
+        back -= touch.place.weights[:, :, None] * rub[:, None, :]
+        np.add.at(to, self.points[touch.pairs.shape], back)
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return the power that damping and friction take out [W], shape (…)."""
         power = np.zeros(position.shape[:-2])
         for state in np.ndindex(power.shape):
             touch = self.touches(position[state], velocity[state])
-            damped = (self.pressure(touch.place.depth) - touch.pressure) * touch.rate
-            power[state] = (
-                damped - _dot(self._rub(touch, velocity[state]), touch.sliding)
-            ).sum()
+            power[state] = self.loss(touch, velocity[state])
         return power
 
-    def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
+    def loss(self, touch: Touch, velocity: Floats) -> float:
+        """Return the power that damping and friction take out of one state [W]."""
+        damped = (self.pressure(touch.place.depth) - touch.pressure) * touch.rate
+        return float((damped - _dot(self._rub(touch, velocity), touch.sliding)).sum())
+
+    def bends(self, touch: Touch) -> int:
+        """Return how many bends of their law all pressures together have passed."""
+        depth = touch.place.depth
+        return int((depth > 0.0).sum() + (depth >= self.layer).sum())
+
+    def bristle_rates(self, touch: Touch, velocity: Floats) -> Floats:
         """Return the rates of the velocities of ``memory`` [m/s²], shape (m, 3).
 
         Args:
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+            velocity: Of all nodes [m/s], shape (node, 3).
         """
-        touch = self.touches(position, velocity)
         total, slide = self._total(touch), np.zeros((len(self.nodes), 3))
         along = _along(touch.sliding, touch.place.normal)
         np.add.at(slide, touch.pairs.node, touch.pressure[:, None] * along)

@@ -199,7 +199,9 @@ def test_nothing_happens_on_the_very_line_of_a_rod_or_in_the_centre_of_a_sphere(
         position[node] = position[tool.nodes.start]
     found = forces(contact, position, velocity)
     assert np.all(np.isfinite(found))
-    assert np.all(np.isfinite(contact.bristle_rates(position, velocity)))
+    assert np.all(
+        np.isfinite(contact.bristle_rates(contact.touches(position, velocity), velocity))
+    )
     number = np.arange(network.node_count)
     matrix = contact.matrix(0.0, position, number, network.node_count)
     assert np.all(np.isfinite(matrix.data))

@@ -169,13 +169,14 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         pumped = _press(time, x, f, net)
         if net.ledger:
             power[0] += pumped
+    touch = None
     if net.contact is not None:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
-        depth = net.contact.touches(at, by).place.depth
-        count(int((depth > 0.0).sum() + (depth >= net.contact.layer).sum()), net.touches)
-        net.contact.add_forces(time, at, by, to)
+        touch = net.contact.touches(at, by)
+        count(net.contact.bends(touch), net.touches)
+        net.contact.push(touch, by, to)
         if net.ledger:
-            power[1] += net.contact.dissipated(time, at, by)
+            power[1] += net.contact.loss(touch, by)
     for jet in net.jets:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
         pushed = np.zeros_like(to)
@@ -193,8 +194,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
             power[1] += np.dot(net.node_scratch, v * (net.inverse_mass > 0.0))
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
-    if net.contact is not None and len(net.contact.memory):
-        rates = net.contact.bristle_rates(x.reshape(-1, 3), v.reshape(-1, 3))
+    if net.contact is not None and touch is not None and len(net.contact.memory):
+        rates = net.contact.bristle_rates(touch, v.reshape(-1, 3))
         a.reshape(-1, 3)[net.contact.memory] = rates
     if net.inelastic is not None:
         a[net.inelastic.slot[net.inelastic.slot >= 0]] = net.giving

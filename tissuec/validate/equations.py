@@ -256,7 +256,9 @@ class Equations:
         """Return the rates of what bristles remember, shape (3 memory,)."""
         if self.contact is None or not len(self.memory):
             return np.zeros(0)
-        return self.contact.bristle_rates(position, velocity).ravel()
+        return self.contact.bristle_rates(
+            self.contact.touches(position, velocity), velocity
+        ).ravel()
 
     def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
         """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are left empty.
