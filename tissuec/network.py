@@ -223,18 +223,29 @@ class Network:
             mass: A number above zero, which is none of the scene [kg].
             origin: Of that mass.
         """
-        start, count = self.node_count, len(home)
-        weight = self.provenance["mass"]
-        more = np.full(count, len(weight.origins), dtype=np.int32)
-        known = Provenance(np.concatenate([weight.index, more]), (*weight.origins, origin))
+        part = MemoryPart(name, slice(self.node_count, self.node_count + len(home)))
+        same = Provenance(np.zeros(len(home), dtype=np.int32), (origin,))
+        known = self.with_nodes(home, mass, same)
+        return replace(known, memories=(*self.memories, part))
+
+    def with_nodes(self, places: Floats, mass: float, known: Provenance) -> "Network":
+        """Return this with nodes at rest behind all others.
+
+        Args:
+            places: [m], shape (node, 3).
+            mass: Of each [kg].
+            known: Where their masses come from.
+        """
+        count, weight = len(places), self.provenance["mass"]
+        index = np.concatenate([weight.index, len(weight.origins) + known.index])
+        every = Provenance(index, (*weight.origins, *known.origins))
         return replace(
             self,
-            position=np.concatenate([self.position, home]),
-            velocity=np.concatenate([self.velocity, np.zeros_like(home)]),
+            position=np.concatenate([self.position, places]),
+            velocity=np.concatenate([self.velocity, np.zeros_like(places)]),
             mass=np.concatenate([self.mass, np.full(count, mass)]),
             node_ids=np.concatenate([self.node_ids, np.arange(count)]),
-            provenance={**self.provenance, "mass": known},
-            memories=(*self.memories, MemoryPart(name, slice(start, start + count))),
+            provenance={**self.provenance, "mass": every},
         )
 
     @property

@@ -18,6 +18,8 @@ OTHERS = ("DOP853", "Radau")  # of SciPy, for a second opinion
 FINER = 100.0  # times as fine as the finest tolerance that is asked for
 PATIENCE = 30.0  # budgets of a point that the reference may take
 SECOND = 3.0  # the same for each solver that may give a second opinion
+FIRST = 0.03  # of the time that a solver may take, it gets for its first attempt
+MORE = 6.0  # times as much for the next one
 FINEST = 1e-12
 
 
@@ -84,10 +86,21 @@ def find_truth(
 def _first(
     solvers: Sequence[Solver], tolerance: float, budget: float
 ) -> tuple[Solver | None, Trial | None]:
-    """Return the first solver that comes to the end, with its run."""
-    for solver in solvers:
-        try:
-            return solver, solver.solve(tolerance, Deadline(budget))
-        except (Failed, OutOfTime):
-            continue
+    """Return the first solver that comes to the end, with its run.
+
+    They take turns with more and more time, because on stiff scenes the one that is quick
+    elsewhere would use up all of it.
+    """
+    left, share = list(solvers), FIRST
+    while left:
+        share = min(share, 1.0)
+        for solver in tuple(left):
+            try:
+                return solver, solver.solve(tolerance, Deadline(share * budget))
+            except Failed:
+                left.remove(solver)
+            except OutOfTime:
+                if share == 1.0:
+                    left.remove(solver)
+        share *= MORE
     return None, None

@@ -10,7 +10,6 @@ import numpy as np
 from tissuec.compiling.threads import bonds
 from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
 from tissuec.core.errors import counted
-from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.network import FRICTION, Floats, Indices, Network, Origin, Provenance, ToolPart
 from tissuec.scene.findings import Findings
@@ -20,6 +19,7 @@ SKIN = 0.25  # of the mean length of a spring: how far around surfaces others to
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
 THINNEST = 0.5  # of the radius of the thinnest tool
 STRIDE = 0.5  # the same, as the way that nodes may go in a step
+ONE_GRAM = 1e-3  # mass of what no force moves [kg]
 
 
 def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
@@ -39,28 +39,14 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
         ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
+    of_tool = np.repeat(np.arange(len(shaped), dtype=np.int32), [len(p) for p in points])
+    origins = Provenance(of_tool, tuple(Origin(tool.span, "tool") for tool in shaped))
     added = np.concatenate([none, *points])
-    spans = [tool.span for tool, p in zip(shaped, points, strict=True) for _ in p]
-    grams = np.ones(len(added))
-    known = replace(
-        network,
-        position=np.concatenate([network.position, added]),
-        velocity=np.concatenate([network.velocity, np.zeros_like(added)]),
-        mass=np.concatenate([network.mass, 1e-3 * grams]),
-        node_ids=np.concatenate([network.node_ids, np.arange(len(added))]),
-        provenance={**network.provenance, "mass": _joined(network.provenance["mass"], spans)},
-        tools=parts,
-    )
+    known = replace(network.with_nodes(added, ONE_GRAM, origins), tools=parts)
     if not rubbed:
         return known
     origin = Origin(environment.span, "friction")
-    return known.with_memory(FRICTION, network.position, 1e-3, origin)
-
-
-def _joined(provenance: Provenance, spans: Sequence[Span]) -> Provenance:
-    origins = tuple(Origin(span, "tool") for span in spans)
-    more = len(provenance.origins) + np.arange(len(spans), dtype=np.int32)
-    return Provenance(np.concatenate([provenance.index, more]), (*provenance.origins, *origins))
+    return known.with_memory(FRICTION, network.position, ONE_GRAM, origin)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

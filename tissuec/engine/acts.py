@@ -103,13 +103,9 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
     """
     none, empty, squares = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(len(listed) // 3)
     if contact is None or contact.pairs is None:
-        first, points, nowhere = (
-            np.zeros(1, dtype=np.int64),
-            none.reshape(0, 3),
-            np.zeros((0, 3)),
-        )
+        first, points = np.zeros(1, dtype=np.int64), none.reshape(0, 3)
         return Touches(
-            none, first, none, none, points, empty, none, nowhere, nowhere, none, listed,
+            none, first, none, none, points, empty, none, home[:0], home[:0], none, listed,
             squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
         )  # fmt: skip
     counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))

@@ -335,10 +335,17 @@ class Layout:
         """
         return [*self.timed, *pumps(self.situation), *flows(self.situation)]
 
+    @property
+    def _first_acts(self) -> list[int]:
+        """Return which act is the first course of a volume, of a length and of a flow."""
+        situation = self.situation
+        volumes = len(situation.motions) + len(self.timed)
+        lengths = volumes + len(situation.enclosures)
+        return [volumes, lengths, lengths + len(situation.reelings)]
+
     def enclosures(self) -> Enclosures:
         """Return the enclosed volumes."""
-        first_act = len(self.situation.motions) + len(self.timed)
-        return pack_enclosures(self.situation, self.place, first_act)
+        return pack_enclosures(self.situation, self.place, self._first_acts[0])
 
     def reels(self) -> Reels:
         """Return the springs whose rest lengths change."""
@@ -347,8 +354,8 @@ class Layout:
         # Dead springs keep the rest lengths with which they pass for none.
         acting = situation.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
         row[springs.ids[acting]] = np.flatnonzero(acting)
-        first_act = len(situation.motions) + len(self.timed) + len(situation.enclosures)
-        return pack_reels(situation, row, self.place[situation.network.ends], first_act)
+        ends = self.place[situation.network.ends]
+        return pack_reels(situation, row, ends, self._first_acts[1])
 
     def touches(self) -> Touches:
         """Return shapes and the nodes near them, as listed last."""
@@ -367,8 +374,7 @@ class Layout:
 
     def jets(self) -> Jets:
         """Return the jets of fluid."""
-        loads = len(self._courses) - len(self.situation.jets)
-        return pack_jets(self.situation, self.place, len(self.situation.motions) + loads)
+        return pack_jets(self.situation, self.place, self._first_acts[2])
 
     def internal(self) -> Internal:
         """Return what springs remember."""

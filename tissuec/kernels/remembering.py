@@ -2,7 +2,7 @@
 
 from math import copysign
 
-from tissuec.kernels.records import Floats, Internal
+from tissuec.kernels.records import Floats, Integers, Internal
 
 
 def flowed(s: int, v: Floats, internal: Internal) -> float:
@@ -50,9 +50,9 @@ def remember(a: Floats, internal: Internal) -> None:
         a[internal.slot[k]] = internal.change[k]
 
 
-def put_home(x: Floats, internal: Internal) -> None:
-    """Put the nodes whose velocities are variables where they stay."""
-    for k in range(internal.nodes.size):
-        i = 3 * internal.nodes[k]
+def put_home(x: Floats, nodes: Integers, home: Floats) -> None:
+    """Put the nodes whose velocities are variables where they stay, shape (node, 3)."""
+    for k in range(nodes.size):
+        i = 3 * nodes[k]
         for c in range(3):
-            x[i + c] = internal.home[k, c]
+            x[i + c] = home[k, c]

@@ -144,16 +144,22 @@ def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
     for k in range(reels.spring.size):
         s, i, j = int(reels.spring[k]), 3 * reels.low[k], 3 * reels.high[k]
         r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
-        stretch = sqrt(r0 * r0 + r1 * r1 + r2 * r2) - net.rest[s]
-        if INELASTIC:
-            stretch -= flowed(s, v, net.internal)
-        tension = net.stiffness[s] * stretch
-        if CURVED:
-            tension = pull(net.law[s], stretch, net.stiffness[s], net.rest[s])
-        if INELASTIC:
-            tension += pull_of_branches(s, stretch, v, net.internal)
-        power += tension * reel_rate(k, time, reels, net.acts)
+        length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+        power += pull_at(s, length, v, net) * reel_rate(k, time, reels, net.acts)
     return float(power)
+
+
+def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
+    """Return the force of a spring and its branches at a length, without viscosity [N]."""
+    e = length - net.rest[s]
+    if INELASTIC:
+        e -= flowed(s, v, net.internal)
+    force = net.stiffness[s] * e
+    if CURVED:
+        force = pull(net.law[s], e, net.stiffness[s], net.rest[s])
+    if INELASTIC:
+        force += pull_of_branches(s, e, v, net.internal)
+    return float(force)
 
 
 def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
@@ -165,22 +171,13 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
             j = other[s]
             r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-            law, rest = net.law[s], net.rest[s]
-            e = length - rest
-            if INELASTIC:
-                e -= flowed(s, v, net.internal)
-            if CURVED:
-                out[s] = pull(law, e, net.stiffness[s], rest)
-            else:
-                out[s] = net.stiffness[s] * e
-            if INELASTIC:
-                out[s] += pull_of_branches(s, e, v, net.internal)
+            out[s] = pull_at(s, length, v, net)
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
                 ) / (length + TINY)
                 if CURVED:
-                    out[s] += brake(law, closing, net.damping[s], rest)
+                    out[s] += brake(net.law[s], closing, net.damping[s], net.rest[s])
                 else:
                     out[s] += net.damping[s] * closing
 
@@ -256,12 +253,9 @@ def place(time: float, x: Floats, v: Floats, net: Net) -> None:
     if REELED:
         reel(time, net.rest, net.reels, net.acts)
     if TOUCHED:
-        for k in range(net.touches.memory.size):
-            i = 3 * net.touches.memory[k]
-            for c in range(3):
-                x[i + c] = net.touches.home[k, c]
+        put_home(x, net.touches.memory, net.touches.home)
     if INELASTIC:
-        put_home(x, net.internal)
+        put_home(x, net.internal.nodes, net.internal.home)
 
 
 def combine(

@@ -193,7 +193,7 @@ class Equations:
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
         closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
-        behaviour, given = self.behaviour_at(time), self.yielding.read(velocity)
+        given = self.yielding.read(velocity)
         stretch = length - behaviour.rest - self.yielding.flowed(given)
         pull = behaviour.pull(stretch) + self.yielding.pull(stretch, given)
         tension = np.where(length > 0.0, pull + behaviour.brake(closing), 0.0)
@@ -239,9 +239,8 @@ class Equations:
             loads = self.outside(time)[self.free]
             acting += loads
             work += np.vdot(loads, own)
-        behaviour = self.behaviour_at(time)
-        work += self._drawing(time, behaviour.pull(springs.length - behaviour.rest))
-        braking = behaviour.brake(springs.closing)
+        work += self._drawing(time, springs.pull)
+        braking = self.behaviour_at(time).brake(springs.closing)
         lost = braking @ springs.closing + self.drag * np.vdot(own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
