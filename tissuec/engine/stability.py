@@ -13,7 +13,7 @@ from tissuec.enclosures import Enclosure
 from tissuec.inelastic import flat, pulled
 from tissuec.integrators.verlet import VelocityVerlet
 from tissuec.mechanics import lengths
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
 MARGIN = 1.05  # a power iteration that stops early lies a little low
@@ -39,11 +39,11 @@ class _Pressing:
 class _Operator:
     """Σ over springs of the force per displacement, scaled by the root of the masses."""
 
-    low: np.ndarray
-    high: np.ndarray
+    low: Indices  # where the coordinates of the lower nodes are, shape (3 spring,)
+    high: Indices
     direction: Floats
     along: Floats
-    across: Floats
+    across: Floats | None  # None if springs resist along themselves only
     root: Floats  # 1/√mass, zero for held nodes, shape (node, 1)
     uniform: Floats  # added to the diagonal, shape (node, 1)
     pressing: tuple["_Pressing", ...] = ()  # of enclosed volumes
@@ -51,13 +51,15 @@ class _Operator:
     def __call__(self, z: Floats) -> Floats:
         """Return the operator applied to a vector of shape (node, 3)."""
         y = z * self.root
-        relative = y[self.high] - y[self.low]
-        part = np.einsum("sk,sk->s", self.direction, relative)[:, None] * self.direction
-        force = self.along[:, None] * part + self.across[:, None] * (relative - part)
-        out = np.empty_like(z)
-        for k in range(3):
-            out[:, k] = np.bincount(self.high, force[:, k], len(z))
-            out[:, k] -= np.bincount(self.low, force[:, k], len(z))
+        relative = (y.take(self.high) - y.take(self.low)).reshape(-1, 3)
+        part = np.einsum("sk,sk->s", self.direction, relative)
+        force = (self.along * part)[:, None] * self.direction
+        if self.across is not None:
+            force += self.across[:, None] * (relative - part[:, None] * self.direction)
+        flat = force.ravel()
+        out = np.zeros(z.shape)
+        out += np.bincount(self.high, flat, z.size).reshape(z.shape)
+        out -= np.bincount(self.low, flat, z.size).reshape(z.shape)
         for pressing in self.pressing:
             pressing.add(y, out)
         return out * self.root + self.uniform * z
@@ -85,7 +87,9 @@ def spectral_radius(situation: Situation) -> float:
         uniform[contact.nodes] = contact.stiffness * root[contact.nodes] ** 2
     volumes = situation.enclosures.values()
     pressing = tuple(_Pressing(volume, situation.position) for volume in volumes)
-    operator = _Operator(low, high, direction, stiffness, across, root, uniform, pressing)
+    sideways = across if across.any() else None
+    low, high = _coordinates(low), _coordinates(high)
+    operator = _Operator(low, high, direction, stiffness, sideways, root, uniform, pressing)
     # Where nothing swings, what only gives way is taken for a motion of damping ratio 1.
     return sqrt(_largest(operator)) or 0.5 * _giving(situation)
 
@@ -100,8 +104,8 @@ def damping_radius(situation: Situation) -> float:
     if not damping.any() and not situation.drag:
         return giving
     uniform = situation.drag * root * root
-    across = np.zeros_like(damping)
-    return giving + _largest(_Operator(low, high, direction, damping, across, root, uniform))
+    low, high = _coordinates(low), _coordinates(high)
+    return giving + _largest(_Operator(low, high, direction, damping, None, root, uniform))
 
 
 def _giving(situation: Situation) -> float:
@@ -132,6 +136,11 @@ def _geometry(
     r = situation.position[high] - situation.position[low]
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     return low, high, r / np.where(length > 0.0, length, 1.0)[:, None], length, alive
+
+
+def _coordinates(nodes: Indices) -> Indices:
+    """Return where the coordinates of nodes are in a flat vector, shape (3 node,)."""
+    return (3 * nodes.astype(np.int64)[:, None] + np.arange(3)).ravel()
 
 
 def _root(situation: Situation) -> Floats:
