@@ -174,7 +174,8 @@ class Contact:
         else:
             node, shape = self._around(position, margin)
         node, shape = node[allowed := self._allowed(node, shape)], shape[allowed]
-        close = self.places(position, Pairs(node, shape)).depth > -margin
+        reach = margin * (1.0 + self._lever(position, node, shape))
+        close = self.places(position, Pairs(node, shape)).depth > -reach
         node, shape = node[close], shape[close]
         order = np.lexsort((shape, node))
         return Pairs(node[order], shape[order])
@@ -195,6 +196,15 @@ class Contact:
         numbers = np.concatenate([np.flatnonzero(~endless), np.flatnonzero(endless)])
         node = np.concatenate([np.zeros(0, dtype=np.int64), *lists]).astype(np.int64)
         return node, np.repeat(numbers, [len(each) for each in lists])
+
+    def _lever(self, position: Floats, node: Indices, shape: Indices) -> Floats:
+        """Return how much further than its points a plane goes where nodes are, turning."""
+        lever = np.zeros(len(node))
+        flat = self.kind[shape] == PLANE
+        point, ahead = position[self.points[shape[flat], :2]].swapaxes(0, 1)
+        away = np.linalg.norm(position[self.nodes[node[flat]]] - point, axis=1)
+        lever[flat] = away / np.linalg.norm(ahead - point, axis=1)
+        return lever
 
     def _allowed(self, node: Indices, shape: Indices) -> Any:
         """Return which pairs may touch: none of a body that is spared, nor of neighbours."""

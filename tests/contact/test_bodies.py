@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.contact.scenes import gap_of_balance, play
 from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
@@ -137,3 +138,25 @@ def test_walls_of_a_tube_that_is_pressed_flat_resist_each_other():
         pressed[contact] = np.linalg.norm(played.log("force of top")[1][-1])
     # Planes 0.6 mm apart leave no room for walls that keep 1 mm between them.
     assert pressed["everywhere"] > 3.0 * pressed["tools only"]
+
+
+@pytest.mark.parametrize("kind", [CAPSULE, PLANE, TRIANGLE])
+def test_what_touches_after_a_short_way_was_listed_before_it(kind):
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        contact, before, _ = random_contact(kind, rng)
+        way = rng.normal(size=before.shape)
+        way *= 0.999 * contact.stride / np.linalg.norm(way, axis=1)[:, None]
+        if kind == PLANE:  # which is rigid: it is shifted and turned, half of the way each
+            first, ahead = contact.points[:, 0], contact.points[:, 1]
+            reach = 0.2 * rng.normal(size=(len(first), 3))
+            angle = 0.5 * contact.stride / np.linalg.norm(reach, axis=1)
+            axis = np.cross(reach, rng.normal(size=reach.shape))
+            axis *= (angle / np.linalg.norm(axis, axis=1))[:, None]
+            before[ahead] = before[first] + reach
+            way[first] *= 0.5
+            way[ahead] = way[first] + Rotation.from_rotvec(axis).apply(reach) - reach
+        after = before + way
+        listed = {*zip(*contact.near(before, 2.0 * contact.stride), strict=True)}
+        touching = {*zip(*contact.near(after, 0.0), strict=True)}
+        assert touching and touching <= listed

@@ -227,6 +227,7 @@ def _layer(
 
 
 def _unknown(name: str, example: str, environment: Environment, findings: Findings) -> NoReturn:
+    findings.raise_errors()  # a mesh that is wrong has no springs either
     findings.reject(
         "TIS304",
         f'environment needs "{name}", because no spring tells it',

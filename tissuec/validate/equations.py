@@ -20,9 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.contact import Contact
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import FRICTION, Floats, Indices
 from tissuec.situation import Situation
+from tissuec.validate.vicinity import Vicinity
 from tissuec.validate.yielding import Yielding
 
 ROUNDING = 4.0 * np.finfo(float).eps
@@ -102,7 +104,10 @@ class Equations:
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
         self.motions = tuple(situation.motions.values())
         self.loads = tuple(situation.loads.values())
-        self.fields, self.contact = situation.fields, situation.touching
+        touching = situation.touching
+        self.contact = None if touching is None else Vicinity(touching)
+        others = (field for field in situation.fields if not isinstance(field, Contact))
+        self.fields = (*others, *(() if self.contact is None else (self.contact,)))
         self.bodies, self.memory = network.body_nodes, network.remembering(FRICTION)
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
@@ -255,9 +260,7 @@ class Equations:
         """Return the rates of what bristles remember, shape (3 memory,)."""
         if self.contact is None or not len(self.memory):
             return np.zeros(0)
-        return self.contact.bristle_rates(
-            self.contact.touches(position, velocity), velocity
-        ).ravel()
+        return self.contact.bristle_rates(position, velocity).ravel()
 
     def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
         """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are left empty.
