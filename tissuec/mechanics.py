@@ -150,6 +150,36 @@ def force_on(
     return total
 
 
+def torque_on(
+    situation: Situation,
+    time: Floats | float,
+    position: Floats,
+    velocity: Floats,
+    nodes: Indices,
+    about: Floats,
+) -> Floats:
+    """Return the torque of the inner forces on some nodes together [N m], shape (…, 3).
+
+    Args:
+        about: A point [m], shape (…, 3).
+    """
+    springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
+    acting = pull(situation, position, velocity, springs)
+    ends = situation.network.ends[springs]
+    inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
+    force = (sign * acting.tension)[..., None] * acting.direction
+    total = _torque(position[..., inside, :], force, about)
+    for field in situation.fields:
+        pressed = np.zeros(position.shape)
+        field.add_forces(time, position, velocity, pressed)
+        total += _torque(position[..., nodes, :], pressed[..., nodes, :], about)
+    return total
+
+
+def _torque(place: Floats, force: Floats, about: Floats) -> Floats:
+    return np.cross(place - about[..., None, :], force).sum(axis=-2)
+
+
 def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
     """Return the sum of the spring forces on some nodes together [N], shape (…, 3).
 

@@ -6,6 +6,9 @@ import pytest
 from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
 from tissuec.instruments import INSTRUMENTS
+from tissuec.measures import MEASURES, Subject
+from tissuec.measures.moment import Moment
+from tissuec.situation import Situation
 
 #: A sample of each kind; ``SHAPED`` touch the block, from (0, 0, 0) to (20, 20, 10) mm.
 SAMPLES = {
@@ -56,6 +59,15 @@ def test_the_tool_touches_and_all_its_forces_are_answered(name):
     assert np.abs(total.sum(axis=0)).max() < 1e-14 * np.abs(total).sum()
     moments = np.cross(network.position, total)
     assert np.abs(moments.sum(axis=0)).max() < 1e-14 * np.abs(moments).sum()
+    # What twists the tool is what its pressure does to the block about the same point.
+    start = Situation.start(
+        network, gravity=np.zeros(3), drag=0.0, contact=compiled.plan.contact
+    )
+    block, about = slice(network.body_nodes), network.position[tool.nodes].mean(axis=0)
+    expected = np.cross(network.position[block] - about, total[block]).sum(axis=0)
+    thing = Subject("thing", np.arange(tool.nodes.start, tool.nodes.stop), np.zeros(0, int))
+    twist = MEASURES["torque"].sample((thing,), Moment.of(start))
+    assert twist == pytest.approx(expected, abs=1e-14 * np.abs(moments).sum())
 
 
 @pytest.mark.parametrize("name", SHAPED)

@@ -79,6 +79,21 @@ def test_the_support_force_is_minus_the_pull_of_the_springs(moment):
     assert MEASURES["force"].columns((), moment) == ("x", "y", "z")
 
 
+def test_the_support_torque_is_that_of_the_forces_of_springs_about_the_middle():
+    # A bar of nodes 1 and 2 along x; springs to nodes 0 and 3 pull its ends up and down.
+    network = make_net(
+        [(0, 0, 3), (0, 0, 0), (2, 0, 0), (2, 0, -4)], [(0, 1), (1, 2), (2, 3)],
+        stiffness=[10, 50, 20], rest=[2.0, 1.0, 3.0],
+    )  # fmt: skip
+    still = Moment.of(start(network))
+    bar = nodes(1, 2)
+    # Forces on it: (0, 0, 10) at x = -1 and (0, 0, -20) at x = 1 about its middle.
+    assert sample("force", still, bar).tolist() == [0.0, 0.0, 10.0]
+    assert sample("torque", still, bar) == pytest.approx([0.0, -30.0, 0.0])
+    assert value("torque", still, bar) == pytest.approx(30.0)
+    assert np.isnan(value("torque", still, tool("empty")))
+
+
 def test_the_force_on_an_empty_grip_is_none(moment):
     assert sample("force", moment, tool("empty")).tolist() == [0, 0, 0]
 
