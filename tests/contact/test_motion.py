@@ -284,3 +284,41 @@ def test_no_node_of_a_thin_sheet_passes_a_probe_that_comes_at_a_metre_per_second
     below = np.linalg.norm(apart[..., :2], axis=2) < 0.7 * radius
     assert below.any(axis=1).all()
     assert apart[below][:, 2].max() < 0.0
+
+
+def test_a_hook_lifts_the_band_in_its_bend_and_is_twisted_by_the_lever_of_the_lift():
+    played = play("""language 1
+tissue band { spring constant = 100 N/m; viscosity = 0.05 N*s/m; mass = 20 mg }
+body strip {
+  mesh is sheet { corner = (-20, -3, 0) mm; first edge = (40, 0, 0) mm
+    second edge = (0, 6, 0) mm; columns = 21; rows = 4; diagonals is both }
+  tissue is band
+}
+tool retractor {
+  kind is hook; radius = 1 mm
+  shaft from (0, 6, 20) mm to (0, 6, -1.2) mm; bend = (0, -9, -1.2) mm; tip = (0, -9, 4) mm
+}
+set ends = nodes of strip where abs(x) > 19 mm
+set middle = nodes of strip where abs(x) < 1 mm
+environment { gravity = (0, 0, 0) m/s^2; damping = 2 mN*s/m; contact is tools only }
+script {
+  at 0 s: fix ends
+  from 0 s to 0.2 s: move retractor by (0, 0, 8) mm using smooth profile
+}
+simulate { duration = 0.5 s; tolerance = 1e-4 }
+output {
+  trajectory every 100 ms; force of retractor every 10 ms; force of ends every 10 ms
+  torque of retractor every 10 ms; position of retractor every 10 ms
+}
+""")
+    middle = np.abs(played.compiled.network.position[bodies(played), 0]) < 1e-3
+    height = played.position[-1, bodies(played)][middle, 2]
+    # The bend's top has come to 8 - 1.2 + 1 mm; the band lies on it, pressed in by the layer.
+    assert height == pytest.approx(7.8e-3, abs=3e-4)
+    (_, pull), (_, held) = played.log("force of retractor"), played.log("force of ends")
+    # At rest what the surgeon lifts with is what the ends are held back with.
+    assert pull[-1, 2] > 0.05
+    assert pull[-1] == pytest.approx(-held[-1], abs=1e-3 * pull[-1, 2])
+    # It pulls the band up along y = 0, which is 1.5 mm aside of the mean of its own points.
+    _, twist = played.log("torque of retractor")
+    assert twist[-1] == pytest.approx([1.5e-3 * pull[-1, 2], 0.0, 0.0], abs=2e-5 * pull[-1, 2])
