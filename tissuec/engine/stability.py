@@ -1,7 +1,7 @@
 """How fast the network can swing and how strongly it is damped, from its matrices.
 
 Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 and of
-M^-1/2 D M^-1/2, found by power iteration from a fixed start, without forming a matrix.
+M^-1/2 D M^-1/2, found by the method of Lanczos from a fixed start, without forming a matrix.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,10 @@ from tissuec.mechanics import lengths
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
-MARGIN = 1.05  # a power iteration that stops early lies a little low
-ROUNDS = 50
+MARGIN = 1.05  # an iteration that stops early lies a little low
+LEAST_ROUNDS, ROUNDS = 5, 50
+CLOSE = 5e-3  # growth of the eigenvalue in a round, as a part of it, that ends the iteration
+NOTHING = 1e-12  # of an image, as a part of the eigenvalue, that is rounding only
 
 
 class _Pressing:
@@ -148,18 +150,33 @@ def _root(situation: Situation) -> Floats:
 
 
 def _largest(operator: _Operator) -> float:
-    """Return a little more than the largest eigenvalue, by power iteration."""
+    """Return a little more than the largest eigenvalue, by the method of Lanczos.
+
+    G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th edition 2013, section 10.1: in the
+    space of all images so far the operator is tridiagonal.
+    """
     count = len(operator.root)
     # Irregular but fixed, so that no mode is orthogonal to it and runs repeat exactly.
     z = np.sin(1.0 + np.arange(3 * count, dtype=float) ** 2).reshape(count, 3)
     z *= operator.root > 0.0
-    value = 0.0
-    for round_number in range(ROUNDS):
-        size = float(np.linalg.norm(z))
-        if size == 0.0:
-            return 0.0
-        z = operator(z / size)
-        before, value = value, float(np.linalg.norm(z))
-        if round_number >= 10 and value - before < 1e-3 * value:
+    last, size, value = np.zeros_like(z), float(np.linalg.norm(z)), 0.0
+    diagonal, beside = [], []
+    while size > NOTHING * value and len(diagonal) < ROUNDS:
+        z /= size
+        image = operator(z)
+        diagonal.append(float(np.vdot(z, image)))
+        image -= diagonal[-1] * z
+        if beside:
+            image -= beside[-1] * last
+        before, value = value, _top(diagonal, beside)
+        if len(diagonal) > LEAST_ROUNDS and value - before < CLOSE * value:
             break
+        last, z, size = z, image, float(np.linalg.norm(image))
+        beside.append(size)
     return MARGIN * value
+
+
+def _top(diagonal: list[float], beside: list[float]) -> float:
+    """Return the largest eigenvalue of a symmetric tridiagonal matrix."""
+    matrix = np.diag(diagonal) + np.diag(beside, -1)  # the lower half is enough
+    return float(np.linalg.eigvalsh(matrix)[-1])
