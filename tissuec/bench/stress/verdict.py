@@ -1,7 +1,8 @@
 """The verdict on one scene and one method.
 
 Silently wrong is what came to its end without a word and holds no number, or energy from
-nowhere, or momentum that no force gave it, or positions further off than ten tolerances.
+nowhere, or momentum that no force gave it, or positions further off than ten tolerances and
+no twin that tells.
 """
 
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ from tissuec.bench.trial import Deadline, Failed, OutOfTime
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
+from tissuec.running.twin import FINER
 
 Kind = Literal["good", "energy", "warned", "refused", "slow", "none", "wrong", "crash"]
 MANY = 10.0  # tolerances that a position may be off
@@ -79,12 +81,13 @@ class Court:
             return "refused", why
         if method not in (AUTOMATIC, seen.method):
             return "none", f"{seen.method} took over"
-        wrong = self._energies(seen) or self._positions(problem, method)
+        wrong, told = self._energies(seen), ""
+        if not wrong:
+            wrong, told = self._positions(problem, method)
         if not wrong:
             return ("good" if self._judges(problem) else "energy"), ""
-        if warnings:
-            return "warned", f"{warnings[0].code}; {wrong}"
-        return "wrong", wrong
+        told = warnings[0].code if warnings else told
+        return ("warned", f"{told}; {wrong}") if told else ("wrong", wrong)
 
     def _energies(self, seen: Look) -> str:
         """Return what is wrong with numbers, energy and momentum; empty if nothing is."""
@@ -98,16 +101,26 @@ class Court:
         drift = seen.drift > TOLERANCE
         return f"momentum is off by {seen.drift:.1e}" if drift else ""
 
-    def _positions(self, problem: Problem, method: str) -> str:
-        """Return what is wrong with positions; empty if nothing is, or nothing is known."""
+    def _positions(self, problem: Problem, method: str) -> tuple[str, str]:
+        """Return what is wrong with positions, and what a run says of that.
+
+        Both are empty if nothing is wrong, or nothing is known.
+        """
         if not self._judges(problem):
-            return ""
+            return "", ""
         truth = self._of(problem).truth
         assert truth is not None
         # As users run it: without energies, which ask for steps of their own.
-        trial = EngineSolver(problem, method, tier=None).solve(TOLERANCE, Deadline(self.budget))
+        solver = EngineSolver(problem, method, tier=None)
+        trial = solver.solve(TOLERANCE, Deadline(self.budget))
         error = problem.error(trial.position, truth.position)
-        return f"positions are off by {error:.1e}" if error > MANY * TOLERANCE else ""
+        if error <= MANY * TOLERANCE:
+            return "", ""
+        # Beside a run of theirs goes its twin, whose distance is told.
+        twin = solver.solve(TOLERANCE / FINER, Deadline(FINER * self.budget))
+        apart = problem.error(trial.position, twin.position)
+        told = f"a finer run is {apart:.1e} away" if apart > TOLERANCE else ""
+        return f"positions are off by {error:.1e}", told
 
     def _judges(self, problem: Problem) -> bool:
         return self.cell.step is None and self._of(problem).judges
