@@ -96,7 +96,7 @@ function layOut(box) {
     const free = rows.findIndex((end) => end <= left);
     const row = free < 0 ? rows.length : free;
     rows[row] = left + sizes[i] + 3;
-    child.style.left = `${left}px`;
+    child.style.left = `${left + sizes[i] / 2}px`; // its middle, which bold letters keep
     child.style.top = `${row * height}px`;
   });
   box.style.height = `${rows.length * height}px`;

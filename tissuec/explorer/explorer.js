@@ -84,7 +84,9 @@ class Control {
     this.property = property;
     property.phrases = phrasesOf(property);
     const name = property.name;
-    this.box = make("section", { class: "property", "data-key": property.key });
+    this.box = make("section", {
+      class: "property", role: "group", "aria-label": name, "data-key": property.key,
+    });
     this.told = make("input", { type: "checkbox", onchange: () => this.toggle() });
     this.text = make("output", { class: "fact" });
     this.number = make("input", {
@@ -94,7 +96,7 @@ class Control {
     this.hedge = make("select", {
       "aria-label": `hedge of ${name}`, onchange: () => this.choose(this.wording.word, this.hedge.value),
     }, new Option("no hedge", ""), ...DATA.hedges.map((hedge) => new Option(hedge.name, hedge.key)));
-    this.hedge.hidden = !DATA.hedges.length;
+    this.hedge.hidden = property.words.every((word) => !Object.keys(word.hedged).length);
     this.slider = make("input", {
       type: "range", min: 0, max: 1, step: "any", "aria-label": name,
       oninput: () => change(() => slide(property, Number(this.slider.value))),
@@ -202,7 +204,7 @@ class Control {
       tick.lastElementChild.textContent = degrees[i] > 0 ? degreeText(degrees[i]) : "";
     });
     const set = fact?.sign === "is" && this.wording.hedge ? SYSTEM.sets[this.wording.shape] : null;
-    this.hedged.setAttribute("d", set ? pathOf(pointsOf(set, property), property) : "");
+    this.hedged.setAttribute("d", set ? areaOf(pointsOf(set, property), property) : "");
     this.line.setAttribute("d", fact ? `M${share * WIDE},0V${HIGH}` : "");
     this.dots.setAttribute("d", degrees.map((d) => (d > 0 ? dotAt(share, d) : "")).join(""));
     const true_ = property.words.map((word, i) => [word.word, degrees[i]]).filter(([, d]) => d > 0)
@@ -303,15 +305,26 @@ class Result {
     }
     if (place !== null) layers.push(makeSvg("path", { class: "result", d: `M${shareOf(quantity, place) * WIDE},0V${HIGH}` }));
     this.drawing.replaceChildren(...layers);
-    const shownWords = words.filter(({ shape }) => own.has(shape) || answer.strongest.has(shape));
-    this.labels.replaceChildren(...shownWords.map(({ word, shape }) => {
+    this.drawLabels(words.filter(({ shape }) => own.has(shape) || answer.strongest.has(shape)),
+      answer, otherwise);
+  }
+
+  /** Words below the plot; they are laid out anew only where others are shown than before. */
+  drawLabels(words, answer, otherwise) {
+    const key = words.map(({ shape }) => shape).join();
+    if (key !== this.labelled) {
+      this.labels.replaceChildren(...words.map(({ word, shape }) => make("span", {
+        "data-share": shareOf(this.quantity, SYSTEM.sets[shape].middle),
+      }, make("span", {}, word), make("small", {}))));
+      this.labelled = key;
+      layOut(this.labels);
+    }
+    words.forEach(({ shape }, i) => {
       const degree = answer.strongest.get(shape) ?? 0;
-      return make("span", {
-        class: degree > 0 || otherwise?.shape === shape ? "lit" : "",
-        "data-share": shareOf(quantity, SYSTEM.sets[shape].middle),
-      }, make("span", {}, word), make("small", {}, degree > 0 ? degreeText(degree) : ""));
-    }));
-    layOut(this.labels);
+      const label = this.labels.children[i];
+      label.classList.toggle("lit", degree > 0 || otherwise?.shape === shape);
+      label.lastElementChild.textContent = degree > 0 ? degreeText(degree) : "";
+    });
   }
 }
 
@@ -385,9 +398,10 @@ function tissueText() {
 
 /** Where the tissue can stand. */
 function placeText() {
-  const files = [DATA.use, state.like && saysAllOf(state.like) ? state.like.file : ""].filter(Boolean);
-  const used = [...new Set(files)].map((file) => `use "${file}"`);
-  return used.length ? `For a file that says: ${used.join("; ")}` : `For ${DATA.file} itself.`;
+  const like = state.like && saysAllOf(state.like) ? state.like.file : "";
+  const used = [...new Set([DATA.use, like].filter(Boolean))].map((file) => `use "${file}"`);
+  const file = DATA.use ? "a file" : DATA.file;
+  return `For ${file}${used.length ? ` that says ${used.join(" and ")}` : " itself"}.`;
 }
 
 /** All that is said, as a text that can be kept and given back. */
@@ -423,6 +437,7 @@ function restore(text) {
   }
   state.name = String(name);
   state.like = DATA.presets.find((one) => `${one.place} ${one.name}` === like) ?? null;
+  $("#preset").value = "";
   chooseRules(rules);
 }
 

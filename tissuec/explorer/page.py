@@ -18,6 +18,7 @@ from tissuec.scene.library import Library
 from tissuec.scene.resolve import Words
 
 SCRIPTS = ("inference.js", "numbers.js", "drawing.js", "surface.js", "explorer.js")
+PARTS = ("shell.html", "explorer.css")
 
 #: Of what is true, and of what comes out.
 _LIGHT = {
@@ -61,11 +62,11 @@ def render(page: Mapping[str, Any]) -> str:
         "about": escape(page["about"]),
         "version": __version__,
         "colours": _colours(),
-        "style": _file("explorer.css"),
+        "style": _file(PARTS[1]),
         "code": "\n".join(map(_file, SCRIPTS)),
         "data": data.replace("<", "\\u003c"),  # so that no text can end the script
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _file("shell.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _file(PARTS[0]))
 
 
 def _used_as(path: Path, words: Words) -> str:

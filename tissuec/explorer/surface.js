@@ -1,6 +1,7 @@
 // A quantity over two properties as a small map, the other properties as they are.
 
 const CELLS = 72;
+const FLAT = 1e-6; // of the scale; what differs by less is one value, up to rounding
 const SLICE = 12; // milliseconds of work before the page may breathe
 
 /** Shares of the scale for each cell, by rows from the top; null where nothing is concluded. */
@@ -38,7 +39,7 @@ function paint(canvas, shares, low, high) {
   const image = context.createImageData(CELLS, CELLS);
   shares.forEach((share, i) => {
     if (share === null) return;
-    const colour = mixed(DATA.colours.amount, high > low ? (share - low) / (high - low) : 0.5);
+    const colour = mixed(DATA.colours.amount, high - low > FLAT ? (share - low) / (high - low) : 0.5);
     image.data.set([...colour, 255], 4 * i);
   });
   context.putImageData(image, 0, 0);
@@ -139,7 +140,7 @@ class Surface {
       }
       requestAnimationFrame(go);
     };
-    go();
+    requestAnimationFrame(go); // sliders come first
   }
 
   finish(shares, quantity) {
@@ -148,15 +149,14 @@ class Surface {
     paint(this.canvas, shares, low, high);
     const value = (share) => shown(quantity, fromScale(quantity, quantity.bounds[0]
       + (quantity.bounds[1] - quantity.bounds[0]) * share));
-    this.legend.hidden = !known.length;
-    const range = known.length ? [value(low), value(high)] : [];
-    if (known.length) {
-      this.legend.firstElementChild.textContent = range[0];
-      this.legend.lastElementChild.textContent = range[1];
-    }
+    this.legend.hidden = high - low <= FLAT || !known.length;
+    const range = known.length ? [...new Set([value(low), value(high)])] : [];
+    this.legend.firstElementChild.textContent = range[0] ?? "";
+    this.legend.lastElementChild.textContent = range[1] ?? "";
     const empty = shares.length - known.length;
+    const spread = range.length > 1 ? `from ${range.join(" to ")}` : `${range[0]} everywhere`;
     this.said.textContent = [
-      known.length ? `${quantity.name} from ${range.join(" to ")}` : "no rule fires anywhere here",
+      known.length ? `${quantity.name} ${spread}` : "no rule fires anywhere here",
       empty && known.length ? "hatched: no rule fires" : "",
     ].filter(Boolean).join("; ");
     this.canvas.setAttribute("aria-label",

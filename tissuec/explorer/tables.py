@@ -15,7 +15,6 @@ from tissuec.core.units import (
     Dimension,
     describe,
     parse_unit,
-    show,
     shown_units,
     si_unit,
 )
@@ -116,16 +115,17 @@ class _Writer:
     def _scale(self, kind: str, key: str, named: NamedScale) -> dict[str, Any]:
         axis = named.scale.axis
         unit = _unit(self.words.declarations.of(kind)[key].item, named.dimension)
+        factor = parse_unit(unit).factor if unit else 1.0
         return {
             **_name(key, named.name),
             "low": axis.low,
             "high": axis.high,
-            "ends": [show(end, named.dimension) for end in (axis.low, axis.high)],
+            "ends": [f"{end / factor:.6g} {unit}".rstrip() for end in (axis.low, axis.high)],
             "log": axis.log,
             "bounds": axis.bounds,
             "rounding": axis.rounding,
             "unit": unit,
-            "factor": parse_unit(unit).factor if unit else 1.0,
+            "factor": factor,
             "dimension": named.dimension,
             "kind": describe(named.dimension),
             "place": named.span.place,
