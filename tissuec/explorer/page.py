@@ -17,7 +17,11 @@ from tissuec.pipeline import Request, read_words
 from tissuec.scene.library import Library
 from tissuec.scene.resolve import Words
 
-SCRIPTS = ("inference.js", "numbers.js", "drawing.js", "surface.js", "explorer.js")
+#: One program, in this order.
+SCRIPTS = (
+    "inference.js", "numbers.js", "drawing.js", "facts.js", "controls.js", "results.js",
+    "surface.js", "texts.js", "explorer.js",
+)  # fmt: skip
 PARTS = ("shell.html", "explorer.css")
 
 #: Of what is true, and of what comes out.
