@@ -107,6 +107,7 @@ def test_a_page_needs_nothing_else():
     assert outside == {"http://www.w3.org/2000/svg"}  # a name, which nobody fetches
     assert "default-src 'none'" in text
     assert len(text) < 150_000
+    assert str(library()) not in text  # a page is sent to others
 
 
 def test_texts_cannot_end_the_script():

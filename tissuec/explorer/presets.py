@@ -9,7 +9,7 @@ from typing import Any
 
 from tissuec.core.errors import CompileError
 from tissuec.core.units import UnitError, parse_unit, si_unit
-from tissuec.explorer.writing import written_name
+from tissuec.explorer.writing import short_place, written_name
 from tissuec.lang.syntax import key_of
 from tissuec.provenance import shown_value
 from tissuec.scene.findings import Findings
@@ -76,7 +76,7 @@ def _preset(tissue: Tissue, words: Words, file: str) -> dict[str, Any]:
         "name": tissue.name,
         "written": written_name(tissue.name),
         "about": tissue.about,
-        "place": tissue.span.place,
+        "place": short_place(tissue.span),
         "file": file,
         "rules": key_of(tissue.vocabulary),
         "facts": {

@@ -18,7 +18,7 @@ from tissuec.core.units import (
     shown_units,
     si_unit,
 )
-from tissuec.explorer.writing import written_name
+from tissuec.explorer.writing import short_place, written_name
 from tissuec.fuzzy import conditions as c
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
@@ -128,7 +128,6 @@ class _Writer:
             "factor": factor,
             "dimension": named.dimension,
             "kind": describe(named.dimension),
-            "place": named.span.place,
         }
 
     def _word(self, word: str, named: NamedScale) -> dict[str, Any]:
@@ -164,7 +163,7 @@ class _Writer:
             },
             "rules": [
                 {
-                    "place": item.span.place,
+                    "place": short_place(item.span),
                     "parts": list(_parts(item)),
                     "condition": self._condition(rule.condition),
                     "weight": rule.weight,
