@@ -1,5 +1,6 @@
 """The floors of the house: imports point down, and light commands stay light."""
 
+import os
 import subprocess
 import sys
 
@@ -10,6 +11,7 @@ LIGHT = {
     "check": ["check", "library/scenes/sterilisation.tis"],
     "fmt": ["fmt", "--check", "library/scenes/sterilisation.tis"],
     "words": ["words", "fuzzy/soft_tissue"],
+    "explore": ["words", "fuzzy/soft_tissue", "--explore", "-o", os.devnull],
     "library": ["library"],
     "help": ["--help"],
 }

@@ -6,6 +6,8 @@ import zipfile
 
 import pytest
 
+from tissuec.explorer.page import PARTS, SCRIPTS
+
 pytest.importorskip("hatchling")
 
 
@@ -37,6 +39,7 @@ def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
     assert "tissuec/_data/grammars/tissue.lark" in names
     assert "tissuec/_data/library/scenes/sterilisation.tis" in names
     assert "tissuec/core/codes.toml" in names
+    assert {f"tissuec/explorer/{name}" for name in (*SCRIPTS, *PARTS)} <= set(names)
     assert not [
         name for name in names if name.startswith(("tests/", "docs/")) or "__pycache__" in name
     ]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from tissuec.core.units import LENGTH, show
 from tissuec.scene.model import Given, Tissue
+from tissuec.scene.quantities import Spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +54,14 @@ def shown_value(given: Given) -> str:
         return f"{100.0 * given.value:.3g} %"
     if given.value == quantity.none:
         return "none"
-    shown = show(given.value, quantity.dimension)
-    if given.spread == "each node":
-        return f"{shown}/node"
-    if given.spread == "whole body":
-        return f"{shown}/body"
-    return shown if given.length is None else f"{shown} per {show(given.length, LENGTH)}"
+    return show(given.value, quantity.dimension) + belonging(given.spread, given.length)
+
+
+def belonging(spread: Spread, length: float | None) -> str:
+    """Return what stands behind a value to say what it belongs to: "/node", " per 1 mm"."""
+    if spread == "each spring":
+        return "" if length is None else f" per {show(length, LENGTH)}"
+    return "/node" if spread == "each node" else "/body"
 
 
 def _reasons(given: Given) -> Iterator[Reason]:

@@ -88,6 +88,16 @@ class Group(Command, click.Group):
     """A group of commands that takes the global flags too."""
 
 
+library_option = click.option(
+    "--library",
+    "libraries",
+    multiple=True,
+    metavar="DIR",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Also search this folder for what scenes use.",
+)
+
+
 def scene_options(function: F) -> F:
     """Add what every command that compiles a scene takes."""
     options = (
@@ -98,14 +108,7 @@ def scene_options(function: F) -> F:
             metavar="NAME=VALUE",
             help='Give a param another value, such as "cut time=0.9 s".',
         ),
-        click.option(
-            "--library",
-            "libraries",
-            multiple=True,
-            metavar="DIR",
-            type=click.Path(path_type=Path, exists=True, file_okay=False),
-            help="Also search this folder for what scenes use.",
-        ),
+        library_option,
         click.option("--strict", is_flag=True, help="Treat warnings as errors."),
     )
     for option in reversed(options):  # the last one applied stands first in the help

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, aligned, print_json, report
+from tissuec.cli.common import (
+    DONE,
+    Command,
+    Settings,
+    aligned,
+    keep_input,
+    library_option,
+    print_json,
+    report,
+)
 from tissuec.core import resources
 from tissuec.core.errors import TissueError, did_you_mean
 from tissuec.core.nearby import nearby
@@ -14,6 +23,7 @@ from tissuec.core.units import Dimension, show
 if TYPE_CHECKING:
     from tissuec.fuzzy.axis import Axis
     from tissuec.fuzzy.sets import Shape
+    from tissuec.pipeline import Request
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
@@ -23,15 +33,41 @@ DEFAULT = "fuzzy/soft_tissue"
 
 @click.command(cls=Command)
 @click.argument("vocabulary", default=DEFAULT)
-def command(settings: Settings, vocabulary: str) -> int:
+@click.option(
+    "--explore",
+    is_flag=True,
+    help="Write a page with a slider for each property, which shows what follows.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Where that page goes; otherwise it is named after the vocabulary.",
+)
+@click.option("--open", "opens", is_flag=True, help="Show that page in a browser.")
+@library_option
+def command(
+    settings: Settings, vocabulary: str, explore: bool, output: Path | None, opens: bool,
+    libraries: tuple[Path, ...],
+) -> int:  # fmt: skip
     """List the words of VOCABULARY, and the numbers they stand for.
 
     VOCABULARY is a file, with or without its .tis, or the name of a shipped one such as
     fuzzy/soft_tissue.
+
+    \b
+    tissuec words
+    tissuec words my_words.tis --explore --open
     """
     from tissuec.pipeline import Request, read_words
 
-    words, warnings = read_words(Request.file(_find(vocabulary)))
+    if not explore and (output is not None or opens):
+        raise click.UsageError("-o and --open belong to --explore")
+    path = _find(vocabulary, libraries)
+    request = Request.file(path, libraries=libraries)
+    if explore:
+        return _explore(request, path, output or Path(f"{path.stem}.html"), settings, opens)
+    words, warnings = read_words(request)
     listing = _listing(words.vocabulary)
     if settings.json:
         print_json(listing)
@@ -41,11 +77,37 @@ def command(settings: Settings, vocabulary: str) -> int:
     return DONE
 
 
-def _find(vocabulary: str) -> Path:
-    """Return the file of that name, here or in the library; TissueError if there is none."""
+def _explore(
+    request: "Request", path: Path, target: Path, settings: Settings, opens: bool
+) -> int:
+    """Write the page that explores a vocabulary, and show it if so wished."""
+    from tissuec.explorer.page import document, render
+
+    keep_input(target, path)
+    page = document(request)
+    text = render(page)
+    target.write_text(text, encoding="utf-8", newline="\n")
+    counts = {name: len(page[name]) for name in ("properties", "quantities")}
+    counts["rules"] = sum(len(rules["rules"]) for rules in page["rules"])
+    counts["tissues"] = len(page["presets"])
+    if settings.json:
+        print_json({"file": str(target), "bytes": len(text.encode()), **counts})
+    else:
+        listed = ", ".join(f"{count} {name}" for name, count in counts.items())
+        settings.say(f"{target}: {listed}")
+    if opens:
+        import webbrowser
+
+        webbrowser.open(target.resolve().as_uri())
+    return DONE
+
+
+def _find(vocabulary: str, libraries: tuple[Path, ...]) -> Path:
+    """Return the file of that name, here or in a library; TissueError if there is none."""
     bare = vocabulary.removesuffix(SUFFIX)
     library = resources.library()
-    places = (Path(vocabulary), Path(bare + SUFFIX), library / f"{bare}{SUFFIX}")
+    inside = [folder / f"{bare}{SUFFIX}" for folder in (*libraries, library)]
+    places = (Path(vocabulary), Path(bare + SUFFIX), *inside)
     found = next((place for place in places if place.is_file()), None)
     if found is not None:
         return found

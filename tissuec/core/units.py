@@ -208,12 +208,17 @@ def suggested_unit(dimension: Dimension) -> str:
 
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
     """Return a value for people: ``3.16 mN*s/m``, ``4.27 mm``, ``0.25``."""
-    scales = _SHOWN.get(dimension)
-    if not scales or value == 0.0 or not math.isfinite(value):
+    if value == 0.0 or not math.isfinite(value):
         return f"{value:.{digits}g} {si_unit(dimension)}".strip()
+    scales = shown_units(dimension)
     factor, unit = scales[0]
     for size, name in scales:
         # Half a unit in the last digit, so that 0.9999 mm is shown as 1 mm and not 1e+03 um.
         if abs(value) >= size * (1 - 0.5 * 10.0**-digits):
             factor, unit = size, name
-    return f"{value / factor:.{digits}g} {unit}"
+    return f"{value / factor:.{digits}g} {unit}".rstrip()
+
+
+def shown_units(dimension: Dimension) -> tuple[tuple[float, str], ...]:
+    """Return what values are shown in, from the smallest unit (in SI) to the largest."""
+    return _SHOWN.get(dimension) or ((1.0, si_unit(dimension)),)

@@ -33,6 +33,14 @@ class Library:
         """Return the folders in which a file is looked for."""
         return (self.beside,) if wanted.startswith("./") else self.folders
 
+    def files(self) -> Iterator[tuple[str, Path]]:
+        """Yield every file with its name behind ``use``; the first hit of a name counts."""
+        seen: set[str] = set()
+        for name, path in _files(self.folders):
+            if name not in seen:
+                seen.add(name)
+                yield name, path
+
     def near(self, wanted: str) -> str:
         """Return a hint with the file that was meant by one that is not there, if any."""
         start = "./" if wanted.startswith("./") else ""

@@ -279,7 +279,7 @@ class TissueReader:
             if key in given:
                 continue
             if isinstance(answer, NoRule):
-                missing[key] = self._why(rules, answer)
+                missing[key] = why(rules, answer)
             else:
                 given[key] = self._concluded(rules, key, answer)
 
@@ -328,13 +328,15 @@ class TissueReader:
                     f"that leaves its {key} to the rules",
                 )
 
-    def _why(self, rules: Rules, answer: NoRule) -> str:
-        if not answer.silent:
-            return f"no rule of {rules.name} concludes it"
-        if answer.missing:
-            unsaid = ", ".join(answer.missing)
-            return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
-        return f"no rule of {rules.name} fires for these words"
+
+def why(rules: Rules, answer: NoRule) -> str:
+    """Return why rules conclude nothing."""
+    if not answer.silent:
+        return f"no rule of {rules.name} concludes it"
+    if answer.missing:
+        unsaid = ", ".join(answer.missing)
+        return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
+    return f"no rule of {rules.name} fires for these words"
 
 
 def is_none(item: s.Sentence | s.Assign) -> bool:

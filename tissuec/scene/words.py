@@ -1,6 +1,6 @@
 """Hedges, and the reading of a phrase as a word of a scale."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
@@ -68,38 +68,47 @@ def read_word(
     *,
     in_conclusion: bool = False,
 ) -> Word:
-    """Return the word of a scale that a phrase means, or reject it.
+    """Return the word of a scale that a phrase means, or reject it."""
+    front, rest = reading(name.key, scale.scale.words, hedges) or _unknown(
+        name, scale, hedges, scope
+    )
+    shape = scale.scale.words[rest]
+    chosen = [hedges[part] for part in front]
+    if in_conclusion and any(isinstance(hedge, Power) for hedge in chosen):
+        scope.findings.reject(
+            "TIS204",
+            f'"{name.text}": a power hedge cannot be concluded',
+            name.span,
+            hint="it would leave the centre where it is; use a hedge that shifts",
+        )
+    for part, hedge in zip(front, chosen, strict=True):
+        if not has_effect(hedge, shape, scale.scale.axis):
+            scope.findings.add(
+                "W205",
+                f'"{part}" has no effect on "{rest}": it stands where it would be moved to',
+                name.span,
+                hint=f'write "{rest}" alone, or another word',
+            )
+    shape = hedged(chosen, shape, scale.scale.axis)
+    read_as = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
+    assert not (in_conclusion and isinstance(shape, Powered))
+    return Word(read_as, shape)
+
+
+def reading(
+    phrase: str, words: Container[str], hedges: Container[str]
+) -> tuple[tuple[str, ...], str] | None:
+    """Return the hedges and the word that a phrase is read as; None if it is not of a scale.
 
     The whole phrase counts if it is declared as a word; else hedges are taken from the left
     until the rest is one.
     """
-    parts = name.key.split(" ")
+    parts = phrase.split(" ")
     for count in range(len(parts)):
-        front, rest = parts[:count], " ".join(parts[count:])
-        if rest not in scale.scale.words or any(part not in hedges for part in front):
-            continue
-        shape = scale.scale.words[rest]
-        chosen = [hedges[part] for part in front]
-        if in_conclusion and any(isinstance(hedge, Power) for hedge in chosen):
-            scope.findings.reject(
-                "TIS204",
-                f'"{name.text}": a power hedge cannot be concluded',
-                name.span,
-                hint="it would leave the centre where it is; use a hedge that shifts",
-            )
-        for part, hedge in zip(front, chosen, strict=True):
-            if not has_effect(hedge, shape, scale.scale.axis):
-                scope.findings.add(
-                    "W205",
-                    f'"{part}" has no effect on "{rest}": it stands where it would be moved to',
-                    name.span,
-                    hint=f'write "{rest}" alone, or another word',
-                )
-        shape = hedged(chosen, shape, scale.scale.axis)
-        reading = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
-        assert not (in_conclusion and isinstance(shape, Powered))
-        return Word(reading, shape)
-    _unknown(name, scale, hedges, scope)
+        front, rest = tuple(parts[:count]), " ".join(parts[count:])
+        if rest in words and all(part in hedges for part in front):
+            return front, rest
+    return None
 
 
 def _unknown(
