@@ -17,13 +17,13 @@ from statistics import median
 
 import numpy as np
 
+from tissuec.core.markdown import replace_places, table
 from tissuec.core.source import Source
 from tissuec.engine.engine import Engine
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
 from tissuec.prediction import situation_at_start
-from tissuec.reference.markdown import replace_places, table
 
 PAGE = Path(__file__).resolve().parent / "numerics.md"
 REPEATS = 7

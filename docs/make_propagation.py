@@ -20,13 +20,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from tissuec.core.markdown import replace_places, table
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.core.units import TIME, show
 from tissuec.integrators import INTEGRATORS
 from tissuec.integrators.propagation import FLOOR
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.reference.markdown import replace_places, table
 from tissuec.results.trajectory import Trajectory
 
 PAGE = Path(__file__).resolve().parent / "numerics.md"

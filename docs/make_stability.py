@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tissuec.bench.stress.cells import all_cells
 from tissuec.bench.stress.grid import SIGNS, Stress, stress
-from tissuec.reference.markdown import code, replace_places, table
+from tissuec.core.markdown import code, replace_places, table
 
 PAGE = Path(__file__).resolve().parent / "numerics.md"
 BUDGET = 4.0  # time of the processor for a run [s]

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tissuec.core.markdown import code, replace_places, table
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.reference.markdown import code, replace_places, table
 from tissuec.results.trajectory import Trajectory
 
 PAGE = Path(__file__).resolve().parent / "numerics.md"

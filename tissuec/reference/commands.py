@@ -6,7 +6,7 @@ import click
 
 from tissuec.cli import group
 from tissuec.cli.common import FLAGS
-from tissuec.reference.markdown import code, paragraphs, table
+from tissuec.core.markdown import code, paragraphs, table
 
 PROGRAM = "tissuec"
 

@@ -6,6 +6,7 @@ from math import isfinite
 from tissuec.compiling.courses import PROFILES
 from tissuec.compiling.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
+from tissuec.core.markdown import code, described, fenced, summary, table
 from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.instruments import INSTRUMENTS
@@ -14,10 +15,10 @@ from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
-from tissuec.reference.entries import entry_table
-from tissuec.reference.markdown import code, described, fenced, summary, table
-from tissuec.scene import settings
+from tissuec.scene import meanings, settings
 from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
+from tissuec.scene.declarations import TOP_LEVEL
+from tissuec.scene.entries import entry_table
 from tissuec.scene.expressions import FUNCTIONS
 from tissuec.scene.joints import JOINT_ENTRIES
 from tissuec.scene.parameters import CONSTANTS
@@ -30,6 +31,7 @@ from tissuec.verbs import VERBS
 def parts() -> dict[str, str]:
     """Return every generated part of the language reference by its name."""
     return {
+        "parts": part_table(),
         "reserved words": reserved_words(),
         "units": unit_table(),
         "prefixes": prefix_table(),
@@ -57,6 +59,12 @@ def parts() -> dict[str, str]:
 
 def _listed(names: Iterable[str]) -> str:
     return f"{', '.join(map(code, names))}."
+
+
+def part_table() -> str:
+    """Return what a text is made of."""
+    rows = [(code(part), meanings.PARTS[part]) for part in TOP_LEVEL]
+    return table(("part", "what it is"), rows)
 
 
 def reserved_words() -> str:

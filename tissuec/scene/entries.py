@@ -6,8 +6,8 @@ from dataclasses import MISSING
 import numpy as np
 
 from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
+from tissuec.core.markdown import code, table
 from tissuec.core.units import describe, show
-from tissuec.reference.markdown import code, table
 from tissuec.scene.schema import Entry, Kind
 
 
@@ -19,10 +19,11 @@ def entry_table(entries: Mapping[str, Entry]) -> str:
 
 def _row(entry: Entry) -> tuple[str, ...]:
     about = entry.about[:1].upper() + entry.about[1:]
-    return code(_form(entry)), kind_in_words(entry.kind), _default(entry), about
+    return code(form_of(entry)), kind_in_words(entry.kind), default_in_words(entry), about
 
 
-def _form(entry: Entry) -> str:
+def form_of(entry: Entry) -> str:
+    """Return how an entry is written, such as ``radius = …``."""
     match entry.kind:
         case OneOf():
             return f"{entry.name} is …"
@@ -63,7 +64,8 @@ def kind_in_words(kind: Kind) -> str:
             return f"a file and its unit: {describe(dimension)}"
 
 
-def _default(entry: Entry) -> str:
+def default_in_words(entry: Entry) -> str:
+    """Return what holds without an entry, as code; "needed", or nothing."""
     if entry.default is MISSING:
         return "needed"
     if entry.default is None or entry.default == "":
