@@ -19,7 +19,7 @@ from tissuec.compiler import Compiled, compile_scene
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import Program, load, read_source
+from tissuec.scene.imports import DISK, Files, Program, load, read_source
 from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
@@ -36,12 +36,14 @@ class Request:
         overrides: Texts of ``--set``, such as "cut time=0.9 s".
         libraries: Folders of ``--library``.
         strict: Whether warnings count as errors.
+        files: How the files that the scene uses are read.
     """
 
     source: Source
     overrides: tuple[str, ...] = ()
     libraries: tuple[Path, ...] = ()
     strict: bool = False
+    files: Files = DISK
 
     @classmethod
     def file(
@@ -59,7 +61,7 @@ class Request:
 def read_words(request: Request) -> tuple[Words, tuple[Diagnostic, ...]]:
     """Return vocabulary and tissues of a file that need not be a scene, and its warnings."""
     findings = Findings()
-    program = load(request.source, request.libraries, findings)
+    program = _loaded(request, findings)
     words = resolve_words(program, findings, request.overrides)
     words.constants.evaluate_all()
     findings.raise_errors()
@@ -73,17 +75,27 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
         CompileError: The text is wrong, or ``strict`` and there is a warning.
     """
     findings = Findings()
-    program = load(request.source, request.libraries, findings)
+    program = _loaded(request, findings)
     return _compile(program, request, findings, thorough=False)
 
 
-def check_request(request: Request) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
-    """Return like ``compile_request``, looking closer; a file without bodies is no scene."""
+def check_request(
+    request: Request, *, thorough: bool = True
+) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
+    """Return like ``compile_request``, looking closer; a file without bodies is no scene.
+
+    Args:
+        thorough: Whether to make also those checks that take time.
+    """
     findings = Findings()
-    program = load(request.source, request.libraries, findings)
+    program = _loaded(request, findings)
     if program.is_scene:
-        return _compile(program, request, findings, thorough=True)
+        return _compile(program, request, findings, thorough=thorough)
     return None, read_words(request)[1]
+
+
+def _loaded(request: Request, findings: Findings) -> Program:
+    return load(request.source, request.libraries, findings, request.files)
 
 
 def _compile(

@@ -148,9 +148,7 @@ def _scale(kind: str, named: "NamedScale") -> dict[str, Any]:
 
 def _meaning(axis: "Axis", shape: "Shape", dimension: Dimension) -> dict[str, Any]:
     """Return what a word stands for and from where to where it can reach, in SI units."""
-    lowest, highest = axis.bounds
-    ends = (axis.from_scale(min(max(end, lowest), highest)) for end in shape.support)
-    means, low, high = axis.value_of(shape), *ends
+    means, low, high = axis.value_of(shape), *axis.reach_of(shape)
     shown = [show(value, dimension) for value in (means, low, high)]
     return {"means": means, "from": low, "to": high, "shown": shown}
 

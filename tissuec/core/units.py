@@ -206,6 +206,11 @@ def suggested_unit(dimension: Dimension) -> str:
     return "mm" if dimension == LENGTH else si_unit(dimension)
 
 
+def units_shown(dimension: Dimension) -> list[str]:
+    """Return the units in which values of a dimension are shown, the smallest first."""
+    return [unit for _, unit in _SHOWN.get(dimension, ())]
+
+
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
     """Return a value for people: ``3.16 mN*s/m``, ``4.27 mm``, ``0.25``."""
     if value == 0.0 or not math.isfinite(value):

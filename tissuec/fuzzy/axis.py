@@ -100,6 +100,12 @@ class Axis:
         """Return what a word given as a fact stands for: the middle of its core."""
         return self.from_scale(shape.middle)
 
+    def reach_of(self, shape: Shape) -> tuple[float, float]:
+        """Return the least and the largest value that a word can mean."""
+        lowest, highest = self.bounds
+        low, high = (min(max(end, lowest), highest) for end in shape.support)
+        return self.from_scale(low), self.from_scale(high)
+
     def halfway(self, first: AnyShape, second: AnyShape) -> float:
         """Return the value half way between two words, for ``is between … and …``."""
         return self.from_scale(first.middle + (second.middle - first.middle) / 2)

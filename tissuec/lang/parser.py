@@ -55,6 +55,14 @@ def lark_parser() -> Lark:
     return load_parser(_BUILDER)
 
 
+@contextmanager
+def reading(layout: Layout) -> Iterator[Lark]:
+    """Lend the one parser for parts of a text; no one else can parse in the meantime."""
+    with _LOCK, _no_garbage_collection():
+        _BUILDER.begin(layout)
+        yield lark_parser()
+
+
 def parse(source: Source, *, has_heading: bool = True) -> Module:
     """Return the syntax nodes of a text.
 

@@ -59,13 +59,40 @@ def read_source(path: Path, name: str | None = None) -> Source:
         raise CompileError([Diagnostic("TIS604", message, None, hint)]) from error
 
 
-def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Program:
+class Files:
+    """How the files that a text uses are found, read and parsed: from disk, each time anew.
+
+    An editor puts texts that are not saved yet in their places.
+    """
+
+    def has(self, path: Path) -> bool:
+        """Return whether there is such a file; a name that no system allows is none."""
+        try:
+            return path.is_file()
+        except (OSError, ValueError):
+            return False
+
+    def read(self, path: Path, name: str) -> Source:
+        """Return the text of a file as ``read_source`` does."""
+        return read_source(path, name)
+
+    def parse(self, source: Source) -> s.Module:
+        """Return the syntax nodes of a text as ``parse`` does."""
+        return parse(source)
+
+
+DISK = Files()
+
+
+def load(
+    source: Source, libraries: Sequence[Path], findings: Findings, files: Files = DISK
+) -> Program:
     """Return the module of a source with all its imports; findings go to ``findings``.
 
     Raises:
         CompileError: The source itself cannot be parsed.
     """
-    loader = _Loader(libraries, findings)
+    loader = _Loader(libraries, findings, files)
     loader.visit(source, chain=())
     if not loader.modules:
         findings.raise_errors()
@@ -75,9 +102,10 @@ def load(source: Source, libraries: Sequence[Path], findings: Findings) -> Progr
 class _Loader:
     """One walk over the imports."""
 
-    def __init__(self, libraries: Sequence[Path], findings: Findings):
+    def __init__(self, libraries: Sequence[Path], findings: Findings, files: Files):
         self.libraries = libraries
         self.findings = findings
+        self.files = files
         self.modules: list[s.Module] = []
         self.seen: set[Path] = set()
         #: Names and texts: a library may stand in two folders, and each finds its own copy.
@@ -104,7 +132,7 @@ class _Loader:
     def _parse(self, source: Source) -> s.Module | None:
         """Return the module of a source; None if more is wrong with it than numbers."""
         try:
-            return parse(source)
+            return self.files.parse(source)
         except WrongNumbers as error:
             self.findings.extend(error.diagnostics)
             return error.module
@@ -147,7 +175,7 @@ class _Loader:
 
     def _read(self, path: Path, name: str) -> Source:
         try:
-            return read_source(path, name)
+            return self.files.read(path, name)
         except CompileError as error:
             self.findings.extend(error.diagnostics)
             self.findings.stop()
@@ -156,7 +184,7 @@ class _Loader:
         library = Library.of(source, self.libraries)
         places = library.places(wanted)
         file = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
-        hits = [place / file for place in places if _is_file(place / file)]
+        hits = [place / file for place in places if self.files.has(place / file)]
         if not hits:
             searched = tuple(Note(f"searched {place / file}") for place in places)
             self.findings.reject(
@@ -171,14 +199,6 @@ class _Loader:
             names = ", ".join(str(other) for other in sorted(others))
             self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
         return hits[0], str(PurePosixPath(file))
-
-
-def _is_file(path: Path) -> bool:
-    """Return whether there is such a file; a name that no system allows is none."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def _differ(path: Path, other: Path) -> bool:

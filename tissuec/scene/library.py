@@ -44,14 +44,14 @@ class Library:
     def near(self, wanted: str) -> str:
         """Return a hint with the file that was meant by one that is not there, if any."""
         start = "./" if wanted.startswith("./") else ""
-        names = [f"{start}{name}" for name, _ in _files(self.places(wanted))]
+        names = [f"{start}{name}" for name, _ in files_of(self.places(wanted))]
         stem = wanted.removesuffix(SUFFIX).split("/")[-1]
         same = [name for name in names if name.split("/")[-1] == stem]
         return f'did you mean "{same[0]}"?' if same else did_you_mean(wanted, names)
 
     def declaring(self, kind: str, key: str) -> str:
         """Return the file that declares a thing under this name, or an empty string."""
-        for name, path in _files(self.folders):
+        for name, path in files_of(self.folders):
             with suppress(OSError, CompileError):
                 text = path.read_bytes()
                 if key.split(" ")[0].encode() not in text.lower():
@@ -63,7 +63,7 @@ class Library:
         return ""
 
 
-def _files(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
+def files_of(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
     """Yield the files of folders and of those in them, with their names behind ``use``."""
     for place in places:
         for pattern in (f"*{SUFFIX}", f"*/*{SUFFIX}"):
