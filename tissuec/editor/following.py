@@ -1,0 +1,28 @@
+"""Reserved words that can go on with a statement, by its block and first word."""
+
+FOLLOWING: dict[tuple[str, str], tuple[str, ...]] = {
+    ("", "set"): ("of", "where", "in"),
+    ("", "tissue"): ("like",),
+    ("", "property"): ("from", "to"),
+    ("", "quantity"): ("from", "to", "on"),
+    ("", "param"): ("between", "and"),
+    ("", "table"): ("of", "in", "with"),
+    ("", "expect"): (
+        "at", "from", "to", "until", "over", "between", "and", "or", "not", "along", "of",
+    ),
+    ("tissue", ""): ("is", "in", "of", "between", "and", "per"),
+    ("law", ""): ("is", "of"),
+    ("body", ""): ("is", "where"),
+    ("region", ""): ("is",),
+    ("mesh", ""): ("is", "from", "to", "in"),
+    ("joint", ""): ("is", "from", "to"),
+    ("tool", ""): ("is",),
+    ("environment", ""): ("is",),
+    ("simulate", ""): ("is",),
+    ("surface", ""): ("is",),
+    ("output", ""): ("is", "of", "to", "every"),
+    ("rules", ""): ("is",),
+    ("quantity", ""): ("to", "is", "from", "until", "of"),
+    ("property", ""): ("from", "to", "until"),
+    ("script", ""): ("to", "every", "and", "or", "not", "between", "along"),
+}  # fmt: skip

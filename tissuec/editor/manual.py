@@ -1,0 +1,33 @@
+"""The page of all messages, as a file that an editor can open where a code stands."""
+
+import re
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+from tissuec.core.catalogue import reference
+from tissuec.core.resources import cache_folder
+
+_HEAD = re.compile(r"^## (\w+):", re.MULTILINE)
+
+
+@cache
+def _page() -> tuple[Path | None, dict[str, int]]:
+    """Return where the page is, and the line of each code from 1."""
+    text, folder = reference(), cache_folder()
+    lines = {found[1]: text.count("\n", 0, found.start()) + 1 for found in _HEAD.finditer(text)}
+    if folder is None:
+        return None, lines
+    path = folder / f"messages-{sha256(text.encode()).hexdigest()[:16]}.md"
+    try:
+        if not path.exists():
+            path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError:
+        return None, lines
+    return path, lines
+
+
+def address_of(code: str) -> str | None:
+    """Return the address of what is said about a code."""
+    path, lines = _page()
+    return f"{path.as_uri()}#L{lines[code]}" if path is not None and code in lines else None
