@@ -37,6 +37,7 @@ def wheel(tmp_path_factory, repository):
 def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     assert "tissuec/_data/grammars/tissue.lark" in names
+    assert "tissuec/_data/grammars/vscode/syntaxes/tissuec.tmLanguage.json" in names
     assert "tissuec/_data/library/scenes/sterilisation.tis" in names
     assert "tissuec/core/codes.toml" in names
     assert {f"tissuec/explorer/{name}" for name in (*SCRIPTS, *PARTS)} <= set(names)

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+from tissuec.core.markdown import places, replace_places
+from tissuec.core.resources import grammar
+from tissuec.editor import folder as editor
 from tissuec.reference import commands, language
-from tissuec.reference.markdown import places, replace_places
 
 
 def contents() -> dict[str, str]:
@@ -26,3 +28,13 @@ def unused(folder: Path) -> set[str]:
     """Return the generated parts that no page of a folder shows."""
     shown = [places(page.read_text(encoding="utf-8")) for page in folder.glob("*.md")]
     return set(contents()).difference(*shown)
+
+
+def outdated_grammars() -> dict[Path, str]:
+    """Return the files for editors that should read otherwise, with what they should be."""
+    wanted = {grammar(f"vscode/{name}"): text for name, text in editor.contents().items()}
+    return {path: text for path, text in wanted.items() if _text_of(path) != text}
+
+
+def _text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8") if path.exists() else ""
