@@ -23,6 +23,7 @@ COMMANDS = {
     "export": "Write logs as CSV, or frames as VTU or OBJ.",
     "import": "Say what a mesh file holds, as a scene to start from.",
     "library": "List what tissuec ships, or copy it to edit.",
+    "lsp": "Answer what an editor asks: a language server.",
     "completion": "Print the script that completes commands in your shell.",
 }
 
