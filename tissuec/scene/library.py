@@ -36,7 +36,7 @@ class Library:
     def files(self) -> Iterator[tuple[str, Path]]:
         """Yield every file with its name behind ``use``; the first hit of a name counts."""
         seen: set[str] = set()
-        for name, path in _files(self.folders):
+        for name, path in files_of(self.folders):
             if name not in seen:
                 seen.add(name)
                 yield name, path
