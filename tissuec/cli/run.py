@@ -176,8 +176,8 @@ def _with_progress(
     compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
     resume: bool, twin: bool | None,
 ) -> "Result":  # fmt: skip
-    from tissuec.cli.progress import Progress
     from tissuec.pipeline import simulate
+    from tissuec.progress import Progress
     from tissuec.running.twin import Twin
 
     twin = Twin.is_possible() if twin is None else twin

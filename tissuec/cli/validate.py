@@ -19,8 +19,8 @@ from tissuec.cli.common import (
     scene_options,
     tell_mistakes,
 )
-from tissuec.cli.progress import Progress
 from tissuec.core.errors import CompileError
+from tissuec.progress import Progress
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled

@@ -40,11 +40,19 @@ class TissueError(Exception):
 
 
 class CompileError(TissueError):
-    """The text does not describe a scene; holds every finding, not just the first."""
+    """The text does not describe a scene; holds every finding, not just the first.
+
+    As text it is all of them, each with the place that it is about.
+    """
 
     def __init__(self, diagnostics: Iterable[Diagnostic]):
         self.diagnostics = tuple(diagnostics)
-        super().__init__(*(f"{d.code}: {d.message}" for d in self.diagnostics[:1]))
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        from tissuec.core.rendering import render  # late: commands paint findings themselves
+
+        return "\n\n".join(map(render, self.diagnostics))
 
 
 class SimulationError(TissueError):

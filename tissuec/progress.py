@@ -21,12 +21,23 @@ class Progress:
     Args:
         duration: Of the run [s].
         compiles: Whether kernels may have to be compiled, which tells no time.
+        anywhere: Whether it is also shown off a terminal, such as in a notebook.
     """
 
-    def __init__(self, name: str, duration: float, *, shown: bool, compiles: bool = True):
+    def __init__(
+        self,
+        name: str,
+        duration: float,
+        *,
+        shown: bool,
+        compiles: bool = True,
+        anywhere: bool = False,
+    ):
         self.name = name
         self.duration = duration
-        self.shown = shown and sys.stderr.isatty()
+        self.is_terminal = sys.stderr.isatty()
+        self.shown = shown and (anywhere or self.is_terminal)
+        self.widest = 0
         self.started = clock.monotonic()
         self.next = self.started + FIRST_AFTER
         self.first: tuple[float, float] | None = None
@@ -54,8 +65,15 @@ class Progress:
 
     def _write(self, line: str) -> None:
         self.written = True
-        sys.stderr.write(f"\r\x1b[2K{line}")
+        self._clear()
+        sys.stderr.write(line)
         sys.stderr.flush()
+        self.widest = max(self.widest, len(line))
+
+    def _clear(self) -> None:
+        """Clear the line; off a terminal there are only blanks to do it with."""
+        blank = "\x1b[2K" if self.is_terminal else f"{'':{self.widest}}\r"
+        sys.stderr.write(f"\r{blank}")
 
     def _line(self, now: float, time: float) -> str:
         assert self.first is not None
@@ -81,7 +99,7 @@ class Progress:
         if self.shown and self.watch is not None:
             self.watch.join()
         if self.written:
-            sys.stderr.write("\r\x1b[2K")
+            self._clear()
             sys.stderr.flush()
 
 

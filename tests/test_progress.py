@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from tissuec.cli import progress
-from tissuec.cli.progress import Progress
+from tissuec import progress
+from tissuec.progress import Progress
 
 
 class Terminal(io.StringIO):
@@ -48,3 +48,12 @@ def test_off_a_terminal_nothing_is_shown(monkeypatch):
         line.at(0.5)
         time.sleep(0.2)
     assert stream.getvalue() == ""
+
+
+def test_a_notebook_gets_blanks_where_a_terminal_is_told_to_clear(monkeypatch):
+    stream = impatient(monkeypatch, io.StringIO())
+    with Progress("tube.tis", 2.0, shown=True, compiles=False, anywhere=True) as line:
+        line.at(0.5)
+    last = stream.getvalue().split("\r")[-2]
+    assert "500 ms of 2 s" in stream.getvalue() and "\x1b" not in stream.getvalue()
+    assert last == " " * len(last) and len(last) > 40
