@@ -4,7 +4,7 @@ The same text gives the same bytes: nothing here looks at the clock, the machine
 number.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,7 @@ from tissuec.laws import LINEAR
 from tissuec.meshes import Celled
 from tissuec.network import BodyPart, JointPart, Network, Provenance
 from tissuec.plan import RELAXATION, Event, Expectation, Plan, Simulation
+from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.verbs import Demanding
@@ -50,6 +51,12 @@ class Compiled:
     network: Network
     plan: Plan
     groups: Groups
+
+    def named_groups(self) -> Iterator[NamedGroup]:
+        """Yield sets, regions, and the nodes that carry the shapes of tools."""
+        yield from self.groups.named()
+        for tool in self.network.tools:
+            yield NamedGroup(tool.name, "nodes", np.arange(tool.nodes.start, tool.nodes.stop))
 
 
 def compile_scene(scene: Scene, findings: Findings) -> Compiled:

@@ -9,7 +9,7 @@ Each stage is one function of immutable values, so that any of them can be shown
     outcome = simulate(compiled, path, …)      motion, in one HDF5 file
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from tissuec.checks import check_all
 from tissuec.compiler import Compiled, compile_scene
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
+from tissuec.plan import Plan
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import DISK, Files, Program, load, read_source
 from tissuec.scene.resolve import Words, resolve, resolve_words
@@ -158,7 +159,8 @@ def simulate(
             checkpoint = find_checkpoint(path, text, manifest)
             writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
         else:
-            writer = ResultWriter(path, network, wishes(network, plan), manifest, text)
+            groups = tuple(compiled.named_groups())
+            writer = ResultWriter(path, network, wishes(network, plan), manifest, text, groups)
         with writer:
             recorder = Recorder(network, plan, writer, tap=companion and companion.take)
             outcome = run(network, plan, recorder, progress=progress, resume=state)
@@ -166,21 +168,40 @@ def simulate(
             likeness = companion.compare() if companion and finished else None
             if likeness is not None:
                 writer.twin(likeness.times, likeness.apart[:, None])
-            written = writer.close(outcome.message, finished, _facts(outcome, likeness))
+            facts = _facts(plan, outcome, likeness)
+            written = writer.close(outcome.message, finished, facts)
             views = writer.views
     return Result(outcome, written, likeness, views)
 
 
-def _facts(outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]:
+def _facts(plan: Plan, outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]:
     """Return what a result says of how the run went."""
     facts = {
         "method": outcome.statistics.method,
         "statistics": asdict(outcome.statistics),
         "notes": list(outcome.notes),
+        "expectations": list(_judged(plan, outcome)),
         "failed_expectations": len(outcome.failures),
         "unreached_expectations": len(outcome.unreached),
     }
     return facts if likeness is None else facts | {"twin": likeness.as_dict()}
+
+
+def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
+    """Yield what became of each expectation, in the order of the scene."""
+    failures = {failure.expectation: failure for failure in outcome.failures}
+    for number, expectation in enumerate(plan.expectations):
+        state, time, measured = "holds", None, ""
+        if number in failures:
+            state, time = "fails", failures[number].time
+            measured = failures[number].measured
+        elif number in outcome.unreached:
+            state = "not reached"
+        span = expectation.span
+        yield {
+            "expect": span.one_line, "place": span.place, "state": state,
+            "time": time, "measured": measured,
+        }  # fmt: skip
 
 
 def _digests(compiled: Compiled) -> Mapping[str, str]:

@@ -15,6 +15,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.network import Floats, Indices
+from tissuec.results.recording import NamedGroup
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -122,6 +123,18 @@ class Groups:
         for key in self.declared:
             with self.findings.item():
                 self.sets.find(key)
+
+    def named(self) -> Iterator[NamedGroup]:
+        """Yield all sets, and the regions of all bodies, as results keep them."""
+        for chosen in self.sets.values.values():
+            if chosen is not None:
+                what = KINDS[chosen.of_springs]
+                yield NamedGroup(chosen.group.name, what, chosen.group.indices)
+        for placed in self.bodies.values():
+            body, masks = placed.drawing.body, placed.drawing.regions
+            for region in body.regions:
+                nodes = placed.nodes[masks[s.key_of(region.name)]]
+                yield NamedGroup(region.name, KINDS[0], nodes, body.name)
 
     def is_known(self, name: s.Name) -> bool:
         """Tell whether a name is a set, a body or a joint."""

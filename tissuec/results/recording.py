@@ -62,6 +62,23 @@ class Recording:
     surfaces: tuple[SurfaceChannel, ...] = ()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedGroup:
+    """Nodes or springs that have a name: a set of the scene, or a region of a body.
+
+    Attributes:
+        name: What the scene calls it.
+        what: "nodes" or "springs".
+        indices: Network numbers, ascending, shape (member,).
+        body: Of a region, the body that it is a part of; "" for a set.
+    """
+
+    name: str
+    what: str
+    indices: Indices
+    body: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened at a moment: a cut, a rupture, a grasp, a release, a trigger.

@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import h5py
 import numpy as np
@@ -18,6 +18,8 @@ TEXT = h5py.string_dtype()
 # Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
 # neither their compressed chunks nor their virtual datasets.
 LIBVER = ("earliest", "v110")
+COMPRESSED: Any = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+LEAST_COMPRESSED = 1024  # numbers
 
 
 class Column:
@@ -99,7 +101,6 @@ class Store:
     ) -> Column:
         """Return the column at ``path``; made if need be, with rows of shape ``row``."""
         if path not in self.file:
-            filters = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
             dataset = self.file.create_dataset(
                 path,
                 shape=(0, *row),
@@ -107,17 +108,28 @@ class Store:
                 maxshape=(None, *(length or None for length in row)),
                 chunks=(chunk, *(max(1, length) for length in row)),
                 dtype=kind,
-                **(filters if compress else {}),
+                **(COMPRESSED if compress else {}),
             )
             describe(dataset, unit, description)
         column = self.columns[path] = Column(access.dataset(self.file, path))
         return column
 
-    def array(self, path: str, value: object, description: str, *, unit: str = "") -> None:
+    def array(
+        self,
+        path: str,
+        value: object,
+        description: str,
+        *,
+        unit: str = "",
+        compress: bool = False,
+    ) -> None:
         """Write a dataset of fixed size, or text, in the place of any former one.
 
         One of the same shape and kind is overwritten in place, so that a file in which the
         same things are written again and again does not grow.
+
+        Args:
+            compress: Whether it pays to look for repetition, where there is room for any.
         """
         data = _fixed_text(value) if isinstance(value, str) else np.asarray(value)
         former = self.file.get(path)
@@ -127,7 +139,8 @@ class Store:
             return
         if former is not None:
             del self.file[path]
-        describe(self.file.create_dataset(path, data=data), unit, description)
+        filters = COMPRESSED if compress and data.size >= LEAST_COMPRESSED else {}
+        describe(self.file.create_dataset(path, data=data, **filters), unit, description)
 
     def append(self, rows: Mapping[Column, ArrayLike]) -> None:
         """Add rows to columns: to all of them or, if one does not fit, to none."""

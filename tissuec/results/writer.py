@@ -18,6 +18,7 @@ from tissuec.results.arrays import read_network, read_recording, write_network, 
 from tissuec.results.checkpoint import Checkpoint, Value, truncate, write_checkpoint
 from tissuec.results.errors import ResultError
 from tissuec.results.frames import FrameRecorder
+from tissuec.results.groups import write_groups
 from tissuec.results.h5md import add_views, remove_views
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
@@ -28,9 +29,10 @@ from tissuec.results.manifest import (
     write_manifest,
 )
 from tissuec.results.mesh import RecordedMesh
+from tissuec.results.origins import write_origins
 from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames
-from tissuec.results.recording import Event, Recording
+from tissuec.results.recording import Event, NamedGroup, Recording
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import (
@@ -60,6 +62,7 @@ class ResultWriter:
         recording: What is recorded.
         manifest: Facts about the run: "method", "plan", "overrides", "author", …
         scene_text: The scene as it was run.
+        groups: Sets and regions.
 
     Attributes:
         views: Files that show the surfaces of the finished result, by the names of the bodies.
@@ -76,6 +79,7 @@ class ResultWriter:
         recording: Recording,
         manifest: Mapping[str, object],
         scene_text: str,
+        groups: Sequence[NamedGroup] = (),
     ):
         mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
         _check_names(recording)
@@ -87,6 +91,8 @@ class ResultWriter:
             mark_layout(store.file)
             store.array(SCENE, scene_text, "the scene as it was run")
             write_network(store, network)
+            write_origins(store, network.provenance)
+            write_groups(store, groups)
             write_recording(store, recording)
             self._begin(store, network, recording, mesh)
             self._manifest = first_manifest(manifest, scene_text)
