@@ -10,7 +10,8 @@ Every fenced block of a page is taken in order, in a folder of the page's own:
   line, and for any lines where it stands alone. ``VARYING`` parts need not agree, such as
   what the clock, or the last digits of the processor, decide.
 - ``python`` is run, one namespace for all of a page; ``python FILE`` as that module of the
-  package. ``output`` is what the last one printed.
+  package. ``output`` is what the last one printed. Where a library is missing that a block
+  needs, the rest of the page is skipped.
 
 Other blocks are for reading only.
 """
@@ -155,6 +156,9 @@ class Reader:
     def python(self, block: Block) -> None:
         if "matplotlib" in block.text:
             pytest.importorskip("matplotlib").use("Agg")
+        for package in ("pandas", "xarray"):
+            if f"to_{package}" in block.text:
+                pytest.importorskip(package)
         said = io.StringIO()
         module = block.name.removesuffix(".py").replace("/", ".")
         space = {"__name__": module} if module else self.namespace

@@ -1,3 +1,59 @@
-"""tissuec: words for tissue into physics, and physics into motion that can be trusted."""
+"""tissuec: words for tissue into physics, and physics into motion that can be trusted.
+
+From Python: ``tissuec.run("tube.tis")``, ``load``, ``check`` and ``compile``. What stands
+behind these names is imported when one of them is used for the first time.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from tissuec.core.errors import (
+        CompileError,
+        Diagnostic,
+        ExpectationError,
+        SimulationError,
+        TissueError,
+        TissueWarning,
+    )
+    from tissuec.door import check, compile, load, run
+    from tissuec.results.errors import PlaceError, ResultError
+    from tissuec.results.trajectory import Trajectory
+
+__all__ = [
+    "CompileError",
+    "Diagnostic",
+    "ExpectationError",
+    "PlaceError",
+    "ResultError",
+    "SimulationError",
+    "TissueError",
+    "TissueWarning",
+    "Trajectory",
+    "__version__",
+    "check",
+    "compile",
+    "load",
+    "run",
+]
+
+_HOMES = {
+    "tissuec.door": ("check", "compile", "load", "run"),
+    "tissuec.results.errors": ("PlaceError", "ResultError"),
+    "tissuec.results.trajectory": ("Trajectory",),
+}
+_ERRORS = "tissuec.core.errors"
+
+
+def __getattr__(name: str) -> object:
+    if name not in __all__:
+        raise AttributeError(f'module "{__name__}" has no attribute "{name}"')
+    home = next((home for home, names in _HOMES.items() if name in names), _ERRORS)
+    value = globals()[name] = getattr(import_module(home), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -27,8 +27,9 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import key_of
 from tissuec.laws import LINEAR
 from tissuec.meshes import Celled
-from tissuec.network import BodyPart, JointPart, Network, Provenance
+from tissuec.network import BodyPart, Indices, JointPart, Network, Provenance
 from tissuec.plan import RELAXATION, Event, Expectation, Plan, Simulation
+from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
@@ -57,6 +58,26 @@ class Compiled:
         yield from self.groups.named()
         for tool in self.network.tools:
             yield NamedGroup(tool.name, "nodes", np.arange(tool.nodes.start, tool.nodes.stop))
+
+    def nodes_of(self, name: str) -> Indices:
+        """Return the numbers of the nodes of a set or body, shape (node,).
+
+        A region is named with its body: "scar of liver".
+
+        Raises:
+            ValueError: There is none of that name.
+        """
+        return members(self.network, tuple(self.named_groups()), name, "nodes")
+
+    def springs_of(self, name: str) -> Indices:
+        """Return the numbers of the springs of a set, body or joint, shape (spring,).
+
+        Of nodes, those with both ends among them.
+
+        Raises:
+            ValueError: There is none of that name.
+        """
+        return members(self.network, tuple(self.named_groups()), name, "springs")
 
 
 def compile_scene(scene: Scene, findings: Findings) -> Compiled:

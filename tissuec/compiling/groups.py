@@ -126,8 +126,8 @@ class Groups:
 
     def named(self) -> Iterator[NamedGroup]:
         """Yield all sets, and the regions of all bodies, as results keep them."""
-        for chosen in self.sets.values.values():
-            if chosen is not None:
+        for key in self.declared:
+            if (chosen := self.sets.values.get(key)) is not None:
                 what = KINDS[chosen.of_springs]
                 yield NamedGroup(chosen.group.name, what, chosen.group.indices)
         for placed in self.bodies.values():

@@ -30,6 +30,11 @@ class Diagnostic:
         """Return "warning" for codes that begin with W, otherwise "error"."""
         return "warning" if self.code.startswith("W") else "error"
 
+    def __str__(self) -> str:
+        from tissuec.core.rendering import render  # late: commands paint findings themselves
+
+        return render(self)
+
 
 #: How alike two words must be (of 1) for one to be a misspelling of the other.
 _ALIKE = 0.7
@@ -50,13 +55,19 @@ class CompileError(TissueError):
         super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
-        from tissuec.core.rendering import render  # late: commands paint findings themselves
-
-        return "\n\n".join(map(render, self.diagnostics))
+        return "\n\n".join(map(str, self.diagnostics))
 
 
 class SimulationError(TissueError):
     """The run diverged or could not go on; the message names the spring, time and line."""
+
+
+class ExpectationError(TissueError):
+    """What the scene expects did not come about; the message says what was measured."""
+
+
+class TissueWarning(UserWarning):
+    """Something that a caller from Python should know, and that ``strict`` makes an error."""
 
 
 def counted(number: int, what: str) -> str:

@@ -12,10 +12,11 @@ import numpy as np
 from tissuec.core.errors import alternatives
 from tissuec.network import Floats
 from tissuec.results.errors import ResultError
+from tissuec.results.logs import Log
 from tissuec.results.shapes import Shape, cannot_write, write_obj, write_vtu
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
-from tissuec.results.trajectory import Log, Trajectory
+from tissuec.results.trajectory import Trajectory
 
 
 def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextIO) -> None:
@@ -46,7 +47,7 @@ def table_rows(
     names = [names] if isinstance(names, str) else list(names)
     if names == ["events"] and "events" not in trajectory.logs:
         return _event_rows(trajectory)
-    logs = [_find_log(trajectory, name) for name in names]
+    logs = [find_log(trajectory, name) for name in names]
     head = ["time [s]", *(head for log in logs for head in _heads(log))]
     return chain([head], _joined_rows(logs))
 
@@ -70,7 +71,7 @@ def _plain_table(trajectory: Trajectory, name: str) -> Any:
     if name == "events" and "events" not in trajectory.logs:
         heads, *rows = _event_rows(trajectory)
         return [dict(zip(["time", *heads[1:]], row, strict=True)) for row in rows]
-    log = _find_log(trajectory, name)
+    log = find_log(trajectory, name)
     return {
         "columns": list(log.columns),
         "unit": log.unit,
@@ -140,7 +141,8 @@ def export_surface(series: SurfaceSeries, path: Path) -> None:
         raise cannot_write(path, error) from error
 
 
-def _find_log(trajectory: Trajectory, name: str) -> Log:
+def find_log(trajectory: Trajectory, name: str) -> Log:
+    """Return a log, or "energies", by its name; ResultError if there is none."""
     if name in trajectory.logs:
         return trajectory.logs[name]
     if name == "energies" and trajectory.energies is not None:
@@ -158,7 +160,7 @@ def _heads(log: Log) -> list[str]:
 
 def _joined_rows(logs: Sequence[Log]) -> Iterable[list[object]]:
     """Yield one row per moment of any log; a moment that a log has twice stands there twice."""
-    keys = [_moments(log.time) for log in logs]
+    keys = [moments_of(log.time) for log in logs]
     moments, place = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
     ends = np.cumsum([len(key) for key in keys])
     tables = []
@@ -171,7 +173,7 @@ def _joined_rows(logs: Sequence[Log]) -> Iterable[list[object]]:
         yield [moment, *(number for row in values for number in row)]
 
 
-def _moments(time: Floats) -> Floats:
+def moments_of(time: Floats) -> Floats:
     """Return each time and the how-manieth of its kind it is, shape (moment, 2)."""
     order = np.argsort(time, kind="stable")
     ordered = time[order]
@@ -183,11 +185,11 @@ def _moments(time: Floats) -> Floats:
 def _event_rows(trajectory: Trajectory) -> Iterator[list[Any]]:
     yield ["time [s]", "kind", "springs", "cause", "place"]
     for event in trajectory.events:
-        springs = " ".join(_spring_name(trajectory, number) for number in event.springs)
+        springs = " ".join(spring_name(trajectory, number) for number in event.springs)
         yield [event.time, event.kind, springs, event.cause, event.place]
 
 
-def _spring_name(trajectory: Trajectory, number: int) -> str:
+def spring_name(trajectory: Trajectory, number: int) -> str:
     """Return the id of a spring, with its body where there are several that count their own."""
     network = trajectory.network
     identity = str(network.spring_ids[number])

@@ -3,8 +3,9 @@
 from collections import Counter
 from typing import Any
 
+from tissuec.results.logs import Log
 from tissuec.results.surface_series import SurfaceSeries
-from tissuec.results.trajectory import Log, Trajectory
+from tissuec.results.trajectory import Trajectory
 
 
 def summary(trajectory: Trajectory) -> dict[str, Any]:

@@ -98,6 +98,25 @@ class Event:
     place: str
 
 
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What became of an expectation.
+
+    Attributes:
+        expect: The clause as it is written.
+        place: ``file:line``.
+        state: "holds", "fails" or "not reached".
+        time: Of the verdict [s]; of a failure the first time at which it failed.
+        measured: What was measured then, such as "gap(oviduct) = 0.2 mm".
+    """
+
+    expect: str
+    place: str
+    state: str
+    time: float | None
+    measured: str
+
+
 def body_of(network: Network, node: int) -> str:
     """Return the name of the body that holds network node ``node``; "" if none does."""
     for body in network.bodies:

@@ -1,119 +1,44 @@
 """Reading a result file: nothing is loaded before it is asked for."""
 
-from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.core.source import Source
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
 from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
+from tissuec.results.errors import ResultError
+from tissuec.results.groups import read_groups
 from tissuec.results.layout import open_result
+from tissuec.results.logs import Log, Logs
 from tissuec.results.manifest import SCENE, read_manifest
 from tissuec.results.mesh import Cells
+from tissuec.results.names import members
+from tissuec.results.origins import read_origins
+from tissuec.results.over_frames import Frames, Tensions
 from tissuec.results.parts import read_cells
-from tissuec.results.recording import Event
+from tissuec.results.recording import Event, Judged, NamedGroup
 from tissuec.results.surface_series import Surfaces
-from tissuec.results.tables import ENERGY_PATH, read_channel, read_channels, read_events
+from tissuec.results.tables import ENERGY_PATH, read_events
 
-
-class Log:
-    """A logged quantity.
-
-    Attributes:
-        name: What the scene calls it.
-        columns: What the numbers of a row are: axes or ids.
-        unit: Their unit.
-        description: One sentence.
-    """
-
-    def __init__(self, file: h5py.File, path: str):
-        channel = read_channel(file, path)
-        self.name, self.columns = channel.name, channel.columns
-        self.unit, self.description = channel.unit, channel.description
-        self._group = access.group(file, path)
-
-    @cached_property
-    def time(self) -> Floats:
-        """The moments [s], shape (moment,)."""
-        return access.array(self._group, "time")
-
-    @cached_property
-    def value(self) -> Floats:
-        """The rows [unit], shape (moment, column)."""
-        return access.array(self._group, "value")
-
-
-class Logs(Mapping[str, Log]):
-    """All logs of a file by name, in the order of the scene."""
-
-    def __init__(self, file: h5py.File):
-        self._file = file
-        self._paths = read_channels(file)
-
-    def __getitem__(self, name: str) -> Log:
-        return Log(self._file, self._paths[name])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._paths)
-
-    def __len__(self) -> int:
-        return len(self._paths)
-
-
-class Frames:
-    """Vectors at the recorded nodes over time, shape (frame, node, 3), read when indexed.
-
-    Takes the indices that NumPy takes; only the frames that the first of them chooses are read.
-    """
-
-    def __init__(self, dataset: h5py.Dataset, frames: int, nodes: int):
-        self._dataset = dataset
-        self.shape = (frames, nodes, 3)
-        self.dtype: np.dtype = dataset.dtype
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-    def __getitem__(self, index: Any) -> NDArray:
-        first, rest = (
-            (index[0], index[1:]) if isinstance(index, tuple) and index else (index, ())
-        )
-        if first is Ellipsis or first is None or isinstance(first, tuple):
-            return self._read(0, len(self))[index]
-        chosen = np.arange(len(self))[first]
-        frames = self._gather(chosen.reshape(-1))
-        if isinstance(first, slice):
-            return frames[(slice(None), *rest)]
-        return frames[(np.arange(chosen.size).reshape(chosen.shape)[()], *rest)]
-
-    def _gather(self, chosen: Indices) -> NDArray:
-        """Return frames by number, read at once where they lie close together."""
-        low, high = (int(chosen.min()), int(chosen.max()) + 1) if chosen.size else (0, 0)
-        if high - low <= 4 * chosen.size:
-            return self._read(low, high)[chosen - low]
-        return np.concatenate([self._read(frame, frame + 1) for frame in chosen])
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
-        return np.asarray(self[:], dtype=dtype)
-
-    def _read(self, low: int, high: int) -> NDArray:
-        nodes = self.shape[1]
-        return self._dataset[low * nodes : high * nodes].reshape(high - low, nodes, 3)
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports]
+    import xarray  # pyright: ignore[reportMissingImports]
 
 
 class Trajectory:
     """A result file, finished or not; use it in a ``with`` statement, or `close` it.
 
-    Frames number the recorded nodes from 0; `nodes` and `springs` are their numbers in the
-    network and `node_ids` and `spring_ids` those of the scene.
+    Nothing is read before it is asked for, and all numbers are in SI units. Frames number the
+    recorded nodes from 0; `nodes` and `springs` are their numbers in the network and `node_ids`
+    and `spring_ids` those of the scene. `nodes_of` and `springs_of` find those of a set.
 
     Args:
         path: The file.
@@ -124,7 +49,13 @@ class Trajectory:
 
     def __init__(self, path: Path):
         self.path = Path(path)
-        self._file = open_result(self.path)
+        self._opened = open_result(self.path)
+
+    @property
+    def _file(self) -> h5py.File:
+        if not self._opened:
+            raise ResultError(f'"{self.path}" is closed; read what is needed before that')
+        return self._opened
 
     @classmethod
     def open(cls, path: Path) -> Self:
@@ -133,7 +64,23 @@ class Trajectory:
 
     def close(self) -> None:
         """Close the file; what was not read yet can no longer be."""
-        self._file.close()
+        self._opened.close()
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether something can still be read."""
+        return bool(self._opened)
+
+    def __repr__(self) -> str:
+        from tissuec.results.showing import as_text
+
+        return as_text(self)
+
+    def _repr_html_(self) -> str:
+        """Show it in a notebook: the motion, and what else there is."""
+        from tissuec.results.showing import as_html
+
+        return as_html(self)
 
     def __enter__(self) -> Self:
         return self
@@ -175,6 +122,21 @@ class Trajectory:
             access.dataset(self._file, f"VTKHDF/{name}"), self._frame_count, len(self.nodes)
         )
 
+    @property
+    def tension(self) -> Tensions:
+        """Tensions of the recorded springs [N], shape (frame, spring); NaN once one is gone.
+
+        A spring that is pressed has a negative one.
+        """
+        count, steps = self._frame_count, access.group(self._file, "VTKHDF/Steps")
+        return Tensions(
+            access.dataset(self._file, "VTKHDF/CellData/spring_force"),
+            access.dataset(steps, "CellDataOffsets/spring_force")[:count],
+            access.dataset(steps, "PartOffsets")[:count],
+            self.springs,
+            self.cells,
+        )
+
     def cells(self, frame: int) -> Cells:
         """Return what frame number ``frame`` draws."""
         return read_cells(self._file, self._step("PartOffsets", frame))
@@ -182,7 +144,8 @@ class Trajectory:
     def spring_force(self, frame: int) -> tuple[Floats, Indices]:
         """Return the tensions [N] in a frame, and whose they are as rows of `ends`.
 
-        Both have shape (alive,). A frame number may count from the end, as in NumPy.
+        `tension` has those of all springs, also of the ones that are gone. Both have shape
+        (alive,). A frame number may count from the end, as in NumPy.
         """
         cells = self.cells(frame)
         first = self._step("CellDataOffsets/spring_force", frame)
@@ -223,9 +186,74 @@ class Trajectory:
         return np.searchsorted(self.nodes, self.network.ends[self.springs]).reshape(-1, 2)
 
     @cached_property
+    def bodies(self) -> dict[str, BodyPart]:
+        """The bodies by name, with the slices of their nodes and springs in the network."""
+        return {body.name: body for body in self.network.bodies}
+
+    @cached_property
+    def groups(self) -> tuple[NamedGroup, ...]:
+        """All sets of the scene, tools with a shape, and regions of bodies."""
+        return read_groups(self._file)
+
+    @cached_property
+    def sets(self) -> dict[str, NamedGroup]:
+        """The sets of nodes and springs by name, in network numbers."""
+        return {group.name: group for group in self.groups if not group.body}
+
+    def nodes_of(self, name: str) -> Indices:
+        """Return the nodes of a set or body as rows of the frames, shape (node,).
+
+        ``trajectory.position[:, trajectory.nodes_of("waist")]`` is how they moved. A region is
+        named with its body: "scar of liver".
+
+        Raises:
+            ValueError: There is none of that name, or the frames do not show all of it.
+        """
+        nodes = members(self.network, self.groups, name, "nodes")
+        return self._rows(name, nodes, self.nodes, "nodes")
+
+    def springs_of(self, name: str) -> Indices:
+        """Return the springs of a set, body or joint as rows of `ends`, shape (spring,).
+
+        Of nodes, those with both ends among them. Springs that resist bending are in no frame.
+
+        Raises:
+            ValueError: There is none of that name, or the frames do not show all of it.
+        """
+        springs = members(self.network, self.groups, name, "springs")
+        # Of springs between shown nodes, those that resist bending are left out of frames.
+        within = np.isin(self.network.ends[springs], self.nodes).all(axis=1)
+        shown = springs[~within | np.isin(springs, self.springs)]
+        return self._rows(name, shown, self.springs, "springs")
+
+    def _rows(self, name: str, wanted: Indices, shown: Indices, what: str) -> Indices:
+        """Return where numbers stand among those that the frames show."""
+        missing = int(np.isin(wanted, shown, invert=True).sum())
+        if missing:
+            raise ValueError(
+                f'the frames of "{self.path}" do not show {missing} of {len(wanted)} {what} of '
+                f'"{name}"; write in the scene: output {{ trajectory of [{name}] every … }}'
+            )
+        return np.searchsorted(shown, wanted)
+
+    @cached_property
     def network(self) -> Network:
-        """The whole network as it was before the run, without its provenance."""
+        """The whole network as it was before the run; its provenance is `provenance`."""
         return read_network(self._file, Source(self.path.name, self.text))
+
+    @cached_property
+    def sources(self) -> dict[str, Source]:
+        """The texts that the run was made of, by name; the scene is the last one."""
+        texts = {**self.manifest.get("sources", {}), self.scene: self.text}
+        return {name: Source(name, text) for name, text in texts.items()}
+
+    @cached_property
+    def provenance(self) -> dict[str, Provenance]:
+        """Which place of the text gave each number of an array of the network, by its name.
+
+        Empty in results of earlier versions.
+        """
+        return read_origins(self._file, self.sources)
 
     @cached_property
     def logs(self) -> Logs:
@@ -253,6 +281,18 @@ class Trajectory:
         return read_manifest(self._file)
 
     @property
+    def scene(self) -> str:
+        """What the file of the scene was called when it was run."""
+        return self.manifest.get("scene", self.path.name)
+
+    @cached_property
+    def expectations(self) -> tuple[Judged, ...]:
+        """What became of each ``expect`` of the scene; nothing before the run has ended."""
+        names = [field.name for field in fields(Judged)]
+        rows = self.manifest.get("expectations", ())
+        return tuple(Judged(*(row[name] for name in names)) for row in rows)
+
+    @property
     def outcome(self) -> str:
         """How the run ended, as a sentence."""
         return self.manifest["outcome"]
@@ -270,3 +310,46 @@ class Trajectory:
     def text(self) -> str:
         """The scene as it was run."""
         return access.text(self._file, SCENE)
+
+    def to_pandas(self, *names: str) -> "pandas.DataFrame":
+        """Return logs, "energies" or "events" as a table of pandas.
+
+        Args:
+            names: One log: its columns. Several: columns of two levels, log and column, with
+                NaN where one has no row at a time. None: all logs.
+
+        Returns:
+            A row per moment; the index is the time [s], the units stand in ``attrs["units"]``.
+
+        Raises:
+            ImportError: pandas is not installed; says what to install.
+            ResultError: There is no such log.
+        """
+        from tissuec.results.conversion import to_pandas
+
+        return to_pandas(self, names)
+
+    def to_xarray(self, *names: str, frames: slice = slice(None)) -> "xarray.Dataset":
+        """Return frames as a dataset of xarray, with named axes, units and ids.
+
+        Args:
+            names: Of "position", "velocity", "force" and "tension"; all four if none is named.
+            frames: Which frames are read.
+
+        Raises:
+            ImportError: xarray is not installed; says what to install.
+            ValueError: There is no such array.
+        """
+        from tissuec.results.conversion import to_xarray
+
+        return to_xarray(self, names, frames)
+
+    def save(self, path: Path | str) -> Path:
+        """Copy the file to another place, with the views of its surfaces, and return its path.
+
+        Raises:
+            PlaceError: It cannot stand there, or something else does.
+        """
+        from tissuec.results.copying import copy_result
+
+        return copy_result(self.path, Path(path), self.surfaces)

@@ -1,0 +1,226 @@
+"""tissuec from Python: a scene is checked, compiled or run, and its result read."""
+
+import os
+import shutil
+import warnings
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard
+
+from tissuec.core.errors import (
+    CompileError,
+    Diagnostic,
+    ExpectationError,
+    SimulationError,
+    TissueError,
+    TissueWarning,
+)
+
+if TYPE_CHECKING:
+    from tissuec.compiler import Compiled
+    from tissuec.overriding import Given
+    from tissuec.pipeline import Request
+    from tissuec.results.trajectory import Trajectory
+    from tissuec.running.run import Outcome
+
+#: The text of a scene, or the file that holds it.
+Scene: TypeAlias = "str | os.PathLike[str]"
+TEXT = "scene"  # what a text is called in messages
+
+
+def load(path: str | os.PathLike[str]) -> "Trajectory":
+    """Return a result file, also that of a run that is not finished.
+
+    Raises:
+        ResultError: There is none, or it is truncated, or no result.
+    """
+    from tissuec.results.trajectory import Trajectory
+
+    return Trajectory(Path(path))
+
+
+def run(
+    scene: Scene,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    strict: bool = False,
+    progress: bool | Callable[[float], None] = False,
+    resume: bool = False,
+    twin: bool = False,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "Trajectory":
+    """Run a scene and return its result.
+
+    Args:
+        scene: A file, or the text itself: a string of several lines or one that begins with
+            "language".
+        out: The result file. Without it there is a temporary one, which lasts as long as what
+            is returned; `Trajectory.save` keeps it.
+        params: Values of the scene's params by name: texts such as "0.9 s", or numbers and
+            vectors in SI units.
+        strict: Whether warnings of the text, a run that cannot go on, and expectations that
+            fail are errors. Otherwise they are warnings of Python, and the outcome says how a
+            run ended.
+        progress: Whether a line on stderr tells how far it is; or what to call with the
+            simulated time [s] now and then.
+        resume: Go on with the interrupted run of ``out``.
+        twin: Whether a second process steps the scene more finely to tell the error. It is
+            split off from this one.
+        libraries: Folders that are also searched for what the scene uses.
+        **more: More params; an underscore stands for a blank, as in ``cut_time="0.9 s"``.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        PlaceError: The result cannot be written there, or there is nothing to resume.
+        ResultError: Writing failed later on.
+        SimulationError: It is ``strict``, and the run diverged or could not go on.
+        ExpectationError: It is ``strict``, and an expectation failed.
+        KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
+    """
+    from tissuec.pipeline import compile_request, simulate
+    from tissuec.results.places import SUFFIX, make_folder
+
+    request = _request(scene, {**(params or {}), **more}, libraries, strict=strict)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    name, duration = request.source.name, compiled.plan.simulation.duration
+    folder = Path(mkdtemp(prefix="tissuec-")) if out is None else None
+    path = Path(name).with_suffix(SUFFIX).name if folder else Path(out or "")
+    try:
+        target = (folder or Path()) / path
+        make_folder(target.parent)
+        with _told(progress, name, duration) as tell:
+            result = simulate(
+                compiled, target, request=request, resume=resume, twin=twin, progress=tell
+            )
+        trajectory = load(result.path)
+        for complaint in _complaints(result.outcome, trajectory):
+            if strict:
+                raise complaint
+            _warn(str(complaint))
+    except BaseException:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    if folder is not None:
+        weakref.finalize(trajectory, shutil.rmtree, folder, ignore_errors=True)
+    return trajectory
+
+
+def check(
+    scene: Scene,
+    *,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> list[Diagnostic]:
+    """Return all findings about a scene, errors and warnings; an empty list if it is good.
+
+    A finding as text shows the place, what is wrong and the remedy. Arguments are those of
+    `run`; a file without a body, such as a vocabulary, is checked as such.
+    """
+    from tissuec.pipeline import check_request
+
+    try:
+        return list(check_request(_request(scene, {**(params or {}), **more}, libraries))[1])
+    except CompileError as error:
+        return list(error.diagnostics)
+
+
+def compile(
+    scene: Scene,
+    *,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "Compiled":
+    """Return a scene in arrays, for solvers of your own; arguments are those of `run`.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+    """
+    from tissuec.pipeline import compile_request
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    return compiled
+
+
+def _request(
+    scene: Scene,
+    given: "Mapping[str, Given]",
+    libraries: Sequence[str | os.PathLike[str]],
+    *,
+    strict: bool = False,
+) -> "Request":
+    """Return what is to be compiled; CompileError if the scene cannot be read."""
+    from tissuec.lang.characters import normalise
+    from tissuec.pipeline import Request, compile_request, read_words
+    from tissuec.scene.imports import read_source
+
+    source = normalise(scene, TEXT) if _is_text(scene) else read_source(Path(scene))
+    request = Request(source, (), tuple(map(Path, libraries)), strict)
+    if not given:
+        return request
+    from tissuec.overriding import overrides
+
+    try:
+        known = read_words(request)[0].constants.parameters()
+    except CompileError:
+        compile_request(request)  # tells all that is wrong, and not of words alone
+        raise
+    return replace(request, overrides=overrides(given, known))
+
+
+def _is_text(scene: Scene) -> TypeGuard[str]:
+    """Return whether a string is a scene rather than the name of a file."""
+    return isinstance(scene, str) and ("\n" in scene or scene.split()[:1] == ["language"])
+
+
+@contextmanager
+def _told(
+    progress: bool | Callable[[float], None], name: str, duration: float
+) -> Iterator[Callable[[float], None] | None]:
+    """Yield whom a run tells how far it is."""
+    if not isinstance(progress, bool):
+        yield progress
+    elif not progress:
+        yield None
+    else:
+        from tissuec.progress import Progress
+
+        with Progress(name, duration, shown=True, anywhere=True) as line:
+            yield line.at
+
+
+def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[TissueError]:
+    """Yield what went otherwise than the scene expects.
+
+    Raises:
+        KeyboardInterrupt: The run was interrupted.
+    """
+    if outcome.kind == "interrupted":
+        raise KeyboardInterrupt(outcome.message)
+    name = trajectory.scene
+    if outcome.kind != "done":
+        yield SimulationError(f"{name}: {outcome.message}")
+    for judged in trajectory.expectations:
+        if judged.state == "fails":
+            when = "" if judged.time is None else f" at {judged.time:g} s"
+            yield ExpectationError(
+                f"{judged.place}: {judged.expect}\n  failed{when}: {judged.measured}"
+            )
+
+
+def _warn(message: str) -> None:
+    """Warn whoever called the function that calls this."""
+    warnings.warn(message, TissueWarning, stacklevel=3)

@@ -1,0 +1,133 @@
+"""Results as tables of pandas and datasets of xarray, where these are installed."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.errors import alternatives
+from tissuec.results.export import find_log, moments_of, spring_name
+from tissuec.results.logs import Log
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports]
+    import xarray  # pyright: ignore[reportMissingImports]
+
+    from tissuec.results.trajectory import Trajectory
+
+EVENTS = "events"
+TIME = "time [s]"
+#: Arrays over frames, with their axes behind that of time and what they are.
+ARRAYS = {
+    "position": (("node", "axis"), "positions of nodes"),
+    "velocity": (("node", "axis"), "velocities of nodes"),
+    "force": (("node", "axis"), "sums of the spring forces on nodes"),
+    "tension": (("spring",), "tensions of springs; NaN once one is gone"),
+}
+
+
+def to_pandas(trajectory: "Trajectory", names: Sequence[str]) -> "pandas.DataFrame":
+    """Return logs as one table; see `Trajectory.to_pandas`."""
+    pandas = _package("pandas", "to_pandas")
+    if list(names) == [EVENTS] and EVENTS not in trajectory.logs:
+        return _events(trajectory, pandas)
+    logs = [find_log(trajectory, name) for name in names or trajectory.logs]
+    if len(names) == 1:
+        log = logs[0]
+        index = pandas.Index(log.time, name=TIME)
+        table = pandas.DataFrame(log.value, index=index, columns=list(log.columns))
+    else:
+        table = _joined(logs, pandas)
+    table.attrs["units"] = {log.name: log.unit for log in logs}
+    return table
+
+
+def _joined(logs: Sequence[Log], pandas: Any) -> "pandas.DataFrame":
+    """Return logs beside one another; a moment that a log has twice stands there twice."""
+    if not logs:
+        return pandas.DataFrame(index=pandas.Index([], name=TIME, dtype=float))
+    keys = [moments_of(log.time) for log in logs]
+    moments, place = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
+    ends = np.cumsum([len(key) for key in keys])[:-1]
+    columns, values = [], []
+    for log, rows in zip(logs, np.split(place.reshape(-1), ends), strict=True):
+        value = np.full((len(moments), len(log.columns)), np.nan)
+        value[rows] = log.value
+        values.append(value)
+        columns += [(log.name, column) for column in log.columns]
+    heads = pandas.MultiIndex.from_tuples(columns, names=["log", "column"])
+    index = pandas.Index(moments[:, 0], name=TIME)
+    return pandas.DataFrame(np.concatenate(values, axis=1), index, heads)
+
+
+def _events(trajectory: "Trajectory", pandas: Any) -> "pandas.DataFrame":
+    """Return a row per event, with the ids of its springs."""
+    columns = {
+        "kind": [event.kind for event in trajectory.events],
+        "cause": [event.cause for event in trajectory.events],
+        "place": [event.place for event in trajectory.events],
+        "springs": [
+            tuple(spring_name(trajectory, spring) for spring in event.springs)
+            for event in trajectory.events
+        ],
+    }
+    index = pandas.Index([event.time for event in trajectory.events], name=TIME, dtype=float)
+    return pandas.DataFrame(columns, index=index)
+
+
+def to_xarray(
+    trajectory: "Trajectory", names: Sequence[str], frames: slice
+) -> "xarray.Dataset":
+    """Return frames as a dataset; see `Trajectory.to_xarray`."""
+    xarray = _package("xarray", "to_xarray")
+    for name in names:
+        if name not in ARRAYS:
+            hint = alternatives(name, ARRAYS, what="there are")
+            raise ValueError(f'frames have no "{name}"; {hint}')
+    data = {}
+    for name in names or ARRAYS:
+        axes, text = ARRAYS[name]
+        array = getattr(trajectory, name)
+        about = {"units": array.unit, "long_name": text}
+        data[name] = (("time", *axes), array[frames], about)
+    manifest = trajectory.manifest
+    about = {name: manifest[name] for name in ("scene", "outcome", "digest")}
+    return xarray.Dataset(data, _coordinates(trajectory, frames), about)
+
+
+def _coordinates(trajectory: "Trajectory", frames: slice) -> dict[str, Any]:
+    network, nodes, springs = trajectory.network, trajectory.nodes, trajectory.springs
+    bodies = _names(network.node_count, [(body.name, body.nodes) for body in network.bodies])
+    parts = _names(network.spring_count, [(part.name, part.springs) for part in network.parts])
+    return {
+        "time": ("time", trajectory.times[frames], {"units": "s"}),
+        "axis": ("axis", ["x", "y", "z"]),
+        "node": ("node", nodes, {"long_name": "numbers in the network"}),
+        "node_id": ("node", trajectory.node_ids, {"long_name": "ids of the scene"}),
+        "body": ("node", bodies[nodes]),
+        "spring": ("spring", springs, {"long_name": "numbers in the network"}),
+        "spring_id": ("spring", trajectory.spring_ids, {"long_name": "ids of the scene"}),
+        "part": ("spring", parts[springs]),
+        "first": ("spring", trajectory.ends[:, 0], {"long_name": "rows of its nodes"}),
+        "second": ("spring", trajectory.ends[:, 1], {"long_name": "rows of its nodes"}),
+    }
+
+
+def _names(count: int, places: Sequence[tuple[str, slice]]) -> NDArray[np.str_]:
+    """Return the name of what each of so many numbers belongs to, "" where nothing does."""
+    names = np.full(count, "", dtype=object)
+    for name, place in places:
+        names[place] = name
+    return names.astype(str)
+
+
+def _package(name: str, what: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise ImportError(
+            f"{what} needs {name}, which is not installed; "
+            'pip install "tissuec[notebook]" brings it'
+        ) from error

@@ -1,0 +1,38 @@
+"""Copies of result files."""
+
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.journal import has_journal
+from tissuec.results.layout import check_replaceable
+from tissuec.results.places import check_place
+from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.views import check_views, write_views
+
+
+def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries]) -> Path:
+    """Copy a result, write the views of its surfaces, and return where it is.
+
+    Raises:
+        PlaceError: It cannot stand there, or something other than a result does.
+        ResultError: It is still being written, or the copy cannot be.
+    """
+    check_place(target)
+    check_replaceable(target)
+    check_views(target, list(surfaces))
+    if target.exists() and os.path.samefile(path, target):
+        raise PlaceError(f'"{target}" is this result itself; name another file')
+    if has_journal(path):
+        raise ResultError(f'"{path}" is still being written, or was killed while it was')
+    aside = target.with_name(f"{target.name}.new")
+    try:
+        shutil.copyfile(path, aside)
+        os.replace(aside, target)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise ResultError(f'cannot write "{target}": {error.strerror or error}') from error
+    write_views(target, {name: series.path for name, series in surfaces.items()})
+    return target
