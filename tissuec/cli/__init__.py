@@ -18,6 +18,7 @@ COMMANDS = {
     "explain": "Say where every number of a scene comes from, or what a code means.",
     "words": "List the words of a vocabulary and what they stand for.",
     "validate": "Compare a run with SciPy's solvers.",
+    "compare": "Say what differs between two runs or scenes.",
     "bench": "Measure time against error, beside other solvers.",
     "info": "Summarise result files.",
     "export": "Write logs as CSV, or frames as VTU or OBJ.",

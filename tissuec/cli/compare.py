@@ -1,0 +1,81 @@
+"""``tissuec compare``"""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from tissuec.cli.common import DONE, FAILED, Command, Settings, print_json
+
+if TYPE_CHECKING:
+    from tissuec.comparing.comparison import Comparison
+
+
+@click.command(cls=Command)
+@click.argument("first", metavar="A", type=click.Path(path_type=Path))
+@click.argument("second", metavar="B", type=click.Path(path_type=Path))
+@click.option(
+    "--within",
+    type=click.FloatRange(min=0.0),
+    metavar="TOLERANCE",
+    help="Exit with 1 unless the motions are no further apart than this, relative to the "
+    "largest displacement until then.",
+)
+@click.option(
+    "--library",
+    "libraries",
+    multiple=True,
+    metavar="DIR",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Also search this folder for what scenes use.",
+)
+def command(
+    settings: Settings,
+    first: Path,
+    second: Path,
+    within: float | None,
+    libraries: tuple[Path, ...],
+) -> int:
+    """Say what differs between A and B: results, scenes, or a scene and a result.
+
+    Compared are the texts, what they compile to, and of two results what happened, all logs
+    and the motion. Nodes and springs are known by the ids of the scene. Exit code: 0, also
+    where something differs; 1 with --within, where the motions differ by more or not all of
+    them can be compared; 2 something cannot be read.
+    """
+    from tissuec.comparing.comparison import compare
+    from tissuec.comparing.data import as_dict
+    from tissuec.comparing.sides import open_side
+    from tissuec.comparing.wording import as_text
+
+    with ExitStack() as open_files:
+        sides = []
+        for path in (first, second):
+            sides.append(open_side(path, libraries))
+            if sides[-1].trajectory is not None:
+                open_files.enter_context(sides[-1].trajectory)
+        if within is not None and any(side.trajectory is None for side in sides):
+            raise click.UsageError("--within is about motions; compare two results")
+        found = compare(*sides)
+        reason = "" if within is None else _objection(found, within)
+        if settings.json:
+            verdict = {} if within is None else {"within": within, "ok": not reason}
+            print_json(as_dict(found) | verdict)
+        else:
+            for line in as_text(found):
+                click.echo(line)
+    if reason:
+        settings.say(f"not within {within:g}: {reason}")
+    return FAILED if reason else DONE
+
+
+def _objection(found: "Comparison", within: float) -> str:
+    """Return why two motions are not within a tolerance of one another; "" if they are."""
+    motion = found.motion
+    if motion is None or isinstance(motion, str):
+        return motion or "there is no motion"
+    worst = float(motion.relative.max())
+    if worst > within:
+        return f"the motions are {worst:.2g} of the largest displacement apart"
+    return "" if motion.is_whole else "not all nodes and times are in both"
