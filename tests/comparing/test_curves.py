@@ -81,3 +81,10 @@ def test_logs_and_energies_of_runs_are_compared(compared, told):
     assert found.curves.only_a == ("position of bob",)
     assert found.curves.only_b == ("speed of pair",)
     assert "only in b: speed of pair" in told(found)
+
+
+def test_times_that_somebody_could_mean_are_not_taken_for_the_same():
+    time = np.linspace(0, 1, 11)
+    shifted = time + 1e-6 * (time > 0)
+    (curve,) = compare_logs("f", Table(time, time[:, None]), Table(shifted, shifted[:, None]))
+    assert curve.interpolated and curve.difference < 1e-9

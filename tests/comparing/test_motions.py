@@ -230,3 +230,13 @@ def test_all_of_it_is_plain_data(compared):
     assert data["parameters"][0]["dimension"] == "N/m"
     assert data["parameters"][0]["from_a"][0]["place"] == "scene:5"
     assert data["same"] is False
+
+
+def test_springs_that_each_has_for_itself_are_not_the_same_however_numbered(compared):
+    cut = "at 0.15 s: cut far spring"
+    rest = PULL.replace("7 9 10 }", "7 9 10; 4 9 20 }").replace("x > 12 mm", "length > 15 mm")
+    other = PULL.replace("{ 4 7 10; 7 9 10 }", "{ 7 9 10; 4 7 10; 4 7 10 }")
+    other = other.replace("x > 12 mm", "x < 6 mm")
+    found = compared(rest, other, run=True)
+    (meeting,) = [one for one in found.happenings.both if one.a.cause in cut]
+    assert not meeting.is_same and not set(meeting.a.springs) & set(meeting.b.springs)

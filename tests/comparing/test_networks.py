@@ -199,3 +199,18 @@ def test_settings_of_the_simulation_are_told(compared):
         ("duration", 0.001, 0.002),
         ("tolerance", 0.0001, 1e-06),
     }
+
+
+def test_a_spring_that_leads_elsewhere_is_another_spring(compared, told):
+    found = compared(TABLES, TABLES.replace("{ 1 2; 2 3;", "{ 1 3; 2 3;"))
+    alone = [(one.side, one.part, one.ids) for one in found.leftovers]
+    assert alone == [("a", "chain", (1,)), ("b", "chain", (1,))]
+    assert "only in a: 1 of 4 springs of chain (1)" in told(found)
+
+
+def test_joints_are_parts_of_their_own(compared):
+    joint = "joint seam { springs from chain to flap; tissue is scar }\nenvironment"
+    joined = TABLES.replace("environment", joint, 1)
+    found = compared(joined, joined.replace("90 N/m", "45 N/m"))
+    assert [change.part for change in found.changes] == ["hard of flap", "seam"]
+    assert [one.part for one in compared(TABLES, joined).leftovers] == ["seam"]
