@@ -15,7 +15,7 @@ MOST_NAMED = 8  # of a kind
 MOST_NODES = 20_000  # beyond, a net is no picture for a page
 MOST_POSITIONS = 1_000_000  # of nodes in all frames together; more frames are left out
 LARGEST = 8_000_000  # characters of a player that a notebook still takes easily
-HEIGHT = 480  # [px]
+HEIGHT = 560  # [px]
 _VERDICTS = {"holds": "hold", "fails": "fail", "not reached": "were not reached"}
 
 
