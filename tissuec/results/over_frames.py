@@ -1,7 +1,7 @@
 """Arrays over the frames of a result that are read when they are indexed."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import h5py
 import numpy as np
@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from tissuec.network import Indices
 from tissuec.results.mesh import Cells
+
+Numbers: TypeAlias = NDArray[np.floating]  # in single or double precision
 
 
 class OverFrames:
@@ -33,7 +35,7 @@ class OverFrames:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __getitem__(self, index: Any) -> NDArray:
+    def __getitem__(self, index: Any) -> Numbers:
         first, rest = (
             (index[0], index[1:]) if isinstance(index, tuple) and index else (index, ())
         )
@@ -45,21 +47,21 @@ class OverFrames:
             return frames[(slice(None), *rest)]
         return frames[(np.arange(chosen.size).reshape(chosen.shape)[()], *rest)]
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Numbers:
         return np.asarray(self[:], dtype=dtype)
 
     def __repr__(self) -> str:
         size = " x ".join(map(str, self.shape))
         return f"<{size} numbers [{self.unit}], {self.dtype}, read when indexed>"
 
-    def _gather(self, chosen: Indices) -> NDArray:
+    def _gather(self, chosen: Indices) -> Numbers:
         """Return frames by number, read at once where they lie close together."""
         low, high = (int(chosen.min()), int(chosen.max()) + 1) if chosen.size else (0, 0)
         if high - low <= 4 * chosen.size:
             return self._read(low, high)[chosen - low]
         return np.concatenate([self._read(frame, frame + 1) for frame in chosen])
 
-    def _read(self, low: int, high: int) -> NDArray:
+    def _read(self, low: int, high: int) -> Numbers:
         """Return the frames from ``low`` to before ``high``."""
         raise NotImplementedError
 
@@ -71,7 +73,7 @@ class Frames(OverFrames):
         super().__init__((frames, nodes, 3), dataset.dtype, str(dataset.attrs["unit"]))
         self._dataset = dataset
 
-    def _read(self, low: int, high: int) -> NDArray:
+    def _read(self, low: int, high: int) -> Numbers:
         nodes = self.shape[1]
         return self._dataset[low * nodes : high * nodes].reshape(high - low, nodes, 3)
 
@@ -101,7 +103,7 @@ class Tensions(OverFrames):
         self._dataset, self._springs, self._cells = dataset, springs, cells
         self._first, self._parts = first, parts
 
-    def _read(self, low: int, high: int) -> NDArray:
+    def _read(self, low: int, high: int) -> Numbers:
         tension = np.full((high - low, self.shape[1]), np.nan, dtype=self.dtype)
         while low < high:
             # As many frames as have the same springs; their numbers stand in one piece.
