@@ -64,11 +64,7 @@ def test_a_type_checker_sees_what_is_imported_late(repository, tmp_path):
     said = subprocess.run(
         [pyright, str(tmp_path / "user.py")], cwd=repository, capture_output=True, text=True
     ).stdout
-    for kind in (
-        "Trajectory",
-        "ndarray[_AnyShape, dtype[Any]]",
-        "str",
-        "ndarray[_AnyShape, dtype[float64]]",
-    ):
-        assert f'is "{kind}"' in said, said
+    for kind in ('is "Trajectory"', 'is "str"', "dtype[floating[", "dtype[float64]"):
+        assert kind in said, said
+    assert "Unknown" not in said, said
     assert "1 error" in said, said
