@@ -1,8 +1,11 @@
-"""What tests share: where the repository is."""
+"""What tests share: where the repository is, and a browser."""
 
 from pathlib import Path
 
 import pytest
+
+from tests.browser import browser as browser
+from tests.browser import page as page
 
 
 @pytest.fixture(scope="session")

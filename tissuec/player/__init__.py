@@ -1,0 +1,1 @@
+"""The player: a result as one HTML page that moves, or as pictures."""

@@ -1,0 +1,28 @@
+"""What can be chosen of a player or a picture."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+Colour = Literal["tension", "strain", "law"]
+COLOURS: tuple[Colour, ...] = get_args(Colour)
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What is shown, and how at first; all of it can be left out.
+
+    Attributes:
+        frames: At most so many, evenly chosen; all if None.
+        every: At least so long between frames [s].
+        nodes: Draw about so many nodes of larger nets; all if None.
+        colour: What colours the springs.
+        time: Where it stands at first [s]; the start if None.
+        view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
+    """
+
+    frames: int | None = None
+    every: float | None = None
+    nodes: int | None = None
+    colour: Colour = "tension"
+    time: float | None = None
+    view: tuple[float, float] | None = None
