@@ -107,14 +107,28 @@ class JointPart:
     span: Span
 
 
+class ToolShape(NamedTuple):
+    """What two nodes of an instrument carry, one behind the other.
+
+    Attributes:
+        kind: "capsule" between them, "plane" through the first and at right angles to the way
+            to the second, or "opening" that looks this way.
+        radius: Of a capsule or an opening [m].
+    """
+
+    kind: str
+    radius: float
+
+
 @dataclass(frozen=True, slots=True)
 class ToolPart:
-    """Which nodes carry the shape of an instrument, and its kind."""
+    """Which nodes carry the shapes of an instrument, two each, and its kind."""
 
     name: str
     kind: str
     nodes: slice
     span: Span
+    shapes: tuple[ToolShape, ...] = ()
 
     @property
     def jaws(self) -> tuple[Indices, Indices] | None:

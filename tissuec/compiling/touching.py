@@ -11,7 +11,16 @@ from tissuec.compiling.threads import bonds
 from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
-from tissuec.network import FRICTION, Floats, Indices, Network, Origin, Provenance, ToolPart
+from tissuec.network import (
+    FRICTION,
+    Floats,
+    Indices,
+    Network,
+    Origin,
+    Provenance,
+    ToolPart,
+    ToolShape,
+)
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
 
@@ -36,7 +45,13 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     none = np.zeros((0, 3))
     ends = network.node_count + np.cumsum([0, *map(len, points)])
     parts = tuple(
-        ToolPart(tool.name, tool.kind, slice(int(start), int(stop)), tool.span)
+        ToolPart(
+            tool.name,
+            tool.kind,
+            slice(int(start), int(stop)),
+            tool.span,
+            tuple(ToolShape(shape.kind, shape.radius) for shape in tool.shapes),
+        )
         for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
     )
     of_tool = np.repeat(np.arange(len(shaped), dtype=np.int32), [len(p) for p in points])

@@ -21,7 +21,7 @@ class Shape:
         kind: Of both.
         points: Ends of the line of a capsule, equal for a sphere; a point of a plane, or of an
             opening, which touches nothing, and one straight in front of it [m], shape (2, 3).
-        radius: Of a capsule [m].
+        radius: Of a capsule or an opening [m].
         part: What it is called in messages and logs, such as "upper jaw"; empty for the whole.
     """
 

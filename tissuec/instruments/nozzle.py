@@ -53,4 +53,4 @@ class Nozzle:
             raise ValueError('"direction" cannot be (0, 0, 0)')
         # As for planes: far enough for the digits of the direction.
         ahead = self.direction / length * max(float(np.abs(self.tip).max()), self.diameter)
-        return (Shape("opening", np.array([self.tip, self.tip + ahead])),)
+        return (Shape("opening", np.array([self.tip, self.tip + ahead]), self.diameter / 2.0),)

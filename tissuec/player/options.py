@@ -26,3 +26,6 @@ class Options:
     colour: Colour = "tension"
     time: float | None = None
     view: tuple[float, float] | None = None
+
+
+DEFAULT = Options()

@@ -2,20 +2,20 @@
 
 import html
 
-from tissuec.player.options import Options
+from tissuec.player.options import DEFAULT, Options
 from tissuec.results.trajectory import Trajectory
 
 
-def render(trajectory: Trajectory, options: Options = Options()) -> str:  # noqa: B008 (frozen)
+def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
     """Return the whole HTML document."""
     return f"<!doctype html><title>{html.escape(trajectory.path.name)}</title>"
 
 
 def fragment(
     trajectory: Trajectory,
-    options: Options = Options(),
+    options: Options = DEFAULT,
     *,
-    height: int = 640,  # noqa: B008
+    height: int = 640,
 ) -> str:
     """Return the player as an element to be put into another page.
 

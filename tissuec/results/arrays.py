@@ -1,6 +1,7 @@
 """The network and the recording in a result file: written once, read to resume and to show."""
 
 from collections.abc import Sequence
+from itertools import islice
 from typing import Any
 
 import h5py
@@ -10,7 +11,16 @@ from tissuec.core.source import Source, Span
 from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.code import parse
-from tissuec.network import BodyPart, Grid, JointPart, MemoryPart, Network
+from tissuec.network import (
+    BodyPart,
+    Grid,
+    JointPart,
+    MemoryPart,
+    Network,
+    Thread,
+    ToolPart,
+    ToolShape,
+)
 from tissuec.results import access
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.store import TEXT, Store, describe
@@ -62,6 +72,8 @@ def write_network(store: Store, network: Network) -> None:
     grids = np.array([b.grid or (0, 0, 0) for b in bodies], dtype=np.int64).reshape(-1, 3)
     text = "rows, columns, and 1 if the last column is joined to the first; 0 without a grid"
     store.array(f"{NETWORK}/bodies/grid", grids, text)
+    _write_threads(store, network)
+    _write_tools(store, network)
     if network.joints:
         rows = np.array([_range(joint.springs) for joint in network.joints], dtype=np.int64)
         text = f"{table['springs'][0]} of each joint"
@@ -74,24 +86,59 @@ def write_network(store: Store, network: Network) -> None:
         for name, (unit, description) in INELASTIC.items():
             value = getattr(network.inelastic, name)
             store.array(f"{NETWORK}/inelastic/{name}", value, description, unit=unit)
-    laws = store.group(f"{NETWORK}/laws")
     for name, (description, texts) in {
         "name": ("name of each law", [law.name for law in network.laws]),
         "elastic": ("force by e, c and rest", [law.elastic.code() for law in network.laws]),
         "viscous": ("force by w, d and rest", [law.viscous.code() for law in network.laws]),
     }.items():
-        described = laws.create_dataset(name, data=texts, dtype=TEXT, shape=(len(texts),))
-        describe(described, "", description)
+        _write_texts(store, f"{NETWORK}/laws/{name}", texts, description)
     _write_names(store, f"{NETWORK}/bodies", "body", bodies)
 
 
+def _write_threads(store: Store, network: Network) -> None:
+    """Write which bodies are threads, if any are."""
+    if not network.threads:
+        return
+    none = Thread(slice(0, 0), 0, 0, 0.0, closed=False)
+    threads = [body.thread or none for body in network.bodies]
+    rows = [(*_range(one.pieces), one.hold, one.slip, one.closed) for one in threads]
+    text = (
+        "of each body that is a thread: its first piece and the spring behind its last one, "
+        "the springs that its knot holds and slips by, and 1 if it is a loop"
+    )
+    store.array(f"{NETWORK}/bodies/thread", np.array(rows, dtype=np.int64), text)
+    radii = np.array([one.radius for one in threads])
+    text = "radius of each body that is a thread; 0 of the others"
+    store.array(f"{NETWORK}/bodies/thread_radius", radii, text, unit="m")
+
+
+def _write_tools(store: Store, network: Network) -> None:
+    """Write what the nodes of tools carry, if there are any."""
+    if not network.tools:
+        return
+    path = f"{NETWORK}/tools"
+    rows = np.array([_range(tool.nodes) for tool in network.tools], dtype=np.int64)
+    store.array(f"{path}/nodes", rows, "first node and the one behind the last of each tool")
+    _write_names(store, path, "tool", network.tools)
+    shapes = [shape for tool in network.tools for shape in tool.shapes]
+    for name, texts, description in (
+        ("kind", [tool.kind for tool in network.tools], "kind of each tool"),
+        ("shape", [shape.kind for shape in shapes], "what each pair of their nodes carries"),
+    ):
+        _write_texts(store, f"{path}/{name}", texts, description)
+    radii = np.array([shape.radius for shape in shapes], dtype=float)
+    store.array(f"{path}/radius", radii, "radius of each shape; 0 of planes", unit="m")
+
+
 def _write_names(
-    store: Store, path: str, what: str, parts: Sequence[BodyPart | JointPart]
+    store: Store, path: str, what: str, parts: Sequence[BodyPart | JointPart | ToolPart]
 ) -> None:
-    data = [part.name for part in parts]
-    group = store.group(path)
-    names = group.create_dataset("name", data=data, dtype=TEXT, shape=(len(data),))
-    describe(names, "", f"name of each {what}")
+    _write_texts(store, f"{path}/name", [part.name for part in parts], f"name of each {what}")
+
+
+def _write_texts(store: Store, path: str, texts: Sequence[str], description: str) -> None:
+    written = store.file.create_dataset(path, data=list(texts), dtype=TEXT, shape=(len(texts),))
+    describe(written, "", description)
 
 
 def read_network(file: h5py.File, source: Source) -> Network:
@@ -109,8 +156,10 @@ def read_network(file: h5py.File, source: Source) -> Network:
         access.array(group, "grid").tolist() if "grid" in group else [(0, 0, 0)] * len(names)
     )
     bodies = tuple(
-        BodyPart(name, slice(*n), slice(*s), span, _grid(*grid))
-        for name, n, s, grid in zip(names, nodes, springs, grids, strict=True)
+        BodyPart(name, slice(*n), slice(*s), span, _grid(*grid), thread=thread)
+        for name, n, s, grid, thread in zip(
+            names, nodes, springs, grids, _read_threads(group, len(names)), strict=True
+        )
     )
     laws = access.group(file, f"{NETWORK}/laws")
     texts = (access.texts(laws, name) for name in ("name", "elastic", "viscous"))
@@ -128,6 +177,7 @@ def read_network(file: h5py.File, source: Source) -> Network:
         laws=tuple(Law(n, parse(e), parse(v)) for n, e, v in zip(*texts, strict=True)),
         bodies=bodies,
         joints=_read_joints(file, span),
+        tools=_read_tools(file, span),
         provenance={},
         memories=memories,
         inelastic=inelastic,
@@ -142,6 +192,38 @@ def _read_joints(file: h5py.File, span: Span) -> tuple[JointPart, ...]:
     return tuple(
         JointPart(name, slice(*place), span)
         for name, place in zip(access.texts(group, "name"), springs, strict=True)
+    )
+
+
+def _read_threads(bodies: h5py.Group, count: int) -> list[Thread | None]:
+    """Return which bodies are threads; results of earlier versions do not say it."""
+    if "thread" not in bodies:
+        return [None] * count
+    rows = access.array(bodies, "thread").tolist()
+    radii = access.array(bodies, "thread_radius").tolist()
+    return [
+        Thread(slice(first, stop), hold, slip, radius, bool(closed)) if stop > first else None
+        for (first, stop, hold, slip, closed), radius in zip(rows, radii, strict=True)
+    ]
+
+
+def _read_tools(file: h5py.File, span: Span) -> tuple[ToolPart, ...]:
+    """Return the tools that have shapes; results of earlier versions do not say it."""
+    if not _holds(file, "tools"):
+        return ()
+    group = access.group(file, f"{NETWORK}/tools")
+    radii = access.array(group, "radius").tolist()
+    shapes = iter(map(ToolShape, access.texts(group, "shape"), radii))
+    return tuple(
+        ToolPart(
+            name, kind, slice(start, stop), span, tuple(islice(shapes, (stop - start) // 2))
+        )
+        for name, kind, (start, stop) in zip(
+            access.texts(group, "name"),
+            access.texts(group, "kind"),
+            access.array(group, "nodes").tolist(),
+            strict=True,
+        )
     )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.network import Network
+from tissuec.results.instruments import ToolTable
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.numbers import check_finite, check_shape, check_times
 from tissuec.results.polydata import PolyDataFrames
@@ -17,8 +18,11 @@ class FrameRecorder:
         waiting: Frames that came since `flushed` was called.
     """
 
-    def __init__(self, network: Network, mesh: RecordedMesh, file: PolyDataFrames):
+    def __init__(
+        self, network: Network, mesh: RecordedMesh, file: PolyDataFrames, tools: ToolTable
+    ):
         self._network = network
+        self._tools = tools
         self._mesh = mesh
         self._file = file
         self._cells = file.parts.drawn
@@ -67,8 +71,10 @@ class FrameRecorder:
         for name, data in vectors.items():
             check_finite(data, name, times, self._network, self._mesh.nodes, "node")
         check_finite(tensions, "tension", times, self._network, self._cells.springs, "spring")
+        shapes = self._tools.checked(np.asarray(position), times)
         if len(times):
             self._file.append(self._cells, times, vectors, tensions)
+            self._tools.append(shapes)
             self._last_time = float(times[-1])
             self.waiting += len(times)
 

@@ -16,6 +16,7 @@ from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.errors import ResultError
 from tissuec.results.groups import read_groups
+from tissuec.results.instruments import TOOL_FRAMES, Hold, read_holds
 from tissuec.results.layout import open_result
 from tissuec.results.logs import Log, Logs
 from tissuec.results.manifest import SCENE, read_manifest
@@ -50,6 +51,7 @@ class Trajectory:
     def __init__(self, path: Path):
         self.path = Path(path)
         self._opened = open_result(self.path)
+        self._drawn: tuple[int, Cells] | None = None  # of the part that was asked for last
 
     @property
     def _file(self) -> h5py.File:
@@ -108,6 +110,26 @@ class Trajectory:
         return self._frames("Points")
 
     @property
+    def tools(self) -> Frames | None:
+        """Positions of the nodes of tools [m], shape (frame, node, 3); see `Network.tools`.
+
+        None where no tool has a shape, or where an earlier version wrote the file.
+        """
+        if TOOL_FRAMES not in self._file or not self.network.tools:
+            return None
+        nodes = sum(2 * len(tool.shapes) for tool in self.network.tools)
+        rows = access.dataset(self._file, TOOL_FRAMES)
+        # An earlier version may have begun the file, and this one resumed it.
+        if len(rows) < self._frame_count * nodes:
+            return None
+        return Frames(rows, self._frame_count, nodes)
+
+    @cached_property
+    def holds(self) -> tuple[Hold, ...]:
+        """Who held which nodes since when, in order."""
+        return read_holds(self._file)
+
+    @property
     def velocity(self) -> Frames:
         """Velocities [m/s], shape (frame, node, 3)."""
         return self._frames("PointData/velocity")
@@ -132,14 +154,23 @@ class Trajectory:
         return Tensions(
             access.dataset(self._file, "VTKHDF/CellData/spring_force"),
             access.dataset(steps, "CellDataOffsets/spring_force")[:count],
-            access.dataset(steps, "PartOffsets")[:count],
+            self.parts,
             self.springs,
             self.cells,
         )
 
+    @cached_property
+    def parts(self) -> Indices:
+        """Number of the topology of each frame, shape (frame,); it only ascends."""
+        steps = access.dataset(self._file, "VTKHDF/Steps/PartOffsets")
+        return steps[: self._frame_count]
+
     def cells(self, frame: int) -> Cells:
         """Return what frame number ``frame`` draws."""
-        return read_cells(self._file, self._step("PartOffsets", frame))
+        part = self._step("PartOffsets", frame)
+        if self._drawn is None or self._drawn[0] != part:
+            self._drawn = part, read_cells(self._file, part)
+        return self._drawn[1]
 
     def spring_force(self, frame: int) -> tuple[Floats, Indices]:
         """Return the tensions [N] in a frame, and whose they are as rows of `ends`.

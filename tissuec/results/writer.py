@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tissuec.core.source import Source
-from tissuec.network import Network
+from tissuec.network import Indices, Network
 from tissuec.results import access
 from tissuec.results.arrays import read_network, read_recording, write_network, write_recording
 from tissuec.results.checkpoint import Checkpoint, Value, truncate, write_checkpoint
@@ -20,6 +20,7 @@ from tissuec.results.errors import ResultError
 from tissuec.results.frames import FrameRecorder
 from tissuec.results.groups import write_groups
 from tissuec.results.h5md import add_views, remove_views
+from tissuec.results.instruments import HoldTable, ToolTable
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
@@ -152,7 +153,9 @@ class ResultWriter:
         """Set up all that the content of the file determines; it took ``earlier`` seconds."""
         self._store = store
         self._polydata = PolyDataFrames(store, network, mesh, single=recording.single)
-        self._frames = FrameRecorder(network, mesh, self._polydata)
+        tools = ToolTable(store, network, self._polydata.kind)
+        self._frames = FrameRecorder(network, mesh, self._polydata, tools)
+        self._holds = HoldTable(store, network)
         self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
         self._energies = energy_table(store) if recording.energies else None
         self._errors = error_table(store)
@@ -184,6 +187,11 @@ class ResultWriter:
         self._frames.set_topology(alive)
         for surface in self._surfaces.values():
             surface.set_topology(np.asarray(alive, dtype=bool))
+
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
+        """State who holds which nodes from a time on [s]; network numbers by holder."""
+        self._check_open()
+        self._holds.set(time, holders)
 
     def frames(
         self,

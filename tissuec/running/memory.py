@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 from tissuec.results.recording import Event
 
 
@@ -26,6 +26,9 @@ class MemoryRecording:
 
     def topology(self, alive: NDArray[np.bool_]) -> None:
         self._alive = alive.copy()
+
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
+        """Keep nothing: who holds what is for files."""
 
     def frames(
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats

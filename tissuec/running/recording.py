@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.units import si_unit
 from tissuec.measures.moment import Ledger, Moment
-from tissuec.network import Floats, Network
+from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan, times_every
 from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.running.sampling import SAME, join_times, rows_at
@@ -45,6 +45,7 @@ class Writer(Protocol):
     """Where rows go: a result file, or memory."""
 
     def topology(self, alive: NDArray[np.bool_]) -> None: ...
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None: ...
     def frames(
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
     ) -> None: ...
@@ -83,6 +84,7 @@ class Recorder:
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
         self._situation: Situation | None = None
         self._alive: NDArray[np.bool_] | None = None
+        self._holders: dict[str, Indices] | None = None
         duration = plan.simulation.duration
         near = SAME * duration
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
@@ -103,6 +105,9 @@ class Recorder:
         if self._alive is None or not np.array_equal(self._alive, situation.alive):
             self._alive = situation.alive.copy()
             self.writer.topology(self._alive)
+        if not _are_same(self._holders, situation.holders):
+            self._holders = dict(situation.holders)
+            self.writer.holds(situation.time, self._holders)
 
     def leave(self, moment: Moment) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
@@ -244,6 +249,15 @@ def sample_times(plan: Plan) -> Floats:
     frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
     anchors = np.concatenate([frames, [event.time for event in plan.events]])
     return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
+
+
+def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) -> bool:
+    """Tell whether the same nodes are held by the same; verbs replace what they change."""
+    return (
+        before is not None
+        and before.keys() == now.keys()
+        and all(before[name] is now[name] for name in now)
+    )
 
 
 def _frozen(situation: Situation) -> Situation:
