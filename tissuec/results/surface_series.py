@@ -33,6 +33,12 @@ class SurfaceSeries:
         steps = access.group(self._file, f"{self.path}/Steps")
         return access.dataset(steps, "Values")[: int(access.attribute(steps, "NSteps"))]
 
+    @cached_property
+    def parts(self) -> Indices:
+        """Number of the topology of each frame, shape (frame,); it only ascends."""
+        steps = access.dataset(self._file, f"{self.path}/Steps/PartOffsets")
+        return steps[: len(self)]
+
     def __len__(self) -> int:
         return len(self.times)
 

@@ -1,0 +1,87 @@
+"""A run as an animated picture or a video, drawn without a browser."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.errors import TissueError
+from tissuec.network import Floats
+from tissuec.player.pace import pace
+from tissuec.player.picture import Painter
+
+GIF_RATE, VIDEO_RATE = 20, 30  # pictures in a second
+_COLOURS = 96
+_REST = 0.6  # [s] for which the end stays
+Progress = Callable[[int, int], None]
+
+
+def moments(times: Floats, rate: float, speed: float | None) -> Floats:
+    """Return which moments of a film are drawn, in frames, for so many pictures in a second.
+
+    Args:
+        times: Of the frames [s], shape (frame,).
+        speed: Simulated over shown time; one that is easy to follow if None.
+    """
+    duration = float(times[-1] - times[0])
+    shown = duration / (speed or pace(duration))
+    count = max(2, round(shown * rate) + 1) if duration > 0.0 else 1
+    at = np.linspace(times[0], times[-1], count)
+    return np.interp(at, times, np.arange(len(times)))
+
+
+def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
+    """Write an animated GIF, and return how many pictures it has."""
+    from PIL import Image
+
+    chosen = moments(painter.film.times, GIF_RATE, speed)
+    pictures = []
+    for number, at in enumerate(chosen):
+        told(number, len(chosen))
+        picture = Image.fromarray(painter.pixels(float(at)))
+        # The colours of the first picture serve all, so that nothing flickers.
+        palette = pictures[0] if pictures else picture.quantize(_COLOURS)
+        pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
+    pause = [1000 // GIF_RATE] * len(pictures)
+    pause[-1] += round(1000 * _REST)
+    pictures[0].save(
+        path, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0
+    )
+    return len(pictures)
+
+
+def need_ffmpeg() -> None:
+    """Raise a TissueError that says what to install, where there is no encoder of videos."""
+    try:
+        import imageio_ffmpeg  # noqa: F401
+    except ImportError as error:
+        raise TissueError(
+            'a video needs imageio-ffmpeg; pip install "tissuec[animate]" brings it'
+        ) from error
+
+
+def write_video(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
+    """Write an MP4 (H.264), and return how many pictures it has."""
+    import imageio_ffmpeg
+
+    chosen = moments(painter.film.times, VIDEO_RATE, speed)
+    width, height = painter.size
+    even = width // 2 * 2, height // 2 * 2  # as the codec wants it
+    encoder = imageio_ffmpeg.write_frames(
+        str(path), even, fps=VIDEO_RATE, codec="libx264", quality=8, macro_block_size=2,
+        pix_fmt_in="rgb24", output_params=["-movflags", "+faststart"],
+    )  # fmt: skip
+    encoder.send(None)
+    try:
+        picture: NDArray[np.uint8] | None = None
+        for number, at in enumerate(chosen):
+            told(number, len(chosen))
+            picture = painter.pixels(float(at))[: even[1], : even[0]]
+            encoder.send(np.ascontiguousarray(picture))
+        assert picture is not None
+        for _ in range(round(VIDEO_RATE * _REST)):
+            encoder.send(np.ascontiguousarray(picture))
+    finally:
+        encoder.close()
+    return len(chosen) + round(VIDEO_RATE * _REST)

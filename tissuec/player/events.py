@@ -1,0 +1,65 @@
+"""Events as marks on a timeline."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from tissuec.core.errors import counted
+from tissuec.results.recording import Event
+
+#: Shape of the mark -> kinds of events; what stands nowhere here is a ring.
+SIGNS = {
+    "cross": ("cut",),
+    "bolt": ("rupture", "crush"),
+    "square": ("fix", "hold", "grasp", "seize", "pinch", "close", "preserve"),
+    "hollow": ("free", "release", "open", "leak"),
+    "arrow": ("move", "turn", "push", "stroke", "reel", "inflate", "irrigate", "settle"),
+    "diamond": ("tie", "slip"),
+    "bar": ("end", "stop"),
+    "dot": ("trigger", "note", "change"),
+}
+BREAKING = {"rupture": "ruptured", "crush": "crushed"}
+_MOST = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What stands on the timeline.
+
+    Attributes:
+        time: [s].
+        kind: One word, such as "cut".
+        sign: Name of its shape.
+        text: What happened, as a sentence.
+    """
+
+    time: float
+    kind: str
+    sign: str
+    text: str
+
+
+def marks(events: Iterable[Event], duration: float) -> list[Mark]:
+    """Return marks in order; springs that break nearly together are one of them."""
+    found: list[tuple[Event, int]] = []
+    for event in events:
+        last = found[-1][0] if found else None
+        if (
+            last is not None
+            and last.kind == event.kind
+            and event.kind in BREAKING
+            and event.time - last.time < duration / _MOST
+        ):
+            found[-1] = last, found[-1][1] + len(event.springs)
+        else:
+            found.append((event, len(event.springs)))
+    return [_mark(event, springs) for event, springs in found]
+
+
+def _mark(event: Event, springs: int) -> Mark:
+    sign = next((sign for sign, kinds in SIGNS.items() if event.kind in kinds), "ring")
+    text = event.cause
+    if event.kind in BREAKING:
+        text = f"{counted(springs, 'spring')} {BREAKING[event.kind]}"
+    elif event.kind == "cut":
+        text = f"{text}: {counted(springs, 'spring')}"
+    return Mark(event.time, event.kind, sign, text)

@@ -1,0 +1,116 @@
+"""Numbers for a page: in whole steps, as differences, deflated.
+
+An array is rounded to whole steps of a stated size, replaced by its differences from frame to
+frame, of the order that deflates best, and written low bytes first. What the page reads back is
+wrong by half a step at most.
+"""
+
+import base64
+import zlib
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Floats
+
+ORDERS = (0, 1, 2)
+_FINE = 65535  # steps
+_FAR = 4.0  # sizes of a usual frame: what moves further does not set the steps
+_TRIED = 1 << 22  # numbers: of larger arrays, a part is tried to find the order
+_THOROUGH = 1 << 24  # bytes: more of them are deflated quickly
+
+
+@dataclass(slots=True)
+class Pack:
+    """Arrays behind one another, and where each is.
+
+    Attributes:
+        specs: By name, what a reader must know: "shape", "order", "bytes" of a number, and
+            "from", where it begins among all bytes; numbers are "low" + what is written.
+    """
+
+    specs: dict[str, dict[str, Any]] = field(default_factory=dict)
+    _parts: list[bytes] = field(default_factory=list)
+    _size: int = 0
+
+    def add(self, name: str, numbers: NDArray) -> None:
+        """Add whole numbers of shape (frame, …), whose differences along frames are small."""
+        rows = np.asarray(numbers).reshape(len(numbers), -1)
+        low = int(rows.min()) if rows.size else 0
+        wide = (rows.astype(np.int64) - low).astype(np.uint32)
+        width = 1 if not rows.size or wide.max() < 1 << 8 else 2 if wide.max() < 1 << 16 else 4
+        order = best_order(wide, width)
+        data = to_bytes(wide, order, width)
+        shape = list(np.shape(numbers))
+        self.specs[name] = {
+            "shape": shape, "low": low, "order": order, "bytes": width, "from": self._size,
+        }  # fmt: skip
+        self._parts.append(data)
+        self._size += len(data)
+
+    def packed(self) -> str:
+        """Return everything as text: raw DEFLATE in base64."""
+        quick = self._size > _THOROUGH
+        worker = zlib.compressobj(4 if quick else 9, zlib.DEFLATED, -zlib.MAX_WBITS)
+        parts = [worker.compress(part) for part in self._parts]
+        return base64.b64encode(b"".join([*parts, worker.flush()])).decode()
+
+
+def best_order(rows: NDArray[np.uint32], width: int) -> int:
+    """Return the order of differences that deflates best."""
+    few = rows[: max(4, _TRIED // max(1, rows.shape[1]))]
+    orders = ORDERS[: max(1, len(few))]
+    sizes = [len(zlib.compress(to_bytes(few, order, width), 1)) for order in orders]
+    return int(np.argmin(sizes))
+
+
+def to_bytes(rows: NDArray[np.uint32], order: int, width: int) -> bytes:
+    """Return differences, the lowest bytes of all numbers first.
+
+    Differences may be negative, so that they are taken modulo 2^(8 width) and folded: 0, -1, 1,
+    -2, … become 0, 1, 2, 3, …
+    """
+    bits = 8 * width
+    kind = np.dtype(f"u{width}")
+    steps = rows.astype(kind)
+    for _ in range(order):
+        steps = np.diff(steps, axis=0, prepend=np.zeros((1, rows.shape[1]), dtype=kind))
+    sign = (steps >> kind.type(bits - 1)).astype(kind)
+    folded = (steps << kind.type(1)) ^ (kind.type(0) - sign)
+    planes = folded.reshape(-1).astype(f"<u{width}").view(np.uint8).reshape(-1, width)
+    return np.ascontiguousarray(planes.T).tobytes()
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """What whole numbers stand for: ``origin + step * number``, for each of the last axis."""
+
+    origin: tuple[float, ...]
+    step: float
+
+    def steps(self, values: NDArray) -> NDArray[np.int64]:
+        """Return values as whole numbers of steps."""
+        return np.rint((values - np.array(self.origin)) / self.step).astype(np.int64)
+
+
+def box_scale(position: NDArray) -> Scale:
+    """Return a scale that divides the largest side of all frames into 65535 steps.
+
+    Where something flies far away, that of a usual frame: it does not spoil the net.
+
+    Args:
+        position: [m], shape (frame, point, 3).
+    """
+    low, high = position.min(axis=1), position.max(axis=1)
+    size = float(np.median((high - low).max(axis=1)))
+    far = float((high.max(axis=0) - low.min(axis=0)).max())
+    usual = far if far < _FAR * size or not size else size
+    step = max(usual / _FINE, far / 2**31) or 1.0  # half of all numbers of four bytes, at most
+    return Scale(tuple(map(float, low.min(axis=0))), step)
+
+
+def even(values: Floats, most: float, steps: int) -> NDArray[np.int64]:
+    """Return values from -most to most as whole numbers from -steps to steps; outliers too."""
+    return np.rint(np.clip(values / (most or 1.0), -1.0, 1.0) * steps).astype(np.int64)

@@ -1,0 +1,176 @@
+// Logs and energies over time, drawn on canvases; a line runs over them with the time.
+
+const DASHES = [[], [5, 3], [1.5, 2.5], [8, 3, 2, 3], [3, 3]];
+const BELOW = 16, LEFT = 44;  // pixels for numbers
+
+class Chart {
+  constructor(box, curve, levels, player) {
+    Object.assign(this, { curve, levels, player });
+    this.figure = document.createElement("figure");
+    const most = Math.max(Math.abs(curve.low), Math.abs(curve.high));
+    [this.divisor, this.unit] = scaled(most, curve.unit);
+    const caption = document.createElement("figcaption"), name = document.createElement("b");
+    name.textContent = this.unit ? `${curve.name} [${this.unit}]` : curve.name;
+    caption.append(name);
+    const named = curve.columns.length <= 7;
+    this.readouts = curve.columns.map((column, k) => {
+      if (!named) return null;
+      const label = document.createElement("span"), value = document.createElement("span");
+      const isAlone = curve.columns.length === 1;
+      label.innerHTML = `<svg class="line" viewBox="0 0 18 8" aria-hidden="true"><line x1="0" x2="18" y1="4" y2="4"
+        stroke-width="2" stroke-dasharray="${this.dash(k).join(" ")}"/></svg>`;
+      label.append(isAlone ? "" : column, value);
+      caption.append(label);
+      return value;
+    });
+    if (!named) {
+      const label = document.createElement("span");
+      label.textContent = `${curve.columns.length + curve.leftOut} columns`
+        + (curve.leftOut ? `, the first ${curve.columns.length} drawn` : "");
+      caption.append(label);
+    }
+    this.plot = document.createElement("div");
+    this.plot.className = "plot";
+    this.plot.setAttribute("role", "img");
+    this.plot.setAttribute("aria-label", `${curve.name} over time`);
+    this.canvas = document.createElement("canvas");
+    this.head = document.createElement("div");
+    this.head.className = "head";
+    this.plot.append(this.canvas, this.head);
+    this.figure.append(caption, this.plot);
+    box.append(this.figure);
+    this.listen();
+  }
+
+  colour(k) {
+    const { looks } = this.player.film;
+    return css(seenIn(this.player.look, looks.series[k % looks.series.length], looks));
+  }
+
+  // The first columns differ in colour and dash; with many columns there is no room for both.
+  dash(k) { return this.curve.columns.length > 7 ? [] : DASHES[k % DASHES.length]; }
+
+  listen() {
+    const seek = (event) => {
+      const box = this.plot.getBoundingClientRect(), { range } = this.player;
+      const part = (event.clientX - box.left - LEFT) / Math.max(1, box.width - LEFT - 6);
+      this.player.seek(range[0] + Math.max(0, Math.min(1, part)) * (range[1] - range[0]));
+    };
+    this.plot.addEventListener("pointerdown", (event) => {
+      this.plot.setPointerCapture(event.pointerId);
+      seek(event);
+    });
+    this.plot.addEventListener("pointermove", (event) => { if (event.buttons) seek(event); });
+  }
+
+  // Return a number with as many decimals as make sense beside the largest one.
+  rounded(value) {
+    const most = Math.max(Math.abs(this.curve.low), Math.abs(this.curve.high)) / this.divisor;
+    if (!(most < 1e6) || most < 1e-4) return digits(value);
+    const places = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(most))));
+    return value.toFixed(places).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
+  }
+
+  value(moment, column) {
+    const { curve, levels } = this;
+    const level = levels.low + levels.data[moment * levels.width + column];
+    return level > 0 ? curve.low + (level - 1) * curve.step : null;  // 0 is none
+  }
+
+  x(time) {
+    const { range } = this.player;
+    return LEFT + ((time - range[0]) / (range[1] - range[0] || 1)) * (this.width - LEFT - 6);
+  }
+
+  // Draw all but the running line.
+  draw(style) {
+    const { canvas, curve } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.width = this.plot.clientWidth;
+    const height = this.plot.clientHeight;
+    [canvas.width, canvas.height] = [Math.round(this.width * ratio), Math.round(height * ratio)];
+    this.figure.querySelectorAll("line").forEach((line, k) => line.setAttribute("stroke", this.colour(k)));
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    pen.font = "11px system-ui, sans-serif";
+    pen.fillStyle = style.muted;
+    if (curve.empty) {
+      pen.fillText(curve.time.length ? "no numbers" : "nothing was logged", LEFT, height / 2);
+      return;
+    }
+    let low = curve.low / this.divisor, high = curve.high / this.divisor;
+    if (low === high) [low, high] = low === 0 ? [-1, 1] : [low - Math.abs(low) / 2, high + Math.abs(high) / 2];
+    const bottom = height - BELOW, top = 5;
+    const y = (value) => bottom - 3 - ((value - low) / (high - low)) * (bottom - top - 3);
+    pen.lineWidth = 1;
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    for (const tick of ticks(low, high, Math.max(2, Math.floor(height / 34)))) {
+      pen.strokeStyle = style.grid;
+      pen.beginPath();
+      pen.moveTo(LEFT, Math.round(y(tick)) + 0.5);
+      pen.lineTo(this.width - 6, Math.round(y(tick)) + 0.5);
+      pen.stroke();
+      pen.fillText(digits(tick), LEFT - 5, y(tick));
+    }
+    this.drawTimes(pen, bottom, style);
+    pen.lineJoin = "round";
+    pen.globalAlpha = curve.columns.length > 7 ? 0.6 : 1;
+    curve.columns.forEach((_, column) => this.drawColumn(pen, column, y));
+  }
+
+  drawTimes(pen, bottom, style) {
+    const { range, clock } = this.player;
+    pen.textAlign = "center";
+    pen.textBaseline = "top";
+    for (const tick of ticks(range[0] / clock.divisor, range[1] / clock.divisor, Math.floor(this.width / 70))) {
+      const at = this.x(tick * clock.divisor);
+      pen.fillText(digits(tick), Math.min(at, this.width - 10), bottom + 4);
+    }
+    pen.strokeStyle = style.grid;
+    pen.setLineDash([2, 3]);
+    for (const mark of this.player.film.marks) {
+      if (!["cross", "bolt"].includes(mark.sign)) continue;
+      pen.beginPath();
+      pen.moveTo(this.x(mark.time), 2);
+      pen.lineTo(this.x(mark.time), bottom);
+      pen.strokeStyle = style.muted;
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+  }
+
+  drawColumn(pen, column, y) {
+    pen.beginPath();
+    let isDown = false;
+    this.curve.time.forEach((time, moment) => {
+      const value = this.value(moment, column);
+      if (value === null) isDown = false;
+      else {
+        const at = [this.x(time), y(value / this.divisor)];
+        if (isDown) pen.lineTo(...at);
+        else pen.moveTo(...at);
+        isDown = true;
+      }
+    });
+    pen.strokeStyle = this.colour(column);
+    pen.lineWidth = this.curve.columns.length > 7 ? 1 : 1.7;
+    pen.setLineDash(this.dash(column));
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  // Move the line, and say what the numbers are now.
+  show(time) {
+    this.head.style.transform = `translateX(${this.x(time)}px)`;
+    const { curve } = this;
+    if (curve.empty) return;
+    const [first, second, part] = between(curve.time, time);
+    this.readouts.forEach((readout, column) => {
+      if (!readout) return;
+      const a = this.value(first, column), b = this.value(second, column);
+      const value = a === null || b === null ? a : a + part * (b - a);
+      const text = value === null ? "–" : this.rounded(value / this.divisor);
+      if (readout.textContent !== text) readout.textContent = text;
+    });
+  }
+}

@@ -1,0 +1,69 @@
+layout(location = 0) in vec2 corner;  // along: 0 or 1, across: -1 or 1
+layout(location = 1) in ivec2 ends;
+layout(location = 2) in vec2 life;
+layout(location = 3) in float rest;
+layout(location = 4) in float law;
+layout(location = 5) in float tension0;
+layout(location = 6) in float tension1;
+uniform vec2 screen;  // pixels
+uniform float width;  // pixels, at the target
+uniform float nearer;  // how far towards the eye, so that lines lie on the skin
+uniform float distance;  // of the target
+uniform float fading;  // frames
+uniform float dashes;  // length of one
+uniform int colouring;  // 0 tension, 1 strain, 2 law
+uniform float mostStrain;
+uniform sampler2D colours;
+out vec4 tint;
+out float along;
+out float dashed;
+out float away;
+
+void main() {
+  float age = moment - life.y;
+  if (moment < life.x || age >= fading || (fading <= 0.0 && age >= 0.0)) {
+    gl_Position = NOWHERE;
+    return;
+  }
+  vec3 first = place(ends.x), second = place(ends.y);
+  float length = sqrt(dot(second - first, second - first));
+  vec3 a = (view * vec4(first, 1.0)).xyz, b = (view * vec4(second, 1.0)).xyz;
+  float least = -0.02 * distance;  // in front of the eye
+  if (a.z > least && b.z > least) {
+    gl_Position = NOWHERE;
+    return;
+  }
+  if (a.z > least) a = mix(b, a, (least - b.z) / (a.z - b.z));
+  if (b.z > least) b = mix(a, b, (least - a.z) / (b.z - a.z));
+  a *= 1.0 - nearer / max(-a.z, nearer);
+  b *= 1.0 - nearer / max(-b.z, nearer);
+  vec4 from = projection * vec4(a, 1.0), to = projection * vec4(b, 1.0);
+  vec4 here = corner.x < 0.5 ? from : to;
+  vec2 way = (to.xy / to.w - from.xy / from.w) * screen;
+  float size = sqrt(dot(way, way));
+  vec2 side = size > 1e-3 ? vec2(-way.y, way.x) / size : vec2(0.0, 1.0);
+  float value = colouring == 0 ? mix(tension0, tension1, mixing)
+              : rest > 0.0 ? (length / rest - 1.0) / mostStrain : 0.0;
+  value = clamp(value, -1.0, 1.0);
+  float wide = colouring == 2 ? 1.0 : 0.75 + 0.75 * abs(value);
+  if (age > 0.0) wide *= 0.6;
+  wide *= width * clamp(distance / here.w, 0.35, 2.0);
+  here.xy += side * corner.y * wide / screen * here.w;
+  gl_Position = here;
+  ivec2 at = colouring == 2 ? ivec2(int(law) % 7, 1) : ivec2(int(round(127.5 + 127.5 * value)), 0);
+  tint = vec4(texelFetch(colours, at, 0).rgb, age > 0.0 ? 0.65 * (1.0 - age / fading) : 1.0);
+  along = corner.x * length / dashes;
+  dashed = colouring == 2 ? float(int(law) / 7 > 0) : value < -0.12 ? 1.0 : 0.0;
+  away = here.w;
+}
+// ---- fragment
+in vec4 tint;
+in float along;
+in float dashed;
+in float away;
+out vec4 colour;
+
+void main() {
+  if (dashed > 0.5 && fract(along + 0.25) > 0.6) discard;
+  colour = vec4(hazy(tint.rgb, away, 0.62) * tint.a, tint.a);
+}

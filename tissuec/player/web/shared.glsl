@@ -1,0 +1,51 @@
+#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform mat4 view, projection;
+uniform sampler2D place0, place1;
+uniform float mixing;  // between the two frames
+uniform float moment;  // in frames
+const int ACROSS = 1024;  // texels of a row
+
+ivec2 texel(int i) { return ivec2(i % ACROSS, i / ACROSS); }
+
+vec3 blend(sampler2D first, sampler2D second, int i) {
+  ivec2 at = texel(i);
+  return mix(texelFetch(first, at, 0).xyz, texelFetch(second, at, 0).xyz, mixing);
+}
+
+vec3 place(int i) { return blend(place0, place1, i); }
+
+bool isThere(vec2 life) { return life.x <= moment && moment < life.y; }
+
+const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
+// ---- fragment
+#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform vec3 paper;
+uniform vec2 haze;  // distances from the eye at which it begins, and is thickest
+
+vec3 hazy(vec3 colour, float away, float most) {
+  return mix(colour, paper, most * smoothstep(haze.x, haze.y, away));
+}
+
+// Light from the upper left, a sky, and a soft highlight; all as seen by the eye.
+vec3 lit(vec3 base, vec3 normal, vec3 at, float shine) {
+  const vec3 lamp = normalize(vec3(-0.45, 0.6, 0.75));
+  vec3 toEye = normalize(-at);
+  float direct = max(dot(normal, lamp), 0.0);
+  float sky = 0.5 + 0.5 * normal.y;
+  float aslant = 1.0 - max(dot(normal, toEye), 0.0);
+  float rim = aslant * aslant * aslant;
+  float spot = max(dot(reflect(-lamp, normal), toEye), 0.0);
+  spot *= spot;
+  spot *= spot;
+  spot *= spot;
+  spot *= spot * spot;  // to the power of 24
+  vec3 linear = base * base;
+  vec3 sum = linear * (0.22 + 0.26 * sky + 0.7 * direct + 0.12 * rim) + shine * spot;
+  return sqrt(clamp(sum, 0.0, 1.0));
+}

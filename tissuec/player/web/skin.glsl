@@ -1,0 +1,32 @@
+layout(location = 0) in int node;
+layout(location = 1) in vec2 life;
+uniform sampler2D normal0, normal1;
+uniform int byCorner;  // whether there is a normal for each corner, or for each point
+out vec3 facing;
+out vec3 at;
+
+void main() {
+  if (!isThere(life)) {
+    gl_Position = NOWHERE;
+    return;
+  }
+  vec4 here = view * vec4(place(node), 1.0);
+  at = here.xyz;
+  facing = mat3(view) * blend(normal0, normal1, byCorner > 0 ? gl_VertexID : node);
+  gl_Position = projection * here;
+}
+// ---- fragment
+in vec3 facing;
+in vec3 at;
+uniform vec3 outside, inside;
+uniform float opacity;
+out vec4 colour;
+
+void main() {
+  vec3 normal = normalize(facing);
+  if (dot(facing, facing) < 1e-20) normal = normalize(cross(dFdx(at), dFdy(at)));
+  vec3 base = gl_FrontFacing ? outside : inside;
+  if (dot(normal, at) > 0.0) normal = -normal;
+  vec3 seen = hazy(lit(base, normal, at, 0.06), -at.z, 0.35);
+  colour = vec4(seen * opacity, opacity);
+}

@@ -1,0 +1,536 @@
+// What is drawn: nets, skins, instruments and arrows, by WebGL 2.
+
+const ACROSS = 1024;  // texels of a row, as in shared.glsl
+const SHARP = Math.cos((50 * Math.PI) / 180);  // between faces, beyond which an edge is seen
+const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6 };
+
+class Program {
+  constructor(gl, shared, source) {
+    this.gl = gl;
+    const parts = [shared, source].map((text) => text.split("// ---- fragment\n"));
+    this.program = gl.createProgram();
+    [gl.VERTEX_SHADER, gl.FRAGMENT_SHADER].forEach((kind, i) => {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, parts[0][i] + parts[1][i]);
+      gl.compileShader(shader);
+      gl.attachShader(this.program, shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    });
+    gl.linkProgram(this.program);
+    this.setters = {};
+    for (let i = 0; i < gl.getProgramParameter(this.program, gl.ACTIVE_UNIFORMS); i += 1) {
+      const { name, type } = gl.getActiveUniform(this.program, i);
+      this.setters[name] = this.setter(gl.getUniformLocation(this.program, name), type);
+    }
+  }
+
+  setter(place, type) {
+    const { gl } = this;
+    switch (type) {
+      case gl.FLOAT: return (value) => gl.uniform1f(place, value);
+      case gl.FLOAT_VEC2: return (value) => gl.uniform2fv(place, value);
+      case gl.FLOAT_VEC3: return (value) => gl.uniform3fv(place, value);
+      case gl.INT_VEC2: return (value) => gl.uniform2iv(place, value);
+      case gl.FLOAT_MAT4: return (value) => gl.uniformMatrix4fv(place, false, value);
+      default: return (value) => gl.uniform1i(place, value);
+    }
+  }
+
+  use(values) {
+    this.gl.useProgram(this.program);
+    for (const [name, set] of Object.entries(this.setters)) {
+      if (name in values) set(values[name]);
+      else if (name in UNITS) set(UNITS[name]);
+    }
+  }
+}
+
+// Vectors of two neighbouring frames in two textures, filled when they are first asked for.
+class Field {
+  constructor(gl, count, fill) {
+    Object.assign(this, { gl, count, fill, keys: [null, null], arrays: [null, null] });
+    this.rows = Math.max(1, Math.ceil(count / ACROSS));
+    this.textures = [0, 1].map(() => {
+      const texture = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB32F, ACROSS, this.rows);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      return texture;
+    });
+  }
+
+  show(first, second) {
+    if (this.keys[1] === first || this.keys[0] === second) {
+      for (const pair of [this.keys, this.arrays, this.textures]) pair.reverse();
+    }
+    [first, second].forEach((key, slot) => {
+      if (this.keys[slot] === key) return;
+      this.arrays[slot] = key === this.keys[1 - slot] ? this.arrays[1 - slot] : this.fill(key, slot);
+      this.keys[slot] = key;
+      this.upload(slot);
+    });
+    return this;
+  }
+
+  upload(slot) {
+    const { gl, count } = this, data = this.arrays[slot];
+    const whole = Math.floor(count / ACROSS), left = count - whole * ACROSS;
+    gl.bindTexture(gl.TEXTURE_2D, this.textures[slot]);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    if (whole) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ACROSS, whole, gl.RGB, gl.FLOAT, data, 0);
+    if (left) {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, whole, left, 1, gl.RGB, gl.FLOAT, data, 3 * whole * ACROSS);
+    }
+  }
+
+  bind(unit) {
+    this.textures.forEach((texture, slot) => {
+      this.gl.activeTexture(this.gl.TEXTURE0 + unit + slot);
+      this.gl.bindTexture(this.gl.TEXTURE_2D, texture);
+    });
+    this.gl.activeTexture(this.gl.TEXTURE0 + 7);  // free for uploads
+  }
+}
+
+// Return the normal of each triangle, as long as twice its area; zero where it is not there.
+function faceNormals(position, triangles, isThere) {
+  const found = new Float32Array(triangles.length);
+  for (let t = 0; t < triangles.length; t += 3) {
+    if (!isThere(t / 3)) continue;
+    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+    const ux = position[b] - position[a], uy = position[b + 1] - position[a + 1], uz = position[b + 2] - position[a + 2];
+    const vx = position[c] - position[a], vy = position[c + 1] - position[a + 1], vz = position[c + 2] - position[a + 2];
+    found[t] = uy * vz - uz * vy;
+    found[t + 1] = uz * vx - ux * vz;
+    found[t + 2] = ux * vy - uy * vx;
+  }
+  return found;
+}
+
+// Return for each node which triangles are around it, as lists behind one another.
+function around(triangles, nodes) {
+  const first = new Int32Array(nodes + 1), list = new Int32Array(triangles.length);
+  for (const node of triangles) first[node + 1] += 1;
+  for (let i = 0; i < nodes; i += 1) first[i + 1] += first[i];
+  const next = first.slice();
+  triangles.forEach((node, corner) => { list[next[node]++] = (corner - (corner % 3)) / 3; });
+  return { first, list };
+}
+
+// Return a normal for each corner of each triangle, smooth but across sharp edges.
+function cornerNormals(position, triangles, { first, list }, isThere) {
+  const faces = faceNormals(position, triangles, isThere), found = new Float32Array(3 * triangles.length);
+  const size = new Float32Array(triangles.length / 3);
+  for (let t = 0; t < size.length; t += 1) size[t] = Math.hypot(faces[3 * t], faces[3 * t + 1], faces[3 * t + 2]);
+  for (let corner = 0; corner < triangles.length; corner += 1) {
+    const t = (corner - (corner % 3)) / 3, node = triangles[corner];
+    let x = 0, y = 0, z = 0;
+    for (let k = first[node]; k < first[node + 1]; k += 1) {
+      const other = list[k], i = 3 * other;
+      const cosine = faces[i] * faces[3 * t] + faces[i + 1] * faces[3 * t + 1] + faces[i + 2] * faces[3 * t + 2];
+      if (cosine < SHARP * size[t] * size[other]) continue;
+      x += faces[i];
+      y += faces[i + 1];
+      z += faces[i + 2];
+    }
+    const length = Math.hypot(x, y, z) || 1;
+    found[3 * corner] = x / length;
+    found[3 * corner + 1] = y / length;
+    found[3 * corner + 2] = z / length;
+  }
+  return found;
+}
+
+// Return normals of points, as long as the triangles around them are large.
+function normals(position, triangles, isThere) {
+  const found = new Float32Array(position.length), faces = faceNormals(position, triangles, isThere);
+  triangles.forEach((node, corner) => {
+    for (let k = 0; k < 3; k += 1) found[3 * node + k] += faces[corner - (corner % 3) + k];
+  });
+  for (let i = 0; i < found.length; i += 3) {
+    const size = Math.hypot(found[i], found[i + 1], found[i + 2]);
+    if (size > 0) for (let k = 0; k < 3; k += 1) found[i + k] /= size;
+  }
+  return found;
+}
+
+class Stage {
+  constructor(canvas, film, arrays) {
+    this.canvas = canvas;
+    this.film = film;
+    this.arrays = arrays;
+    this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
+    this.isLost = false;
+    this.prepare();
+  }
+
+  // Make all that the graphics hardware holds; again when it has forgotten everything.
+  prepare() {
+    const { gl, film, arrays } = this;
+    this.programs = {};
+    for (const [name, source] of Object.entries(film.shaders)) {
+      if (name !== "shared") this.programs[name] = new Program(gl, film.shaders.shared, source);
+    }
+    const points = arrays.position.width / 3;
+    this.places = new Field(gl, points, (frame) => vectors(arrays.position, frame, film.step, film.origin));
+    const most = film.most.force / film.steps.force;
+    this.forces = new Field(gl, film.nodes, (frame) => vectors(arrays.force, frame, most, [0, 0, 0]));
+    this.colours = gl.createTexture();
+    this.makeColours("light");
+    this.makeLines();
+    this.makeSkin();
+    this.makeSurfaces();
+    this.makeSolids();
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthFunc(gl.LEQUAL);
+  }
+
+  // Fill the table of colours for a light or dark page.
+  makeColours(look) {
+    const { gl, film } = this, width = 256, data = new Uint8Array(width * 2 * 4);
+    const [shades, series] = [film.looks.tension, film.looks.series].map(
+      (list) => list.map((text) => seenIn(look, text, film.looks)),
+    );
+    this.lookOfColours = look;
+    for (let i = 0; i < width; i += 1) {
+      const place = (i / (width - 1)) * (shades.length - 1);
+      const low = Math.min(Math.floor(place), shades.length - 2);
+      const ramp = shades[low].map((value, k) => value + (place - low) * (shades[low + 1][k] - value));
+      [ramp, series[i % series.length]].forEach((colour, line) => {
+        data.set([...colour.map((value) => Math.round(255 * value)), 255], 4 * (line * width + i));
+      });
+    }
+    gl.activeTexture(gl.TEXTURE0 + UNITS.colours);
+    gl.bindTexture(gl.TEXTURE_2D, this.colours);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, data);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.activeTexture(gl.TEXTURE0 + 7);
+  }
+
+  // Bind numbers to a place of the present vertex array.
+  attribute(place, data, size, { every = 0, whole = false } = {}) {
+    const { gl } = this, buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(place);
+    if (whole) gl.vertexAttribIPointer(place, size, gl.INT, 0, 0);
+    else gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0);
+    gl.vertexAttribDivisor(place, every);
+    return buffer;
+  }
+
+  makeLines() {
+    const { gl, film, arrays } = this;
+    const ends = table(arrays.ends, Int32Array), life = lives(arrays["life of lines"]);
+    const rest = row(arrays.rest, 0, film.largest.rest / film.steps.level);
+    const radius = row(arrays.radius, 0, film.largest.radius / film.steps.level);
+    const law = row(arrays.law, 0);
+    this.lineLife = life;
+    this.isTube = Array.from(radius, (value) => value > 0);
+    const own = [], tubes = [];
+    this.isTube.forEach((isTube, i) => (isTube ? tubes : own).push(i));
+    const pick = (data, size, chosen) => {
+      const found = new data.constructor(size * chosen.length);
+      chosen.forEach((i, k) => { for (let c = 0; c < size; c += 1) found[size * k + c] = data[size * i + c]; });
+      return found;
+    };
+    const lines = { count: own.length, own, keys: [null, null] };
+    lines.array = gl.createVertexArray();
+    gl.bindVertexArray(lines.array);
+    this.attribute(0, new Float32Array([0, -1, 0, 1, 1, -1, 1, 1]), 2);
+    this.attribute(1, pick(ends, 2, own), 2, { every: 1, whole: true });
+    this.attribute(2, pick(life, 2, own), 2, { every: 1 });
+    this.attribute(3, pick(rest, 1, own), 1, { every: 1 });
+    this.attribute(4, pick(law, 1, own), 1, { every: 1 });
+    lines.tensions = [5, 6].map((place) => {
+      const buffer = gl.createBuffer();
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, own.length, gl.DYNAMIC_DRAW);
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, 1, gl.BYTE, true, 0, 0);
+      gl.vertexAttribDivisor(place, 1);
+      return buffer;
+    });
+    gl.bindVertexArray(null);
+    this.lines = lines;
+    this.tubes = { ends: pick(ends, 2, tubes), life: pick(life, 2, tubes), radius: pick(radius, 1, tubes) };
+    let sum = 0, count = 0;
+    rest.forEach((value) => { if (value > 0) { sum += value; count += 1; } });
+    this.meanRest = count ? sum / count : film.view.size / 20;
+    this.hasInside = own.length > 0;
+  }
+
+  showTensions(first, second) {
+    const { gl, lines, arrays } = this, { data, low, width } = arrays.tension;
+    [first, second].forEach((frame, slot) => {
+      if (lines.keys[slot] === frame) return;
+      const found = new Int8Array(lines.count), start = frame * width;
+      for (let i = 0; i < found.length; i += 1) found[i] = low + data[start + lines.own[i]];
+      gl.bindBuffer(gl.ARRAY_BUFFER, lines.tensions[slot]);
+      gl.bufferSubData(gl.ARRAY_BUFFER, 0, found);
+      lines.keys[slot] = frame;
+    });
+  }
+
+  makeSkin() {
+    const { gl, film, arrays } = this;
+    const triangles = table(arrays.triangles, Int32Array), life = lives(arrays["life of skin"]);
+    const smooth = arrays.smooth, isSmooth = (i) => smooth.low + smooth.data[i] > 0;
+    this.skinLife = life;
+    // Those that a smooth surface shows too stand last, to be left out together.
+    const order = Array.from({ length: life.length / 2 }, (_, i) => i);
+    order.sort((a, b) => isSmooth(a) - isSmooth(b));
+    const nodes = new Int32Array(triangles.length), spans = new Float32Array(2 * triangles.length);
+    order.forEach((from, to) => {
+      for (let c = 0; c < 3; c += 1) {
+        nodes[3 * to + c] = triangles[3 * from + c];
+        spans.set(life.subarray(2 * from, 2 * from + 2), 6 * to + 2 * c);
+      }
+    });
+    const array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    this.attribute(0, nodes, 1, { whole: true });
+    this.attribute(1, spans, 2);
+    gl.bindVertexArray(null);
+    const bare = order.filter((i) => !isSmooth(i)).length;
+    const lists = around(nodes, film.nodes);
+    const normalsAt = (frame, slot) => cornerNormals(
+      this.places.arrays[this.places.keys[slot] === frame ? slot : 1 - slot], nodes, lists,
+      (t) => spans[6 * t] <= frame && frame < spans[6 * t + 1],
+    );
+    this.skin = { array, count: order.length, bare, normals: new Field(gl, nodes.length, normalsAt) };
+  }
+
+  makeSurfaces() {
+    const { gl, film, arrays } = this;
+    this.surfaces = film.surfaces.map(({ name, pieces }) => pieces.map((piece) => {
+      const position = arrays[`${piece.name} position`];
+      const triangles = table(arrays[`${piece.name} triangles`], Int32Array);
+      const places = new Field(gl, position.width / 3, (k) => vectors(position, k, film.step, piece.origin));
+      const array = gl.createVertexArray();
+      gl.bindVertexArray(array);
+      this.attribute(0, triangles, 1, { whole: true });
+      gl.bindVertexArray(null);
+      const facing = new Field(gl, position.width / 3, (k, slot) => normals(
+        places.arrays[places.keys[slot] === k ? slot : 1 - slot], triangles, () => true,
+      ));
+      return { name, frames: piece.frames, array, count: triangles.length, places, normals: facing };
+    }));
+  }
+
+  solids(mesh, ends, life, radius) {
+    const { gl } = this, array = gl.createVertexArray(), count = radius.length;
+    gl.bindVertexArray(array);
+    this.attribute(0, new Float32Array(mesh.local), 3);
+    this.attribute(1, new Float32Array(mesh.outward), 3);
+    if (mesh.end) this.attribute(2, new Float32Array(mesh.end), 1);
+    if (ends) {
+      this.attribute(3, new Int32Array(ends), 2, { every: 1, whole: true });
+      this.attribute(4, new Float32Array(life), 2, { every: 1 });
+      this.attribute(5, new Float32Array(radius), 1, { every: 1 });
+    }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(mesh.indices), gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+    return { array, count, indices: mesh.indices.length };
+  }
+
+  makeSolids() {
+    const { film, arrays, gl } = this, always = [-1, 1e9];
+    const round = capsuleMesh(36, 20), capsule = capsuleMesh(16, 10), size = film.view.size, marker = Math.min(0.009 * size, 0.16 * this.meanRest);
+    const some = (kind) => film.solids.filter((solid) => solid.kind === kind);
+    const made = (mesh, list) => this.solids(
+      mesh, list.flatMap((s) => s.points), list.flatMap(() => always), list.map((s) => s.radius),
+    );
+    this.tools = made(round, some("capsule"));
+    this.openings = made(tubeMesh(), some("opening"));
+    this.planes = some("plane");
+    this.threads = this.solids(capsule, this.tubes.ends, this.tubes.life, this.tubes.radius);
+    const marks = (name, wanted, mesh, radius) => {
+      const { data, low } = arrays[name], life = lives(arrays[`life of ${name}`]), ends = [], spans = [];
+      for (let i = 0; i < data.length; i += 1) {
+        if (!wanted(i)) continue;
+        ends.push(low + data[i], low + data[i]);
+        spans.push(life[2 * i], life[2 * i + 1]);
+      }
+      return this.solids(mesh, ends, spans, new Float32Array(spans.length / 2).fill(radius));
+    };
+    const isFixed = (i) => arrays.fixed.low + arrays.fixed.data[i] > 0;
+    this.fixed = marks("held", isFixed, boxMesh(), 0.9 * marker);
+    this.gripped = marks("held", (i) => !isFixed(i), capsule, 1.5 * marker);
+    this.dots = marks("dots", () => true, capsule, marker);
+    this.arrows = this.solids(arrowMesh(), null, null, []);
+    this.square = gl.createVertexArray();
+    gl.bindVertexArray(this.square);
+    this.attribute(0, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), 2);
+    gl.bindVertexArray(null);
+  }
+
+  resize() {
+    const { canvas, gl } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    gl.viewport(0, 0, width, height);
+    this.ratio = ratio;
+    return width / height;
+  }
+
+  // Draw a moment, counted in frames, as `shown` says.
+  draw(moment, camera, shown, look) {
+    const { gl, film } = this;
+    if (gl.isContextLost()) return;
+    const frame = Math.min(Math.floor(moment), film.times.length - 1);
+    const next = Math.min(frame + 1, film.times.length - 1), mixing = next > frame ? moment - frame : 0;
+    const isDark = look === "dark", { looks } = film;
+    if (this.lookOfColours !== look) this.makeColours(look);
+    camera.follow(frame, next, mixing);
+    const { view, projection } = camera.matrices();
+    const { distance } = camera, size = film.view.size;
+    const common = {
+      view, projection, mixing, moment, distance, mostStrain: film.most.strain || 1,
+      withSprings: shown.springs && this.lines.count > 0, paper: hexed(isDark ? looks.paper_dark : looks.paper),
+      haze: [distance - 0.25 * size, distance + 0.9 * size],
+      screen: [gl.drawingBufferWidth, gl.drawingBufferHeight],
+    };
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    this.places.show(frame, next).bind(UNITS.place0);
+    if (shown.tools) this.drawSolids(common, looks);
+    if (shown.surface === "solid") this.drawSkins(common, moment, frame, next, 1);
+    if (shown.springs) this.drawLines(common, frame, next, shown);
+    this.drawRound(this.dots, common, isDark ? looks.ink_dark : looks.steel);
+    if (shown.forces) this.drawForces(common, frame, next, shown.reach);
+    if (shown.surface === "glass") this.drawSkins(common, moment, frame, next, 0.38);
+    if (shown.tools) this.drawPlanes(common);
+  }
+
+  drawLines(common, frame, next, shown) {
+    const { gl, lines } = this;
+    if (!lines.count) return;
+    const isCrowded = Math.min(1, 18 / Math.sqrt(lines.count));
+    gl.bindVertexArray(lines.array);
+    this.showTensions(frame, next);
+    this.programs.lines.use({
+      ...common,
+      width: (0.55 + 1.0 * isCrowded) * 1.25 * this.ratio,
+      nearer: shown.surface === "solid" ? 0.0012 * this.film.view.size : 0,
+      fading: shown.fading,
+      dashes: this.meanRest / 3.5,
+      colouring: ["tension", "strain", "law"].indexOf(shown.colour),
+    });
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, lines.count);
+  }
+
+  drawSkins(common, moment, frame, next, opacity) {
+    const { film } = this, { looks } = film;
+    const values = { ...common, opacity, outside: this.skinColour(looks.skin, common), inside: hexed(looks.lumen) };
+    const shown = this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
+    const { skin } = this, count = this.surfaces.length ? skin.bare : skin.count;
+    const sides = opacity < 1 ? [this.gl.FRONT, this.gl.BACK] : [null];
+    for (const side of sides) {
+      if (count) {
+        this.places.show(frame, next).bind(UNITS.place0);
+        skin.normals.show(frame, next).bind(UNITS.normal0);
+        this.drawFaces(skin.array, 3 * count, { ...values, byCorner: 1 }, side, opacity);
+      }
+      for (const { piece, first, second, mixing } of shown) {
+        piece.places.show(first, second).bind(UNITS.place0);
+        piece.normals.show(first, second).bind(UNITS.normal0);
+        this.gl.bindVertexArray(piece.array);
+        this.gl.vertexAttrib2f(1, -1, 1e9);
+        this.drawFaces(piece.array, piece.count, { ...values, mixing, byCorner: 0 }, side, opacity);
+      }
+    }
+    this.places.bind(UNITS.place0);
+  }
+
+  // The skin steps back where springs lie on it, whose colours say something.
+  skinColour(text, { paper, withSprings }) {
+    return hexed(text).map((value, k) => value + (withSprings ? 0.5 : 0) * (paper[k] - value));
+  }
+
+  drawFaces(array, count, values, culled, opacity) {
+    const { gl } = this;
+    if (culled !== null) {
+      gl.enable(gl.CULL_FACE);
+      gl.cullFace(culled);
+    }
+    gl.depthMask(opacity === 1);
+    gl.bindVertexArray(array);
+    this.programs.skin.use(values);
+    gl.drawArrays(gl.TRIANGLES, 0, count);
+    gl.depthMask(true);
+    gl.disable(gl.CULL_FACE);
+  }
+
+  // Return which piece of a smooth surface is seen, and between which of its frames.
+  pieceAt(pieces, moment) {
+    const begun = pieces.filter((piece) => piece.frames[0] <= moment + 1e-6);
+    const piece = begun.length ? begun[begun.length - 1] : pieces[0];
+    const [first, second, mixing] = between(piece.frames, moment);
+    return { piece, first, second, mixing };
+  }
+
+  drawRound(solids, common, colour, behind = 0) {
+    const { gl } = this;
+    if (!solids.count) return;
+    gl.bindVertexArray(solids.array);
+    this.programs.solids.use({ ...common, base: hexed(colour), behind });
+    gl.drawElementsInstanced(gl.TRIANGLES, solids.indices, gl.UNSIGNED_SHORT, 0, solids.count);
+  }
+
+  drawSolids(common, looks) {
+    this.drawRound(this.tools, common, looks.steel);
+    this.drawRound(this.openings, common, looks.steel, 0.3 * this.film.view.size);
+    this.drawRound(this.threads, common, looks.silk);
+    this.drawRound(this.fixed, common, looks.steel);
+    this.drawRound(this.gripped, common, looks.steel);
+  }
+
+  drawForces(common, frame, next, reach) {
+    const { gl, film, arrows } = this;
+    if (!film.most.force) return;
+    this.forces.show(frame, next).bind(UNITS.force0);
+    gl.bindVertexArray(arrows.array);
+    this.programs.arrows.use({
+      ...common, reach, thick: 0.0022 * film.view.size, base: hexed(film.looks.series[2]),
+    });
+    gl.drawElementsInstanced(gl.TRIANGLES, arrows.indices, gl.UNSIGNED_SHORT, 0, film.nodes);
+  }
+
+  drawPlanes(common) {
+    const { gl, film } = this;
+    if (!this.planes.length) return;
+    const low = [0, 1, 2].map((k) => Math.min(...film.view.points.map((p) => p[k])));
+    const high = [0, 1, 2].map((k) => Math.max(...film.view.points.map((p) => p[k])));
+    gl.depthMask(false);
+    gl.bindVertexArray(this.square);
+    for (const plane of this.planes) {
+      this.programs.plane.use({
+        ...common, points: plane.points, middle: low.map((value, k) => (value + high[k]) / 2),
+        size: 1.1 * film.view.size, cell: round125(film.view.size / 8), base: hexed(film.looks.steel),
+      });
+      gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    }
+    gl.depthMask(true);
+  }
+
+  // Return what is there at a moment: springs, those that fade, and triangles.
+  count(moment, fading) {
+    const tally = (life) => {
+      let there = 0, gone = 0;
+      for (let i = 0; i < life.length; i += 2) {
+        if (life[i] <= moment && moment < life[i + 1]) there += 1;
+        else if (moment >= life[i + 1] && moment - life[i + 1] < fading) gone += 1;
+      }
+      return [there, gone];
+    };
+    const [springs, fadingSprings] = tally(this.lineLife), [triangles] = tally(this.skinLife);
+    return { springs, fading: fadingSprings, triangles };
+  }
+}

@@ -1,0 +1,50 @@
+// Numbers for people.
+
+const PREFIXES = [[1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""], [1e3, "k"], [1e6, "M"]];
+const PREFIXED = ["m", "s", "N", "J", "Pa", "W", "m/s"];
+
+// Return by what to divide numbers up to a size, and the unit that they are then in.
+function scaled(most, unit) {
+  if (!PREFIXED.includes(unit) || !(most > 0)) return [1, unit];
+  const largest = unit === "s" ? 1 : 1e6;
+  const fitting = PREFIXES.filter(([size]) => size <= most * (1 + 1e-9) && size <= largest);
+  const [size, prefix] = fitting.length ? fitting[fitting.length - 1] : PREFIXES[0];
+  return [size, prefix + unit];
+}
+
+const hexed = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
+
+// Return a colour that is seen on a dark page as well: there it comes closer to the letters.
+function seenIn(look, text, looks) {
+  if (look !== "dark") return hexed(text);
+  return hexed(text).map((value, k) => value + 0.28 * (hexed(looks.ink_dark)[k] - value));
+}
+
+const css = (colour) => `rgb(${colour.map((value) => Math.round(255 * value)).join(" ")})`;
+
+// Return a number with so many digits, without an exponent where people need none.
+function digits(value, count = 3) {
+  if (value === null || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  const text = size >= 1e6 || size < 1e-4 ? value.toExponential(count - 1)
+    : size >= 10 ** count ? value.toFixed(0) : String(Number(value.toPrecision(count)));
+  return text.replace("-", "−");
+}
+
+// Return the largest of 1, 2, 5, 10, … that is no larger.
+function round125(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  const lead = value / power;
+  return power * (lead >= 5 - 1e-9 ? 5 : lead >= 2 - 1e-9 ? 2 : 1);
+}
+
+// Return round numbers within an interval, at most about so many.
+function ticks(low, high, count) {
+  if (!(high > low)) return [low];
+  let step = round125((high - low) / count);
+  while ((high - low) / step > count + 0.5) step = round125(step * 2.5);
+  const found = [];
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1) found.push(i * step);
+  return found;
+}
