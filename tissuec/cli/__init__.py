@@ -21,6 +21,7 @@ COMMANDS = {
     "compare": "Say what differs between two runs or scenes.",
     "bench": "Measure time against error, beside other solvers.",
     "info": "Summarise result files.",
+    "view": "Play results in a page, or draw them as pictures.",
     "export": "Write logs as CSV, or frames as VTU or OBJ.",
     "import": "Say what a mesh file holds, as a scene to start from.",
     "library": "List what tissuec ships, or copy it to edit.",

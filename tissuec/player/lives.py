@@ -67,7 +67,7 @@ class Timeline:
 
     def frame_of(self, time: float | Floats) -> Floats:
         """Return where times [s] lie among the frames."""
-        return np.interp(time, self.times, np.arange(len(self.times)))
+        return np.asarray(np.interp(time, self.times, np.arange(len(self.times))))
 
     def sharpened(self, found: Lives, springs: Indices, events: Iterable[Event]) -> Lives:
         """Return lives of springs that end when the log of events says, between frames.

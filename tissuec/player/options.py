@@ -18,6 +18,7 @@ class Options:
         colour: What colours the springs.
         time: Where it stands at first [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
+        speed: Simulated over shown time; one that is easy to follow if None.
     """
 
     frames: int | None = None
@@ -26,6 +27,7 @@ class Options:
     colour: Colour = "tension"
     time: float | None = None
     view: tuple[float, float] | None = None
+    speed: float | None = None
 
 
 DEFAULT = Options()

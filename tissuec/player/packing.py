@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.network import Floats
-
 ORDERS = (0, 1, 2)
 _FINE = 65535  # steps
 _FAR = 4.0  # sizes of a usual frame: what moves further does not set the steps
@@ -111,6 +109,6 @@ def box_scale(position: NDArray) -> Scale:
     return Scale(tuple(map(float, low.min(axis=0))), step)
 
 
-def even(values: Floats, most: float, steps: int) -> NDArray[np.int64]:
+def even(values: NDArray, most: float, steps: int) -> NDArray[np.int64]:
     """Return values from -most to most as whole numbers from -steps to steps; outliers too."""
     return np.rint(np.clip(values / (most or 1.0), -1.0, 1.0) * steps).astype(np.int64)

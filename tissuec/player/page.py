@@ -2,7 +2,6 @@
 
 import html
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from string import Template
@@ -144,7 +143,7 @@ def describe(
         "view": _view(film, options),
         "colour": options.colour,
         "start": float(film.times[0] if options.time is None else options.time),
-        "pace": pace(duration),
+        "pace": options.speed or pace(duration),
         "looks": _looks(),
         "shaders": {name: _web(f"{name}.glsl") for name in SHADERS},
     }
@@ -224,14 +223,3 @@ def _looks() -> dict[str, Any]:
     """Return the colours that all pictures share."""
     names = [name for name in vars(looks) if name.isupper()]
     return {name.lower(): getattr(looks, name) for name in names}
-
-
-def weight(text: str) -> str:
-    """Return how large a page is, for people."""
-    size = len(text.encode())
-    unit, name = (1e6, "MB") if size >= 1e6 else (1e3, "kB")
-    return (
-        f"{math.ceil(size / unit * 10) / 10:g} {name}"
-        if size < 1e7
-        else f"{size / unit:.0f} {name}"
-    )

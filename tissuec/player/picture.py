@@ -1,11 +1,10 @@
 """A moment of a run as a picture, drawn without a browser.
 
-Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stage.js``); what is
-further away is drawn first.
+Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stage.js``).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,7 +13,8 @@ from numpy.typing import NDArray
 from tissuec.core import looks
 from tissuec.core.errors import TissueError
 from tissuec.network import Floats, Indices
-from tissuec.player.camera import Camera, axes, fitted, framing, half_height, viewpoint
+from tissuec.player.bodies import Mesh, across, arrows, boxes, capsules, lit, smooth_mesh
+from tissuec.player.camera import Camera, fitted, framing, half_height, viewpoint
 from tissuec.player.film import Film, Piece, Solid
 from tissuec.player.lives import Mask, is_there
 from tissuec.player.options import Colour, Options
@@ -23,11 +23,14 @@ from tissuec.player.pace import near, scaled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tissuec.player.raster import Raster
+
 DPI = 100
-_LAMP = np.array([-0.45, 0.6, 0.75]) / np.linalg.norm([-0.45, 0.6, 0.75])
-_PALER = 0.5  # skin under springs, whose colours say something
+_PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
-_SIDES, _RINGS = 24, 12
+FADE = 4.0  # frames in which a spring that broke fades out
+_PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
+_INKED, _MOST_DASHES = 0.6, 24  # part of a dash that is drawn; how many a line has
 
 
 def need_matplotlib() -> None:
@@ -52,22 +55,18 @@ def ramp(colours: tuple[str, ...], value: Floats) -> Floats:
     return np.stack([np.interp(value, place, column) for column in table.T], axis=1)
 
 
-class Shapes(NamedTuple):
-    """Polygons and lines of a picture.
+class Soup(NamedTuple):
+    """Triangles as the camera sees them.
 
     Attributes:
-        corners: As seen by the camera, shape (shape, corner, 3): right, up, to the eye [m].
-        face: Colour inside with opacity, shape (shape, 4); lines have none.
-        edge: Colour of the rim, shape (shape, 4).
-        width: Of the rim [px], shape (shape,).
-        order: What is drawn later, shape (shape,): how near to the eye [m].
+        corners: To the right, upwards, and to the eye [m], shape (triangle, 3, 3).
+        colour: Of the corners, shape (triangle, 3, 3).
+        opacity: Shape (triangle,).
     """
 
     corners: Floats
-    face: Floats
-    edge: Floats
-    width: Floats
-    order: Floats
+    colour: Floats
+    opacity: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,39 +131,28 @@ class Painter:
         self.film, self.size, self.title, self.forces = film, size, title, forces
         self.framing = framing(film)
         angles = options.view or viewpoint(self.framing.points)
-        self.camera = fitted(self.framing.points, *angles, size[0] / size[1])
+        self.home = self.camera = fitted(self.framing.points, *angles, size[0] / size[1])
         self.colour: Colour = options.colour
         self.figure: Figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
         self._canvas = FigureCanvasAgg(self.figure)
         self._most = {"tension": film.most_tension, "strain": film.most_strain, "law": 1.0}
         self._reach = self.framing.size / 8.0 / (film.most_force or 1.0)
+        self.shows_springs = not film.surfaces and bool(len(film.lines.ends))
+        rests = film.lines.rest[film.lines.rest > 0.0]
+        mean = float(rests.mean()) if len(rests) else self.framing.size / 20.0
+        self._dash = mean / 3.5
+        self.marker = min(0.009 * self.framing.size, 0.16 * mean)
 
     def draw(self, at: float) -> "Figure":
         """Draw a moment, in frames, in the place of the former one."""
-        from matplotlib.collections import PolyCollection
-
         self.figure.clear()
-        moment = Moment.of(self.film, at)
-        axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.axis("off")
-        axes.set(xlim=(0, self.size[0]), ylim=(0, self.size[1]))
-        for shapes in self._layers(moment):
-            flat, depth = self._seen(shapes.corners)
-            visible = (depth > 0.02 * self.camera.distance).all(axis=1)
-            order = np.flatnonzero(visible)[np.argsort(shapes.order[visible], kind="stable")]
-            axes.add_collection(
-                PolyCollection(
-                    list(flat[order]),
-                    facecolors=shapes.face[order],
-                    edgecolors=shapes.edge[order],
-                    linewidths=shapes.width[order] * 72.0 / DPI,
-                    capstyle="round",
-                    joinstyle="round",
-                )
-            )
-        self._annotate(
-            axes, float(np.interp(at, np.arange(len(self.film.times)), self.film.times))
-        )
+        sheet = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        sheet.axis("off")
+        width, height = self.size
+        sheet.imshow(self._net(at), extent=(0, width, 0, height), aspect="auto")
+        sheet.set(xlim=(0, width), ylim=(0, height))
+        frames = np.arange(len(self.film.times))
+        self._annotate(sheet, float(np.interp(at, frames, self.film.times)))
         return self.figure
 
     def pixels(self, at: float) -> NDArray[np.uint8]:
@@ -173,77 +161,169 @@ class Painter:
         self._canvas.draw()
         return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
-    def _layers(self, moment: Moment) -> Iterator[Shapes]:
-        """Yield what is drawn, one layer over the other; within one by how near it is."""
-        camera = self._at(moment)
-        parts = [
-            *self._skins(moment, camera),
-            *self._tools(moment, camera),
-            *self._marks(moment, camera),
-        ]
-        if not self.film.surfaces:
-            parts.append(self._springs(moment, camera, threads=False))
-        parts.append(self._springs(moment, camera, threads=True))
-        if self.forces:
-            parts.append(self._arrows(moment, camera))
-        yield _joined([_padded(part) for part in parts])
-        planes = [solid for solid in self.film.solids if solid.kind == "plane"]
-        if planes:
-            yield _joined([self._plane(moment, camera, solid) for solid in planes])
+    def _net(self, at: float) -> NDArray[np.uint8]:
+        """Return the picture without what is written on it."""
+        from tissuec.player.raster import Raster
 
-    def _at(self, moment: Moment) -> Camera:
+        moment = Moment.of(self.film, at)
+        self.camera = self._following(at)
+        raster = Raster(self.size, rgb(looks.PAPER))
+        for soup in self._solid(moment):
+            self._rasterise(raster, soup, hides=True)
+        planes = (solid for solid in self.film.solids if solid.kind == "plane")
+        for soup in (self._fading(moment), *(self._plane(moment, one) for one in planes)):
+            self._rasterise(raster, soup, hides=False)
+        return raster.pixels()
+
+    def _rasterise(self, raster: "Raster", soup: Soup, *, hides: bool) -> None:
+        depth = self.camera.distance - soup.corners[..., 2]
+        ahead = (depth > 0.02 * self.camera.distance).all(axis=1)
+        scale = self.size[1] / 2.0 / half_height(self.camera.aspect)
+        depth = depth[ahead][..., None]
+        flat = np.array(self.size) / 2.0 + scale * soup.corners[ahead, :, :2] / depth
+        corners = np.concatenate([flat, 1.0 / depth], axis=2)
+        raster.draw(corners, soup.colour[ahead], soup.opacity[ahead], hides=hides)
+
+    def _following(self, at: float) -> Camera:
         """Return the camera, which follows where the film asks for that."""
         if not self.framing.follows:
-            return self.camera
+            return self.home
         frames = np.arange(len(self.film.times))
-        shift = [np.interp(moment.at, frames, column) for column in self.framing.middle.T]
-        c = self.camera
-        return Camera(c.target + shift, c.distance, c.azimuth, c.elevation, c.aspect)
-
-    def _seen(self, corners: Floats) -> tuple[Floats, Floats]:
-        """Return pixels and distances from the eye [m] of what the camera sees."""
-        depth = self.camera.distance - corners[..., 2]
-        scale = self.size[1] / 2.0 / half_height(self.camera.aspect)
-        safe = np.maximum(depth, 1e-3 * self.camera.distance)[..., None]
-        return np.array(self.size) / 2.0 + scale * corners[..., :2] / safe, depth
+        shift = [np.interp(at, frames, column) for column in self.framing.middle.T]
+        return replace(self.home, target=self.home.target + shift)
 
     def _pixel(self, length: float) -> float:
         """Return how many pixels a length [m] has at the target."""
-        return (
-            length
-            * self.size[1]
-            / 2.0
-            / (half_height(self.camera.aspect) * self.camera.distance)
+        seen = half_height(self.home.aspect) * self.home.distance
+        return length * self.size[1] / 2.0 / seen
+
+    def _solid(self, moment: Moment) -> Iterator[Soup]:
+        """Yield all that hides what is behind it."""
+        film, at = self.film, moment.at
+        outside = rgb(looks.SKIN)
+        if self.shows_springs:
+            outside = outside + _PALER * (rgb(looks.PAPER) - outside)
+        shown = is_there(film.skin.life, at) & ~(film.skin.smooth & bool(film.surfaces))
+        yield self._skin(smooth_mesh(moment.position, film.skin.triangles[shown]), outside)
+        for pieces in film.surfaces.values():
+            piece, position = _surface(pieces, at)
+            yield self._skin(smooth_mesh(position, piece.triangles), outside)
+        for mesh, colour in (*self._tools(moment), *self._nodes(moment)):
+            yield self._body(mesh, rgb(colour), 0.25)
+        if self.forces:
+            yield self._body(self._arrows(moment), rgb(looks.SERIES[2]), 0.1)
+        if self.shows_springs:
+            yield self._springs(moment, is_there(film.lines.life, at), 1.0, 1.0)
+
+    def _body(self, mesh: Mesh, base: Floats, shine: float) -> Soup:
+        """Return triangles in the light."""
+        return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
+
+    def _skin(self, mesh: Mesh, outside: Floats) -> Soup:
+        """Return triangles in the light, of other colour inside."""
+        seen = self._into(mesh.corners)
+        normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
+        to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen[:, 0]
+        is_front = (normal * to_eye).sum(axis=1) > 0.0
+        base = np.where(is_front[:, None, None], outside, rgb(looks.LUMEN))
+        return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), 0.06)
+
+    def _shaded(self, mesh: Mesh, base: Floats, shine: float) -> Soup:
+        seen = self._into(mesh.corners)
+        normal = self._into(mesh.normals, direction=True)
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+        to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen
+        to_eye /= np.linalg.norm(to_eye, axis=-1, keepdims=True)
+        away = (normal * to_eye).sum(axis=-1, keepdims=True) < 0.0
+        colour = lit(base, np.where(away, -normal, normal), to_eye, shine)
+        return Soup(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
+
+    def _hazy(self, colour: Floats, seen: Floats, most: float) -> Floats:
+        """Return colours that are paler further away."""
+        size = self.framing.size
+        part = np.clip((-seen[..., 2:] / size + 0.25) / 1.15, 0.0, 1.0)
+        fog = most * part * part * (3.0 - 2.0 * part)
+        return colour + fog * (rgb(looks.PAPER) - colour)
+
+    def _into(self, points: NDArray, *, direction: bool = False) -> Floats:
+        """Return points, or directions, as the camera sees them, shape (…, 3)."""
+        return (points - (0.0 if direction else self.camera.target)) @ self.camera.axes.T
+
+    def _tools(self, moment: Moment) -> Iterator[tuple[Mesh, str]]:
+        """Yield tools and threads with their colours."""
+        for solid in self.film.solids:
+            first, second = moment.position[list(solid.points)]
+            if solid.kind == "opening":
+                axis = (second - first) / np.linalg.norm(second - first)
+                first, second = first - 0.3 * self.framing.size * axis, first
+            if solid.kind != "plane":
+                radius = np.array([solid.radius])
+                yield capsules(first[None], second[None], radius, sides=40), looks.STEEL
+        lines = self.film.lines
+        thread = is_there(lines.life, moment.at) & (lines.radius > 0.0)
+        first, second = (moment.position[ends] for ends in lines.ends[thread].T)
+        yield capsules(first, second, lines.radius[thread], sides=16), looks.SILK
+
+    def _nodes(self, moment: Moment) -> Iterator[tuple[Mesh, str]]:
+        """Yield nodes that are held, fixed ones as boxes, and those that nothing touches."""
+        film, size = self.film, self.marker
+        held = is_there(film.held.life, moment.at)
+        fixed = moment.position[film.held.of[held & film.fixed]]
+        yield boxes(fixed, 0.9 * size), looks.STEEL
+        for nodes, radius in (
+            (film.held.of[held & ~film.fixed], 1.5 * size),
+            (film.dots.of[is_there(film.dots.life, moment.at)], size),
+        ):
+            middle = moment.position[nodes]
+            radii = np.full(len(nodes), radius)
+            yield capsules(middle, middle, radii, sides=16), looks.STEEL
+
+    def _arrows(self, moment: Moment) -> Mesh:
+        arrow, thick = moment.force * self._reach, 0.0022 * self.framing.size
+        seen = np.linalg.norm(arrow, axis=1) > 0.4 * thick
+        return arrows(moment.position[: self.film.node_count][seen], arrow[seen], thick)
+
+    def _fading(self, moment: Moment) -> Soup:
+        """Return springs that broke a short while ago."""
+        life = self.film.lines.life
+        age = moment.at - life[:, 1]
+        return self._springs(
+            moment, (age >= 0.0) & (age < FADE), 0.6, 0.65 * (1.0 - age / FADE)
         )
 
-    def _skins(self, moment: Moment, camera: Camera) -> Iterator[Shapes]:
-        film, withdrawn = self.film, not self.film.surfaces and len(self.film.lines.ends) > 0
-        outside = rgb(looks.SKIN) + (_PALER if withdrawn else 0.0) * (1.0 - rgb(looks.SKIN))
-        shown = is_there(film.skin.life, moment.at) & ~film.skin.smooth
-        yield _faces(camera, moment.position, film.skin.triangles[shown], outside)
-        for pieces in film.surfaces.values():
-            piece, position = _surface(pieces, moment.at)
-            yield _faces(camera, position, piece.triangles, outside)
-
-    def _springs(self, moment: Moment, camera: Camera, *, threads: bool) -> Shapes:
+    def _springs(
+        self, moment: Moment, there: Mask, slim: float, opacity: float | Floats
+    ) -> Soup:
+        """Return springs as strips that face the eye; those that are pressed are dashed."""
         lines = self.film.lines
-        shown = is_there(lines.life, moment.at) & ((lines.radius > 0.0) == threads)
-        corners = _into(camera, moment.position[lines.ends[shown]])
-        if threads:
-            colour = np.tile(rgb(looks.SILK), (len(corners), 1))
-            width = np.array([2.0 * self._pixel(radius) for radius in lines.radius[shown]])
-        else:
-            value, colour = self._coloured(moment, shown)
-            fine = min(1.0, 18.0 / np.sqrt(max(1, len(corners))))
-            width = (0.55 + fine) * (0.75 + 0.75 * np.abs(value))
-        ahead = self.framing.size * _NEARER
-        order = corners[:, :, 2].mean(axis=1) + ahead
-        fog = np.clip((-order / self.framing.size + 0.3) / 1.2, 0.0, 1.0)[:, None]
-        colour = colour + 0.5 * fog * (rgb(looks.PAPER) - colour)
-        none = np.zeros((len(corners), 4))
-        return Shapes(corners, none, _opaque(colour), width, order)
+        chosen = np.flatnonzero(there & (lines.radius == 0.0) & self.shows_springs)
+        value, colour = self._coloured(moment, chosen)
+        ends = self._into(moment.position[lines.ends[chosen]])
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        pressed = (value < -_PRESSED) & (self.colour != "law")
+        fine = min(1.0, 18.0 / np.sqrt(max(1, len(lines.ends))))
+        width = slim * 1.25 * (0.55 + fine)
+        wide = width * (1.0 if self.colour == "law" else 0.75 + 0.75 * np.abs(value))
+        which, strips = dashed(ends, np.where(pressed, length / self._dash, 0.0))
+        # Towards the eye, lest they sink into the skin.
+        away = np.array([0.0, 0.0, self.camera.distance]) - strips
+        distance = np.linalg.norm(away, axis=2, keepdims=True)
+        strips = strips + away / distance * self.framing.size * _NEARER
+        flat = strips[:, 1, :2] - strips[:, 0, :2]
+        flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
+        half = np.zeros_like(strips)
+        near = np.clip(self.camera.distance / distance[..., 0], 0.35, 2.0)
+        metres = near * np.asarray(wide * np.ones(len(value)))[which, None] / self._pixel(1.0)
+        metres *= distance[..., 0] / self.camera.distance
+        half[..., 0], half[..., 1] = -flat[:, 1:] * metres, flat[:, :1] * metres
+        a, b, c, d = (strips[:, 0] - half[:, 0], strips[:, 0] + half[:, 0],
+                      strips[:, 1] - half[:, 1], strips[:, 1] + half[:, 1])  # fmt: skip
+        corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
+        tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
+        alpha = np.broadcast_to(opacity, lines.tension.shape[1:])[chosen][which]
+        return Soup(corners, self._hazy(tint, corners, 0.62), np.tile(alpha, 2).astype(float))
 
-    def _coloured(self, moment: Moment, shown: Mask) -> tuple[Floats, Floats]:
+    def _coloured(self, moment: Moment, shown: Indices) -> tuple[Floats, Floats]:
         """Return numbers from -1 to 1 and colours of some lines."""
         if self.colour == "law":
             table = np.array([rgb(text) for text in looks.SERIES])
@@ -253,68 +333,20 @@ class Painter:
         value = np.clip(number[shown] / (self._most[self.colour] or 1.0), -1.0, 1.0)
         return value, ramp(looks.TENSION, value)
 
-    def _tools(self, moment: Moment, camera: Camera) -> Iterator[Shapes]:
-        for solid in self.film.solids:
-            first, second = moment.position[list(solid.points)]
-            if solid.kind == "capsule":
-                points, triangles = capsule(first, second, solid.radius)
-                yield _faces(camera, points, triangles, rgb(looks.STEEL), turned=True)
-            elif solid.kind == "opening":
-                axis = (second - first) / np.linalg.norm(second - first)
-                back = first - 0.3 * self.framing.size * axis
-                points, triangles = capsule(back, first, solid.radius)
-                yield _faces(camera, points, triangles, rgb(looks.STEEL), turned=True)
-
-    def _marks(self, moment: Moment, camera: Camera) -> Iterator[Shapes]:
-        """Yield nodes that are held, fixed ones as squares, and those that nothing touches."""
-        film, size = self.film, 0.009 * self.framing.size
-        held = is_there(film.held.life, moment.at)
-        for nodes, sides, radius in (
-            (film.held.of[held & film.fixed], 4, 0.9 * size),
-            (film.held.of[held & ~film.fixed], 16, size),
-            (film.dots.of[is_there(film.dots.life, moment.at)], 16, 0.7 * size),
-        ):
-            middle = _into(camera, moment.position[nodes])
-            angle = 2.0 * np.pi * (np.arange(sides) + 0.5) / sides
-            ring = radius * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-            corners = middle[:, None] + ring
-            steel = np.tile(_opaque(rgb(looks.STEEL)[None]), (len(middle), 1))
-            dark = steel * [0.6, 0.6, 0.6, 1.0]
-            width = np.full(len(middle), 0.8)
-            yield Shapes(corners, steel, dark, width, middle[:, 2] + radius)
-
-    def _arrows(self, moment: Moment, camera: Camera) -> Shapes:
-        foot = _into(camera, moment.position[: self.film.node_count])
-        arrow = _into(camera, moment.force * self._reach, direction=True)
-        length = np.linalg.norm(arrow, axis=1)
-        seen = length > 2e-3 * self.framing.size
-        foot, arrow = foot[seen], arrow[seen]
-        tip = foot + arrow
-        size = np.linalg.norm(arrow[:, :2], axis=1, keepdims=True)
-        along = arrow / np.maximum(np.linalg.norm(arrow, axis=1, keepdims=True), 1e-300)
-        flat = np.stack([-arrow[:, 1], arrow[:, 0], 0.0 * arrow[:, 0]], axis=1)
-        side = flat / np.maximum(size, 1e-300)
-        head = np.minimum(0.02 * self.framing.size, 0.5 * length[seen])[:, None]
-        neck, wide = tip - head * along, 0.35 * head * side
-        corners = np.stack([foot, neck, neck + wide, tip, neck - wide, neck], axis=1)
-        colour = np.tile(_opaque(rgb(looks.SERIES[2])[None]), (len(foot), 1))
-        width = np.full(len(foot), 1.6)
-        return Shapes(corners, colour, colour, width, tip[:, 2] + self.framing.size)
-
-    def _plane(self, moment: Moment, camera: Camera, solid: Solid) -> Shapes:
+    def _plane(self, moment: Moment, solid: Solid) -> Soup:
         first, second = moment.position[list(solid.points)]
         axis = (second - first) / np.linalg.norm(second - first)
         points = self.framing.points
         middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
         foot = middle - axis * float((middle - first) @ axis)
         right, up = across(axis)
-        corners = [foot + self.framing.size * 0.6 * (right * x + up * y)
-                   for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]  # fmt: skip
-        face = np.append(rgb(looks.STEEL), 0.35)[None]
-        seen = _into(camera, np.array(corners)[None])
-        return Shapes(seen, face, 0.0 * face, np.zeros(1), np.zeros(1))
+        a, b, c, d = (foot + self.framing.size * 0.7 * (right * x + up * y)
+                      for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))  # fmt: skip
+        seen = self._into(np.array([[a, b, c], [a, c, d]]))
+        colour = np.broadcast_to(rgb(looks.STEEL), seen.shape)
+        return Soup(seen, colour, np.full(2, 0.35))
 
-    def _annotate(self, sheet, time: float) -> None:  # noqa: ANN001 (matplotlib is optional)
+    def _annotate(self, sheet, time: float) -> None:
         width, height = self.size
         style = {"color": looks.INK, "va": "top", "fontsize": 11}
         sheet.text(14, height - 12, self.title, weight="bold", **style)
@@ -325,10 +357,10 @@ class Painter:
         size, unit = scaled(length, "m")
         sheet.plot([14, 14, 14 + long, 14 + long], [22, 15, 15, 22], color=looks.INK, lw=1)
         sheet.text(22 + long, 11, f"{length / size:g} {unit}", color=looks.INK, fontsize=9)
-        if not self.film.surfaces and len(self.film.lines.ends):
+        if self.shows_springs:
             self._legend(sheet, width)
 
-    def _legend(self, sheet, width: int) -> None:  # noqa: ANN001
+    def _legend(self, sheet, width: int) -> None:
         long, style = 160.0, {"color": looks.INK, "fontsize": 9}
         left = width - 24 - long
         if self.colour == "law":
@@ -352,33 +384,25 @@ class Painter:
         )
 
 
-def across(axis: Floats) -> tuple[Floats, Floats]:
-    """Return two directions at right angles to one, and to each other."""
-    side = np.array([0.0, 0.0, 1.0] if abs(axis[2]) < 0.9 else [1.0, 0.0, 0.0])
-    right = np.cross(side, axis)
-    right /= np.linalg.norm(right)
-    return right, np.cross(axis, right)
+def dashed(ends: Floats, dashes: Floats) -> tuple[Indices, Floats]:
+    """Return lines cut into dashes.
 
+    Args:
+        ends: Shape (line, 2, 3).
+        dashes: How many of them fit on each line; 0 for one that stays whole, shape (line,).
 
-def capsule(first: Floats, second: Floats, radius: float) -> tuple[Floats, Indices]:
-    """Return points, shape (point, 3), and triangles of a rod with round ends, or a sphere."""
-    way = second - first
-    length = float(np.linalg.norm(way))
-    axis = way / length if length else np.array([0.0, 0.0, 1.0])
-    right, up = across(axis)
-    turn = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
-    circle = np.cos(turn)[:, None] * right + np.sin(turn)[:, None] * up
-    rings = []
-    for number in range(_RINGS + 2):
-        end = number > _RINGS // 2
-        angle = np.pi * ((number - end) / _RINGS - 0.5)
-        middle = second if end else first
-        rings.append(middle + radius * (np.cos(angle) * circle + np.sin(angle) * axis))
-    corner = np.arange(len(rings) * _SIDES).reshape(len(rings), _SIDES)
-    a, b = corner[:-1], np.roll(corner, -1, axis=1)[:-1]
-    c, d = corner[1:], np.roll(corner, -1, axis=1)[1:]
-    triangles = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([b, d, c], axis=-1)])
-    return np.concatenate(rings), triangles.reshape(-1, 3)
+    Returns:
+        Of which line each dash is, shape (dash,), and its ends, shape (dash, 2, 3).
+    """
+    count = np.clip(np.ceil(dashes), 1, _MOST_DASHES).astype(int)
+    which = np.repeat(np.arange(len(ends)), count)
+    number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    size = np.where(dashes > 0.0, 1.0 / count, 1.0)[which]
+    start = number * size
+    stop = start + np.where(dashes > 0.0, _INKED, 1.0)[which] * size
+    way = ends[which, 1] - ends[which, 0]
+    places = (ends[which, 0] + part[:, None] * way for part in (start, stop))
+    return which, np.stack(list(places), axis=1)
 
 
 def _surface(pieces: list[Piece], at: float) -> tuple[Piece, Floats]:
@@ -389,67 +413,3 @@ def _surface(pieces: list[Piece], at: float) -> tuple[Piece, Floats]:
     second = min(first + 1, len(piece.frames) - 1)
     part = place - first
     return piece, (1.0 - part) * piece.position[first] + part * piece.position[second]
-
-
-def _into(camera: Camera, points: NDArray, *, direction: bool = False) -> Floats:
-    """Return points, or directions, as the camera sees them, shape (…, 3)."""
-    origin = 0.0 if direction else camera.target
-    return (points - origin) @ axes(camera.azimuth, camera.elevation).T
-
-
-def _faces(
-    camera: Camera,
-    position: Floats,
-    triangles: Indices,
-    outside: Floats,
-    *,
-    turned: bool = False,
-) -> Shapes:
-    """Return triangles in the light.
-
-    Args:
-        turned: Whether those whose back is seen are left out.
-    """
-    corners = _into(camera, position[triangles])
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    middle = corners.mean(axis=1)
-    to_eye = np.array([0.0, 0.0, camera.distance]) - middle
-    to_eye /= np.linalg.norm(to_eye, axis=1, keepdims=True)
-    faces_us = (normal * to_eye).sum(axis=1) > 0.0
-    if turned:
-        kept = faces_us
-        corners, normal, middle = corners[kept], normal[kept], middle[kept]
-        to_eye, faces_us = to_eye[kept], faces_us[kept]
-    base = np.where(faces_us[:, None], outside, rgb(looks.LUMEN))
-    normal = np.where(faces_us[:, None], normal, -normal)
-    colour = _opaque(lit(base, normal, to_eye, 0.25 if turned else 0.06))
-    # Rims of the same colour close the gaps between neighbours.
-    return Shapes(corners, colour, colour, np.full(len(corners), 0.6), middle[:, 2])
-
-
-def lit(base: Floats, normal: Floats, to_eye: Floats, shine: float) -> Floats:
-    """Return colours of faces in the light of the page, shape (face, 3)."""
-    direct = np.maximum(normal @ _LAMP, 0.0)
-    sky = 0.5 + 0.5 * normal[:, 1]
-    facing = (normal * to_eye).sum(axis=1)
-    rim = (1.0 - np.maximum(facing, 0.0)) ** 3
-    mirrored = 2.0 * (normal @ _LAMP)[:, None] * normal - _LAMP
-    spot = np.maximum((mirrored * to_eye).sum(axis=1), 0.0) ** 24
-    light = 0.22 + 0.26 * sky + 0.7 * direct + 0.12 * rim
-    return np.sqrt(np.clip(base**2 * light[:, None] + shine * spot[:, None], 0.0, 1.0))
-
-
-def _opaque(colour: Floats) -> Floats:
-    return np.concatenate([colour, np.ones((len(colour), 1))], axis=1)
-
-
-def _padded(shapes: Shapes, corners: int = 16) -> Shapes:
-    """Return shapes with so many corners, the last one repeated."""
-    have = shapes.corners.shape[1]
-    index = np.minimum(np.arange(corners), have - 1)
-    return shapes._replace(corners=shapes.corners[:, index])
-
-
-def _joined(parts: list[Shapes]) -> Shapes:
-    return Shapes(*(np.concatenate(column) for column in zip(*parts, strict=True)))

@@ -451,7 +451,7 @@ class Stage {
 
   // The skin steps back where springs lie on it, whose colours say something.
   skinColour(text, { paper, withSprings }) {
-    return hexed(text).map((value, k) => value + (withSprings ? 0.5 : 0) * (paper[k] - value));
+    return hexed(text).map((value, k) => value + (withSprings ? 0.4 : 0) * (paper[k] - value));
   }
 
   drawFaces(array, count, values, culled, opacity) {

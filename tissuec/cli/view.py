@@ -1,0 +1,329 @@
+"""``tissuec view``"""
+
+import os
+import re
+from collections.abc import Callable
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
+from tissuec.core.errors import TissueError, counted
+from tissuec.core.units import TIME, UnitError, parse_unit, show
+from tissuec.player.options import COLOURS, Options
+
+if TYPE_CHECKING:
+    from tissuec.player.film import Film
+    from tissuec.results.trajectory import Trajectory
+
+PAGES = (".html", ".htm")
+#: Options that draw pictures -> the end of their files.
+PICTURES = {"png": ".png", "gif": ".gif", "mp4": ".mp4"}
+SIZES = {"png": (1280, 720), "gif": (640, 360), "mp4": (1280, 720)}
+_LARGEST = 8192  # [px]
+_HEAVY = 25_000_000  # bytes of a page
+_MARK = b'name="generator" content="tissuec'
+
+
+class Moment(click.ParamType):
+    """A time, in seconds or with its unit."""
+
+    name = "time"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        if isinstance(value, float):
+            return value
+        found = re.fullmatch(r"\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(\S*)\s*", value, re.IGNORECASE)
+        try:
+            assert found is not None
+            unit = parse_unit(found[2] or "s")
+            time = float(found[1]) * unit.factor
+            assert unit.dimension == TIME and isfinite(time)
+        except (AssertionError, ValueError, UnitError):
+            self.fail(f'"{value}" is no time; write 0.5 or "20 ms"', param, ctx)
+        return time
+
+
+class Pair(click.ParamType):
+    """Two numbers with a sign between."""
+
+    def __init__(self, between: str, example: str, low: float, high: float):
+        self.between, self.example, self.low, self.high = between, example, low, high
+        self.name = example
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, float]:
+        if isinstance(value, tuple):
+            return value
+        try:
+            first, second = map(float, value.lower().split(self.between))
+        except ValueError:
+            self.fail(f'"{value}" is not like {self.example}', param, ctx)
+        if not all(self.low <= number <= self.high for number in (first, second)):
+            limits = f"{self.low:g} to {self.high:g}"
+            self.fail(f'both numbers of "{value}" go from {limits}', param, ctx)
+        return first, second
+
+
+def _picture(name: str, text: str) -> Callable:
+    kind = click.Path(path_type=Path, dir_okay=False)
+    return click.option(f"--{name}", type=kind, help=text)
+
+
+@click.command(cls=Command)
+@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Page to write (one result only).",
+)
+@click.option("--frames", type=click.IntRange(min=2), help="At most so many frames.")
+@click.option("--every", type=Moment(), help='At least so long between frames: "20 ms".')
+@click.option(
+    "--nodes",
+    type=click.IntRange(min=10),
+    help="Draw about so many nodes of a larger net, evenly spread.",
+)
+@click.option(
+    "--colour", type=click.Choice(COLOURS), default="tension", help="What colours the springs."
+)
+@click.option("--time", type=Moment(), help="Where the page stands at first, or which picture.")
+@click.option(
+    "--from",
+    "view",
+    type=Pair(",", "AZIMUTH,ELEVATION", -360.0, 360.0),
+    help="Where one looks from, in degrees: -90,0 is from the front, -90,90 from above.",
+)
+@click.option(
+    "--speed",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Simulated over shown time; one that is easy to follow if not given.",
+)
+@_picture("png", "Draw one moment to this file, the last one without --time.")
+@_picture("gif", "Draw all of it to this file, as an animated GIF.")
+@_picture("mp4", "The same as a video; needs the extra animate.")
+@click.option(
+    "--size",
+    type=Pair("x", "WIDTHxHEIGHT", 16, _LARGEST),
+    help="Of pictures, in pixels: 1280x720, of a GIF 640x360.",
+)
+@click.option("--forces", is_flag=True, help="Draw the forces on nodes into pictures.")
+@click.option("--open", "opens", is_flag=True, help="Show the page in your browser.")
+def command(
+    settings: Settings,
+    results: tuple[Path, ...],
+    output: Path | None,
+    size: tuple[float, float] | None,
+    forces: bool,
+    opens: bool,
+    **chosen: Any,
+) -> int:
+    """Write RESULTS as pages that play them; tube.vtkhdf gives tube.html in this folder.
+
+    A page is one file that any browser opens, without a network. It replaces an earlier page,
+    and never another file. Pictures are drawn without a browser, by the extra plot.
+
+    \b
+    tissuec view tube.vtkhdf --open
+    tissuec view tube.vtkhdf --png tube.png --time 0.8
+    tissuec view large.vtkhdf --nodes 5000 --every "20 ms" -o large.html
+    """
+    pictures = {name: chosen.pop(name) for name in PICTURES}
+    pictures = {name: path for name, path in pictures.items() if path is not None}
+    _check_usage(results, output, pictures, size=size, forces=forces, opens=opens)
+    options = Options(**chosen)
+    if options.every is not None and options.every <= 0.0:
+        raise click.UsageError("--every is longer than nothing")
+    pages = {} if pictures and output is None else _pages(results, output)
+    for path in (*pages.values(), *pictures.values()):
+        for result in results:
+            keep_input(path, result)
+    documents = []
+    for result in results:
+        page = pages.get(result)
+        if page is not None:
+            _check_replaceable(page)
+        documents.append(_show(result, page, pictures, options, settings, size, forces=forces))
+        if opens and page is not None:
+            import webbrowser
+
+            webbrowser.open(page.resolve().as_uri())
+    if settings.json:
+        print_json(documents[0] if len(documents) == 1 else documents)
+    return DONE
+
+
+def _check_usage(
+    results: tuple[Path, ...],
+    output: Path | None,
+    pictures: dict[str, Path],
+    *,
+    size: tuple[float, float] | None,
+    forces: bool,
+    opens: bool,
+) -> None:
+    """Refuse options that do not go together."""
+    if len(results) > 1 and (output is not None or pictures):
+        name = "-o" if output is not None else f"--{next(iter(pictures))}"
+        raise click.UsageError(f"{name} names what is made of one result; name one")
+    if output is not None and output.suffix.lower() not in PAGES:
+        raise click.UsageError(
+            f'"{output}" is to be a page, which ends in .html; pictures are written by --png, '
+            "--gif and --mp4"
+        )
+    for name, path in pictures.items():
+        if path.suffix.lower() != PICTURES[name]:
+            raise click.UsageError(
+                f'"{path}" is to end in {PICTURES[name]}, as --{name} writes'
+            )
+    for option, is_given in (("--size", size is not None), ("--forces", forces)):
+        if is_given and not pictures:
+            raise click.UsageError(f"{option} is for pictures: --png, --gif and --mp4")
+    if opens and pictures and output is None:
+        raise click.UsageError("--open shows a page; name it by -o")
+
+
+def _pages(results: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
+    """Return where the page of each result goes; TissueError if two would be one."""
+    pages: dict[Path, Path] = {}
+    for result in results:
+        page = output or Path(f"{result.stem or 'result'}.html")
+        other = next((one for one, place in pages.items() if place == page), None)
+        if other is not None and other != result:
+            raise TissueError(
+                f'the pages of "{other}" and "{result}" would both be "{page}"; write one of '
+                "them by itself, with -o"
+            )
+        pages[result] = page
+    return pages
+
+
+def _check_replaceable(page: Path) -> None:
+    """Make sure that a page replaces nothing but pages of ours; TissueError."""
+    if not page.exists() or not page.is_file() or not page.stat().st_size:
+        return
+    with open(page, "rb") as file:
+        if _MARK not in file.read(1024):
+            raise TissueError(
+                f'cannot write "{page}": it is there already and no page of tissuec; name '
+                "another file with -o, or remove it"
+            )
+
+
+def _show(
+    result: Path,
+    page: Path | None,
+    pictures: dict[str, Path],
+    options: Options,
+    settings: Settings,
+    size: tuple[float, float] | None,
+    *,
+    forces: bool,
+) -> dict[str, Any]:
+    """Write what is asked for of one result, and return what there is to say of it."""
+    from tissuec.player.reading import read_film
+    from tissuec.results.trajectory import Trajectory
+
+    _check_extras(pictures)
+    with Trajectory.open(result) as trajectory:
+        film = read_film(trajectory, options)
+        document = {
+            "result": str(result),
+            "frames": len(film.times),
+            "nodes": film.node_count,
+            "springs": len(film.lines.ends),
+        }
+        if page is not None:
+            document["page"] = _write_page(page, film, trajectory, options, settings)
+        for name, path in pictures.items():
+            sides = size or SIZES[name]
+            whole = (int(sides[0]), int(sides[1]))
+            document[name] = _draw(
+                name, path, film, trajectory, options, settings, whole, forces=forces
+            )
+    return document
+
+
+def _check_extras(pictures: dict[str, Path]) -> None:
+    """Say what is not installed before any work is done; TissueError."""
+    if pictures:
+        from tissuec.player.picture import need_matplotlib
+
+        need_matplotlib()
+    if "mp4" in pictures:
+        from tissuec.player.animation import need_ffmpeg
+
+        need_ffmpeg()
+
+
+def _write_page(
+    page: Path,
+    film: "Film",
+    trajectory: "Trajectory",
+    options: Options,
+    settings: Settings,
+) -> dict[str, Any]:
+    from tissuec.player.page import render_film
+
+    data = render_film(film, trajectory, options).encode("utf-8")
+    # Written aside: who looks at the former page meanwhile never sees half of one.
+    aside = page.with_name(f"{page.name}.new")
+    try:
+        aside.write_bytes(data)
+        os.replace(aside, page)
+    except OSError:
+        aside.unlink(missing_ok=True)
+        raise
+    settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {_size(len(data))}")
+    if len(data) > _HEAVY:
+        settings.say("  --nodes 10000 or --frames 50 would make it lighter")
+    return {"file": str(page), "bytes": len(data)}
+
+
+def _draw(
+    name: str,
+    path: Path,
+    film: "Film",
+    trajectory: "Trajectory",
+    options: Options,
+    settings: Settings,
+    size: tuple[int, int],
+    *,
+    forces: bool,
+) -> dict[str, Any]:
+    from tissuec.player.animation import write_gif, write_video
+    from tissuec.player.facts import title
+    from tissuec.player.lives import Timeline
+    from tissuec.player.picture import Painter
+
+    painter = Painter(film, options, size, title(trajectory), forces=forces)
+    if name == "png":
+        first, last = float(film.times[0]), float(film.times[-1])
+        time = last if options.time is None else min(max(options.time, first), last)
+        at = float(Timeline(film.times).frame_of(time))
+        painter.draw(at).savefig(path, format="png", metadata={"Software": "tissuec"})
+        settings.say(f"wrote {path}: t = {show(time, TIME)}")
+        return {"file": str(path), "time": time}
+    write = write_gif if name == "gif" else write_video
+    pictures = write(painter, path, options.speed, _progress(settings))
+    settings.say(f"wrote {path}: {counted(pictures, 'picture')}, {_size(path.stat().st_size)}")
+    return {"file": str(path), "pictures": pictures}
+
+
+def _progress(settings: Settings) -> Callable[[int, int], None]:
+    """Return what is told which picture is drawn, for people who wait at a terminal."""
+    import sys
+
+    if settings.quiet or not sys.stderr.isatty():
+        return lambda number, count: None
+    return lambda number, count: click.echo(
+        f"\rpicture {number + 1} of {count}" + ("\r\033[K" if number + 1 == count else ""),
+        nl=False,
+        err=True,
+    )
+
+
+def _size(count: int) -> str:
+    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.0f} kB"
