@@ -35,15 +35,15 @@ class Pack:
 
     def add(self, name: str, numbers: NDArray) -> None:
         """Add whole numbers of shape (frame, …), whose differences along frames are small."""
-        rows = np.asarray(numbers).reshape(len(numbers), -1)
+        shape = np.shape(numbers)
+        rows = np.asarray(numbers).reshape(shape[0], int(np.prod(shape[1:])))
         low = int(rows.min()) if rows.size else 0
         wide = (rows.astype(np.int64) - low).astype(np.uint32)
         width = 1 if not rows.size or wide.max() < 1 << 8 else 2 if wide.max() < 1 << 16 else 4
         order = best_order(wide, width)
         data = to_bytes(wide, order, width)
-        shape = list(np.shape(numbers))
         self.specs[name] = {
-            "shape": shape, "low": low, "order": order, "bytes": width, "from": self._size,
+            "shape": list(shape), "low": low, "order": order, "bytes": width, "from": self._size,
         }  # fmt: skip
         self._parts.append(data)
         self._size += len(data)

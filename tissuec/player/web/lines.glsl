@@ -1,4 +1,3 @@
-layout(location = 0) in vec2 corner;  // along: 0 or 1, across: -1 or 1
 layout(location = 1) in ivec2 ends;
 layout(location = 2) in vec2 life;
 layout(location = 3) in float rest;
@@ -20,6 +19,8 @@ out float dashed;
 out float away;
 
 void main() {
+  // Four corners of each line: along, 0 or 1, and across, -1 or 1.
+  vec2 corner = vec2(float((gl_VertexID >> 1) & 1), float(2 * (gl_VertexID & 1) - 1));
   float age = moment - life.y;
   if (moment < life.x || age >= fading || (fading <= 0.0 && age >= 0.0)) {
     gl_Position = NOWHERE;

@@ -47,6 +47,7 @@ class Player {
     this.loops = true;
     this.speed = film.pace;
     this.drawn = 0;
+    this.part = 1;  // of the springs that are drawn while it plays
     this.charts = film.curves.map((curve, k) => new Chart(byId("curves"), curve, arrays[`curve ${k}`], this));
     this.prepareControls(hasSkin);
     this.listen();
@@ -102,6 +103,7 @@ class Player {
   }
 
   pause() {
+    if (this.isPlaying && this.part < 1) requestAnimationFrame(() => this.draw());
     this.isPlaying = false;
     this.showPlaying();
   }
@@ -117,7 +119,10 @@ class Player {
   run(now) {
     if (!this.isPlaying) return;
     const before = this.time;
-    if (this.last !== null) this.time += ((now - this.last) / 1000) * this.speed;
+    if (this.last !== null) {
+      this.time += ((now - this.last) / 1000) * this.speed;
+      this.adapt(now - this.last);
+    }
     this.last = now;
     if (this.time >= this.range[1]) {
       // Stay at the end for a moment before it begins again.
@@ -129,6 +134,12 @@ class Player {
     this.happen(before);
     this.draw();
     requestAnimationFrame((next) => this.run(next));
+  }
+
+  // Draw fewer of very many springs while it plays, if pictures take too long.
+  adapt(pause) {
+    if (this.stage.lines.count <= MANY) return;
+    this.part = Math.max(0.02, Math.min(1, this.part * (pause > 60 ? 0.7 : pause < 25 ? 1.1 : 1)));
   }
 
   // Tell what happens while playing.
@@ -163,7 +174,9 @@ class Player {
   draw() {
     const time = Math.min(this.time, this.range[1]), { shown } = this;
     const [frame, , part] = between(this.film.times, time);
-    this.stage.draw(frame + part, this.camera, { ...shown, fading: this.fading, reach: this.arrowReach }, this.look);
+    this.stage.draw(frame + part, this.camera, {
+      ...shown, fading: this.fading, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
+    }, this.look);
     this.drawn += 1;
     const slider = byId("time"), clock = this.clock;
     slider.value = this.duration > 0 ? (1000 * (time - this.range[0])) / this.duration : 0;

@@ -1,7 +1,7 @@
 layout(location = 0) in int node;
 layout(location = 1) in vec2 life;
 uniform sampler2D normal0, normal1;
-uniform int byCorner;  // whether there is a normal for each corner, or for each point
+uniform int byCorner;  // 0: there is a normal for each point, 1: for each corner, 2: none
 out vec3 facing;
 out vec3 at;
 
@@ -12,7 +12,8 @@ void main() {
   }
   vec4 here = view * vec4(place(node), 1.0);
   at = here.xyz;
-  facing = mat3(view) * blend(normal0, normal1, byCorner > 0 ? gl_VertexID : node);
+  facing = mat3(view) * (byCorner == 2 ? vec3(0.0)
+    : blend(normal0, normal1, byCorner == 1 ? gl_VertexID : node));
   gl_Position = projection * here;
 }
 // ---- fragment

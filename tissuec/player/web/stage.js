@@ -2,6 +2,7 @@
 
 const ACROSS = 1024;  // texels of a row, as in shared.glsl
 const SHARP = Math.cos((50 * Math.PI) / 180);  // between faces, beyond which an edge is seen
+const MANY = 40000;  // triangles that are too small to be rounded, and lines of which some will do
 const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6 };
 
 class Program {
@@ -155,6 +156,16 @@ function normals(position, triangles, isThere) {
   return found;
 }
 
+// Put a list in an order without an order, the same each time.
+function shuffle(list) {
+  let seed = 1;
+  for (let i = list.length - 1; i > 0; i -= 1) {
+    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
+    const k = Math.floor((seed / 2 ** 32) * (i + 1));
+    [list[i], list[k]] = [list[k], list[i]];
+  }
+}
+
 class Stage {
   constructor(canvas, film, arrays) {
     this.canvas = canvas;
@@ -233,6 +244,7 @@ class Stage {
     this.isTube = Array.from(radius, (value) => value > 0);
     const own = [], tubes = [];
     this.isTube.forEach((isTube, i) => (isTube ? tubes : own).push(i));
+    if (own.length > MANY) shuffle(own);  // so that any first part of them is spread evenly
     const pick = (data, size, chosen) => {
       const found = new data.constructor(size * chosen.length);
       chosen.forEach((i, k) => { for (let c = 0; c < size; c += 1) found[size * k + c] = data[size * i + c]; });
@@ -241,20 +253,24 @@ class Stage {
     const lines = { count: own.length, own, keys: [null, null] };
     lines.array = gl.createVertexArray();
     gl.bindVertexArray(lines.array);
-    this.attribute(0, new Float32Array([0, -1, 0, 1, 1, -1, 1, 1]), 2);
-    this.attribute(1, pick(ends, 2, own), 2, { every: 1, whole: true });
-    this.attribute(2, pick(life, 2, own), 2, { every: 1 });
-    this.attribute(3, pick(rest, 1, own), 1, { every: 1 });
-    this.attribute(4, pick(law, 1, own), 1, { every: 1 });
+    // Four times the same, for instances of so few corners are slow.
+    const corners = Array.from({ length: 4 * own.length }, (_, i) => own[i >> 2]);
+    this.attribute(1, pick(ends, 2, corners), 2, { whole: true });
+    this.attribute(2, pick(life, 2, corners), 2);
+    this.attribute(3, pick(rest, 1, corners), 1);
+    this.attribute(4, pick(law, 1, corners), 1);
     lines.tensions = [5, 6].map((place) => {
       const buffer = gl.createBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-      gl.bufferData(gl.ARRAY_BUFFER, own.length, gl.DYNAMIC_DRAW);
+      gl.bufferData(gl.ARRAY_BUFFER, corners.length, gl.DYNAMIC_DRAW);
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, 1, gl.BYTE, true, 0, 0);
-      gl.vertexAttribDivisor(place, 1);
       return buffer;
     });
+    const indices = new Uint32Array(6 * own.length);
+    own.forEach((_, k) => indices.set([0, 1, 2, 1, 3, 2].map((i) => 4 * k + i), 6 * k));
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
     this.lines = lines;
     this.tubes = { ends: pick(ends, 2, tubes), life: pick(life, 2, tubes), radius: pick(radius, 1, tubes) };
@@ -268,8 +284,8 @@ class Stage {
     const { gl, lines, arrays } = this, { data, low, width } = arrays.tension;
     [first, second].forEach((frame, slot) => {
       if (lines.keys[slot] === frame) return;
-      const found = new Int8Array(lines.count), start = frame * width;
-      for (let i = 0; i < found.length; i += 1) found[i] = low + data[start + lines.own[i]];
+      const found = new Int8Array(4 * lines.count), start = frame * width;
+      for (let i = 0; i < found.length; i += 1) found[i] = low + data[start + lines.own[i >> 2]];
       gl.bindBuffer(gl.ARRAY_BUFFER, lines.tensions[slot]);
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, found);
       lines.keys[slot] = frame;
@@ -297,12 +313,14 @@ class Stage {
     this.attribute(1, spans, 2);
     gl.bindVertexArray(null);
     const bare = order.filter((i) => !isSmooth(i)).length;
-    const lists = around(nodes, film.nodes);
+    const isFine = order.length > MANY, lists = isFine ? null : around(nodes, film.nodes);
     const normalsAt = (frame, slot) => cornerNormals(
       this.places.arrays[this.places.keys[slot] === frame ? slot : 1 - slot], nodes, lists,
       (t) => spans[6 * t] <= frame && frame < spans[6 * t + 1],
     );
-    this.skin = { array, count: order.length, bare, normals: new Field(gl, nodes.length, normalsAt) };
+    // Without normals the shader takes those of the faces.
+    const facing = isFine ? new Field(gl, 1, () => new Float32Array(3)) : new Field(gl, nodes.length, normalsAt);
+    this.skin = { array, count: order.length, bare, normals: facing, isFine };
   }
 
   makeSurfaces() {
@@ -423,7 +441,8 @@ class Stage {
       dashes: this.meanRest / 3.5,
       colouring: ["tension", "strain", "law"].indexOf(shown.colour),
     });
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, lines.count);
+    const count = Math.ceil(lines.count * (shown.part || 1));
+    gl.drawElements(gl.TRIANGLES, 6 * count, gl.UNSIGNED_INT, 0);
   }
 
   drawSkins(common, moment, frame, next, opacity) {
@@ -436,7 +455,7 @@ class Stage {
       if (count) {
         this.places.show(frame, next).bind(UNITS.place0);
         skin.normals.show(frame, next).bind(UNITS.normal0);
-        this.drawFaces(skin.array, 3 * count, { ...values, byCorner: 1 }, side, opacity);
+        this.drawFaces(skin.array, 3 * count, { ...values, byCorner: skin.isFine ? 2 : 1 }, side, opacity);
       }
       for (const { piece, first, second, mixing } of shown) {
         piece.places.show(first, second).bind(UNITS.place0);
