@@ -129,7 +129,7 @@ def smooth_mesh(position: Floats, triangles: Indices) -> Mesh:
     alike = (face[own] * face[other]).sum(axis=1) >= _SHARP * size[own] * size[other]
     corner, other = corner[alike], other[alike]
     sums = [np.bincount(corner, axis[other], minlength=len(flat)) for axis in face.T]
-    found = np.stack(sums, axis=1)
+    found = np.stack(sums, axis=1).astype(float)  # without any triangle they are whole
     found /= np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300)
     return Mesh(corners, found.reshape(-1, 3, 3))
 

@@ -43,8 +43,12 @@ class Pack:
         order = best_order(wide, width)
         data = to_bytes(wide, order, width)
         self.specs[name] = {
-            "shape": list(shape), "low": low, "order": order, "bytes": width, "from": self._size,
-        }  # fmt: skip
+            "shape": list(shape),
+            "low": low,
+            "order": order,
+            "bytes": width,
+            "from": self._size,
+        }
         self._parts.append(data)
         self._size += len(data)
 

@@ -65,11 +65,11 @@ def choose_frames(times: Floats, options: Options) -> Indices:
     chosen = np.arange(len(times))
     if options.every is not None:
         steps = np.floor((times - times[0]) / options.every + 1e-9)
-        chosen = chosen[np.diff(steps, prepend=-1.0) > 0]
+        chosen = np.union1d(chosen[np.diff(steps, prepend=-1.0) > 0], chosen[-1:])
     if options.frames is not None and options.frames < len(chosen):
         places = np.linspace(0, len(chosen) - 1, max(2, options.frames))
         chosen = chosen[np.round(places).astype(int)]
-    return np.union1d(chosen, [0, len(times) - 1])
+    return chosen
 
 
 def _topologies(
