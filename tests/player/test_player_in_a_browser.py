@@ -108,7 +108,12 @@ def test_keys(opened, text):
     press("?")
     page.locator("#keys button").click()
     press(" ")
-    page.wait_for_function("tissuec.state().then(state => state.time > 0.75)")
+    assert state(page)["playing"]
+    page.evaluate(
+        """async () => {
+          while ((await tissuec.state()).time < 0.75) await new Promise(requestAnimationFrame);
+        }"""
+    )
     press(" ")
     assert not state(page)["playing"]
 

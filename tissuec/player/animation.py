@@ -12,7 +12,7 @@ from tissuec.player.pace import pace
 from tissuec.player.picture import Painter
 
 GIF_RATE, VIDEO_RATE = 20, 30  # pictures in a second
-_COLOURS = 96
+_COLOURS, _SAMPLES = 192, 6  # of the palette of a GIF; pictures that it is made for
 _REST = 0.6  # [s] for which the end stays
 Progress = Callable[[int, int], None]
 
@@ -36,12 +36,14 @@ def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress)
     from PIL import Image
 
     chosen = moments(painter.film.times, GIF_RATE, speed)
+    # One palette serves all, so that nothing flickers; it knows the colours of all times.
+    few = chosen[np.unique(np.linspace(0, len(chosen) - 1, _SAMPLES).astype(int))]
+    together = np.concatenate([painter.pixels(float(at)) for at in few])
+    palette = Image.fromarray(together).quantize(_COLOURS, kmeans=1)
     pictures = []
     for number, at in enumerate(chosen):
         told(number, len(chosen))
         picture = Image.fromarray(painter.pixels(float(at)))
-        # The colours of the first picture serve all, so that nothing flickers.
-        palette = pictures[0] if pictures else picture.quantize(_COLOURS)
         pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
     pause = [1000 // GIF_RATE] * len(pictures)
     pause[-1] += round(1000 * _REST)

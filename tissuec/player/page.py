@@ -27,8 +27,8 @@ from tissuec.results.trajectory import Trajectory
 WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
-    "arrays.js", "units.js", "camera.js", "meshes.js", "stage.js", "marks.js", "curves.js",
-    "player.js",
+    "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js", "stage.js",
+    "marks.js", "curves.js", "panel.js", "hands.js", "player.js",
 )  # fmt: skip
 SHADERS = ("shared", "lines", "skin", "solids", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tissuec.player.raster import Raster
 
 DPI = 100
+_USUAL = 1000  # [px]: of a picture, in which lines are as wide as on the page
 _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 FADE = 4.0  # frames in which a spring that broke fades out
@@ -302,7 +303,7 @@ class Painter:
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         pressed = (value < -_PRESSED) & (self.colour != "law")
         fine = min(1.0, 18.0 / np.sqrt(max(1, len(lines.ends))))
-        width = slim * 1.25 * (0.55 + fine)
+        width = slim * 1.25 * (0.55 + fine) * min(max(self.size[0] / _USUAL, 0.6), 4.0)
         wide = width * (1.0 if self.colour == "law" else 0.75 + 0.75 * np.abs(value))
         which, strips = dashed(ends, np.where(pressed, length / self._dash, 0.0))
         # Towards the eye, lest they sink into the skin.

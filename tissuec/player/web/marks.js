@@ -46,14 +46,14 @@ function placeMarks(box, marks, range, clock, seek) {
     return { group, button, word: kinds.slice(0, 2).join(", ") + (kinds.length > 2 ? ", …" : "") };
   });
   // Words, the most telling first, where they meet neither signs nor each other.
-  const taken = found.map(({ group }) => [at(group[0].time) - 10, at(group[0].time) + 10]);
+  const taken = found.map(({ group }) => [at(group[0].time) - 7, at(group[0].time) + 7]);
   const rank = ({ group }) => Math.min(...group.map((mark) => RANK.indexOf(mark.sign)));
   const ordered = found.map((one, i) => [one, i]).sort((a, b) => rank(a[0]) - rank(b[0]));
   for (const [{ button, word }, i] of ordered) {
     const span = document.createElement("span");
     span.textContent = word;
     button.append(span);
-    const from = taken[i][1] - 2, to = from + span.offsetWidth + 8;
+    const from = taken[i][1] + 3, to = from + span.offsetWidth + 1;
     if (to > width + 8 || taken.some(([low, high], k) => k !== i && low < to && high > from)) span.remove();
     else taken.push([from, to]);
   }

@@ -1,0 +1,93 @@
+// Shaders and textures, as WebGL 2 has them.
+
+const ACROSS = 1024;  // texels of a row, as in shared.glsl
+const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6 };
+
+class Program {
+  constructor(gl, shared, source) {
+    this.gl = gl;
+    const parts = [shared, source].map((text) => text.split("// ---- fragment\n"));
+    this.program = gl.createProgram();
+    [gl.VERTEX_SHADER, gl.FRAGMENT_SHADER].forEach((kind, i) => {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, parts[0][i] + parts[1][i]);
+      gl.compileShader(shader);
+      gl.attachShader(this.program, shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    });
+    gl.linkProgram(this.program);
+    this.setters = {};
+    for (let i = 0; i < gl.getProgramParameter(this.program, gl.ACTIVE_UNIFORMS); i += 1) {
+      const { name, type } = gl.getActiveUniform(this.program, i);
+      this.setters[name] = this.setter(gl.getUniformLocation(this.program, name), type);
+    }
+  }
+
+  setter(place, type) {
+    const { gl } = this;
+    switch (type) {
+      case gl.FLOAT: return (value) => gl.uniform1f(place, value);
+      case gl.FLOAT_VEC2: return (value) => gl.uniform2fv(place, value);
+      case gl.FLOAT_VEC3: return (value) => gl.uniform3fv(place, value);
+      case gl.INT_VEC2: return (value) => gl.uniform2iv(place, value);
+      case gl.FLOAT_MAT4: return (value) => gl.uniformMatrix4fv(place, false, value);
+      default: return (value) => gl.uniform1i(place, value);
+    }
+  }
+
+  use(values) {
+    this.gl.useProgram(this.program);
+    for (const [name, set] of Object.entries(this.setters)) {
+      if (name in values) set(values[name]);
+      else if (name in UNITS) set(UNITS[name]);
+    }
+  }
+}
+
+// Vectors of two neighbouring frames in two textures, filled when they are first asked for.
+class Field {
+  constructor(gl, count, fill) {
+    Object.assign(this, { gl, count, fill, keys: [null, null], arrays: [null, null] });
+    this.rows = Math.max(1, Math.ceil(count / ACROSS));
+    this.textures = [0, 1].map(() => {
+      const texture = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB32F, ACROSS, this.rows);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      return texture;
+    });
+  }
+
+  show(first, second) {
+    if (this.keys[1] === first || this.keys[0] === second) {
+      for (const pair of [this.keys, this.arrays, this.textures]) pair.reverse();
+    }
+    [first, second].forEach((key, slot) => {
+      if (this.keys[slot] === key) return;
+      this.arrays[slot] = key === this.keys[1 - slot] ? this.arrays[1 - slot] : this.fill(key, slot);
+      this.keys[slot] = key;
+      this.upload(slot);
+    });
+    return this;
+  }
+
+  upload(slot) {
+    const { gl, count } = this, data = this.arrays[slot];
+    const whole = Math.floor(count / ACROSS), left = count - whole * ACROSS;
+    gl.bindTexture(gl.TEXTURE_2D, this.textures[slot]);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    if (whole) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ACROSS, whole, gl.RGB, gl.FLOAT, data, 0);
+    if (left) {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, whole, left, 1, gl.RGB, gl.FLOAT, data, 3 * whole * ACROSS);
+    }
+  }
+
+  bind(unit) {
+    this.textures.forEach((texture, slot) => {
+      this.gl.activeTexture(this.gl.TEXTURE0 + unit + slot);
+      this.gl.bindTexture(this.gl.TEXTURE_2D, texture);
+    });
+    this.gl.activeTexture(this.gl.TEXTURE0 + 7);  // free for uploads
+  }
+}

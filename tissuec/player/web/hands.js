@@ -1,0 +1,135 @@
+// Keys, mouse and fingers: parts of the player.
+
+const KEYS = [
+  ["space", "play or pause"], ["← →", "one frame back or on; with Alt ten"], ["Home, End", "to the start, to the end"],
+  ["n, p", "to the next or previous event"], ["↑ ↓", "faster, slower"], ["l", "again and again, or once"],
+  ["+ −", "closer, further away"], ["Shift + arrows", "turn"], ["1 2 3", "look along x, y, z"], ["r", "first view"],
+  ["c", "other colours of the springs"], ["s, u, i, f", "springs, surface, instruments, forces"], ["t", "light or dark"],
+  ["drag, scroll", "turn, come closer; with Shift or the right button, move"], ["two fingers", "come closer, move"],
+];
+const LOOKS = [[180, 0], [-90, 0], [-90, 90]];  // azimuth and elevation along x, y, z
+
+const hands = {
+  listen() {
+    const on = (id, kind, act) => byId(id).addEventListener(kind, act);
+    on("play", "click", () => this.toggle());
+    on("first", "click", () => this.seek(this.range[0]));
+    on("last", "click", () => this.seek(this.range[1]));
+    on("back", "click", () => this.step(-1));
+    on("forth", "click", () => this.step(1));
+    on("loop", "click", () => { this.loops = !this.loops; this.showSwitches(); });
+    on("theme", "click", () => this.nextTheme());
+    on("time", "input", (event) => this.seek(this.range[0] + (event.target.value / 1000) * this.duration));
+    on("speed", "change", (event) => this.setSpeed(Number(event.target.value)));
+    for (const name of ["springs", "tools", "forces"]) on(name, "change", (event) => this.set(name, event.target.checked));
+    for (const name of ["surface", "colour"]) on(name, "change", (event) => this.set(name, event.target.value));
+    on("reach", "input", (event) => this.set("reach", 10 ** Number(event.target.value)));
+    window.addEventListener("keydown", (event) => this.key(event));
+    new ResizeObserver(() => this.resize()).observe(byId("stage"));
+    this.nights.addEventListener("change", () => this.redraw());
+    const { canvas } = this.stage;
+    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    canvas.addEventListener("webglcontextrestored", () => { this.stage.prepare(); this.refresh(); });
+    this.listenPointers(canvas);
+  },
+
+  listenPointers(canvas) {
+    const fingers = new Map();
+    const spread = () => {
+      const [a, b] = [...fingers.values()];
+      return { size: Math.hypot(a.x - b.x, a.y - b.y), x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 };
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    });
+    for (const kind of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(kind, (event) => fingers.delete(event.pointerId));
+    }
+    canvas.addEventListener("pointermove", (event) => {
+      const finger = fingers.get(event.pointerId);
+      if (!finger) return;
+      const height = canvas.clientHeight, across = event.clientX - finger.x, down = event.clientY - finger.y;
+      const before = fingers.size === 2 ? spread() : null;
+      Object.assign(finger, { x: event.clientX, y: event.clientY });
+      if (before) {
+        const after = spread();
+        this.camera.pan((after.x - before.x) / height, (before.y - after.y) / height);
+        if (before.size > 0) this.camera.zoom(after.size / before.size);
+      } else if (event.buttons & 2 || event.shiftKey) this.camera.pan(across / height, -down / height);
+      else this.camera.orbit((across * 240) / height, (down * 240) / height);
+      this.turned();
+    });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.camera.zoom(Math.exp(-Math.max(-100, Math.min(100, event.deltaY)) / 400));
+      this.turned();
+    }, { passive: false });
+    canvas.addEventListener("dblclick", () => this.home());
+  },
+
+  key(event) {
+    const { target } = event;
+    if (event.ctrlKey || event.metaKey || byId("keys").open) return;
+    const isTyping = target.matches?.("select") || (target.matches?.("input") && target.id !== "time");
+    // A dialog that was just closed may still have the focus.
+    const isButton = target.matches?.("button, summary, input[type=checkbox]") && !target.closest("dialog");
+    if ((isTyping && !target.matches("[type=checkbox]")) || (isButton && [" ", "Enter"].includes(event.key))) return;
+    const act = this.action(event);
+    if (!act) return;
+    event.preventDefault();
+    act();
+  },
+
+  action(event) {
+    const { camera } = this, turn = (across, up) => () => { camera.orbit(across, up); this.turned(); };
+    const closer = (factor) => () => { camera.zoom(factor); this.turned(); };
+    const flip = (name) => () => this.set(name, !this.shown[name]);
+    const next = (name, list) => () => this.set(name, list[(list.indexOf(this.shown[name]) + 1) % list.length]);
+    const faster = (by) => () => {
+      const place = Math.max(0, Math.min(this.speeds.length - 1, this.speeds.indexOf(this.speed) + by));
+      this.setSpeed(this.speeds[place]);
+    };
+    const frames = event.altKey ? 10 : 1;
+    if (event.shiftKey && event.key.startsWith("Arrow")) {
+      return { ArrowLeft: turn(8, 0), ArrowRight: turn(-8, 0), ArrowUp: turn(0, -8), ArrowDown: turn(0, 8) }[event.key];
+    }
+    return {
+      " ": () => this.toggle(),
+      ArrowLeft: () => this.step(-frames),
+      ArrowRight: () => this.step(frames),
+      ArrowUp: faster(1),
+      ArrowDown: faster(-1),
+      Home: () => this.seek(this.range[0]),
+      End: () => this.seek(this.range[1]),
+      "+": closer(1.15),
+      "=": closer(1.15),
+      "-": closer(1 / 1.15),
+      r: () => this.home(),
+      1: () => { camera.turnTo(...LOOKS[0]); this.turned(); },
+      2: () => { camera.turnTo(...LOOKS[1]); this.turned(); },
+      3: () => { camera.turnTo(...LOOKS[2]); this.turned(); },
+      n: () => this.event(1),
+      p: () => this.event(-1),
+      l: () => byId("loop").click(),
+      t: () => this.nextTheme(),
+      s: flip("springs"),
+      i: flip("tools"),
+      f: flip("forces"),
+      u: next("surface", ["solid", "glass", "none"]),
+      c: next("colour", this.film.laws.length < 2 ? ["tension", "strain"] : ["tension", "strain", "law"]),
+      "?": () => byId("keys").showModal(),
+    }[event.key];
+  },
+
+  turned() {
+    this.showArrow();
+    this.refresh();
+  },
+
+  home() {
+    this.camera.turnTo(...this.camera.home);
+    this.turned();
+  },
+};

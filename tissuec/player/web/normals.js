@@ -1,0 +1,65 @@
+// Which way faces look.
+
+const SHARP = Math.cos((50 * Math.PI) / 180);  // between faces, beyond which an edge is seen
+
+// Return the normal of each triangle, as long as twice its area; zero where it is not there.
+function faceNormals(position, triangles, isThere) {
+  const found = new Float32Array(triangles.length);
+  for (let t = 0; t < triangles.length; t += 3) {
+    if (!isThere(t / 3)) continue;
+    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+    const ux = position[b] - position[a], uy = position[b + 1] - position[a + 1], uz = position[b + 2] - position[a + 2];
+    const vx = position[c] - position[a], vy = position[c + 1] - position[a + 1], vz = position[c + 2] - position[a + 2];
+    found[t] = uy * vz - uz * vy;
+    found[t + 1] = uz * vx - ux * vz;
+    found[t + 2] = ux * vy - uy * vx;
+  }
+  return found;
+}
+
+// Return for each node which triangles are around it, as lists behind one another.
+function around(triangles, nodes) {
+  const first = new Int32Array(nodes + 1), list = new Int32Array(triangles.length);
+  for (const node of triangles) first[node + 1] += 1;
+  for (let i = 0; i < nodes; i += 1) first[i + 1] += first[i];
+  const next = first.slice();
+  triangles.forEach((node, corner) => { list[next[node]++] = (corner - (corner % 3)) / 3; });
+  return { first, list };
+}
+
+// Return a normal for each corner of each triangle, smooth but across sharp edges.
+function cornerNormals(position, triangles, { first, list }, isThere) {
+  const faces = faceNormals(position, triangles, isThere), found = new Float32Array(3 * triangles.length);
+  const size = new Float32Array(triangles.length / 3);
+  for (let t = 0; t < size.length; t += 1) size[t] = Math.hypot(faces[3 * t], faces[3 * t + 1], faces[3 * t + 2]);
+  for (let corner = 0; corner < triangles.length; corner += 1) {
+    const t = (corner - (corner % 3)) / 3, node = triangles[corner];
+    let x = 0, y = 0, z = 0;
+    for (let k = first[node]; k < first[node + 1]; k += 1) {
+      const other = list[k], i = 3 * other;
+      const cosine = faces[i] * faces[3 * t] + faces[i + 1] * faces[3 * t + 1] + faces[i + 2] * faces[3 * t + 2];
+      if (cosine < SHARP * size[t] * size[other]) continue;
+      x += faces[i];
+      y += faces[i + 1];
+      z += faces[i + 2];
+    }
+    const length = Math.hypot(x, y, z) || 1;
+    found[3 * corner] = x / length;
+    found[3 * corner + 1] = y / length;
+    found[3 * corner + 2] = z / length;
+  }
+  return found;
+}
+
+// Return normals of points, as long as the triangles around them are large.
+function normals(position, triangles, isThere) {
+  const found = new Float32Array(position.length), faces = faceNormals(position, triangles, isThere);
+  triangles.forEach((node, corner) => {
+    for (let k = 0; k < 3; k += 1) found[3 * node + k] += faces[corner - (corner % 3) + k];
+  });
+  for (let i = 0; i < found.length; i += 3) {
+    const size = Math.hypot(found[i], found[i + 1], found[i + 2]);
+    if (size > 0) for (let k = 0; k < 3; k += 1) found[i + k] /= size;
+  }
+  return found;
+}
