@@ -80,15 +80,16 @@ def test_lives_are_spans_of_frames():
 
 def test_springs_end_when_the_log_says():
     timeline = Timeline(np.array([0.0, 0.1, 0.2, 0.4]))
-    masks = [np.array([True, True]), np.array([True, True]), np.array([True, False])]
-    found = lives(list(enumerate([*masks, np.array([False, False])])), 2)
+    there = np.array([[1, 1, 1], [1, 1, 1], [1, 0, 1], [0, 0, 0]], dtype=bool)
+    found = lives(list(enumerate(there)), 3)
     events = [
         Event(0.05, "cut", (7,), "of another life", ""),
         Event(0.12, "cut", (9,), "", ""),
         Event(0.3, "rupture", (7,), "", ""),
+        Event(0.15, "slip", (11,), "of another life as well", ""),
     ]
-    sharp = timeline.sharpened(found, np.array([7, 9]), events)
-    assert sharp.life[:, 1] == pytest.approx([2.5, 1.2])
+    sharp = timeline.sharpened(found, np.array([7, 9, 11]), events)
+    assert sharp.life[:, 1] == pytest.approx([2.5, 1.2, 3.0])
 
 
 def test_rows_are_numbered_once():

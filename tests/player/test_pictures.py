@@ -19,9 +19,10 @@ from tissuec.player.animation import (
 from tissuec.player.bodies import arrows, boxes, capsules, smooth_mesh
 from tissuec.player.camera import Camera
 from tissuec.player.options import Options
-from tissuec.player.picture import Painter, dashed, need_matplotlib, ramp, rgb
+from tissuec.player.picture import Painter, need_matplotlib
 from tissuec.player.raster import Raster
 from tissuec.player.reading import read_film
+from tissuec.player.strokes import dashed, ramp, rgb
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")
 SIZE = (160, 90)

@@ -1,17 +1,18 @@
 """``tissuec view``"""
 
 import os
-import re
+import sys
 from collections.abc import Callable
-from math import isfinite
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from tissuec.cli.arguments import Moment, Pair
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
 from tissuec.core.errors import TissueError, counted
-from tissuec.core.units import TIME, UnitError, parse_unit, show
+from tissuec.core.units import TIME, show
 from tissuec.player.options import COLOURS, Options
 
 if TYPE_CHECKING:
@@ -25,45 +26,6 @@ SIZES = {"png": (1280, 720), "gif": (640, 360), "mp4": (1280, 720)}
 _LARGEST = 8192  # [px]
 _HEAVY = 25_000_000  # bytes of a page
 _MARK = b'name="generator" content="tissuec'
-
-
-class Moment(click.ParamType):
-    """A time, in seconds or with its unit."""
-
-    name = "time"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> float:
-        if isinstance(value, float):
-            return value
-        found = re.fullmatch(r"\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(\S*)\s*", value, re.IGNORECASE)
-        try:
-            assert found is not None
-            unit = parse_unit(found[2] or "s")
-            time = float(found[1]) * unit.factor
-            assert unit.dimension == TIME and isfinite(time)
-        except (AssertionError, ValueError, UnitError):
-            self.fail(f'"{value}" is no time; write 0.5 or "20 ms"', param, ctx)
-        return time
-
-
-class Pair(click.ParamType):
-    """Two numbers with a sign between."""
-
-    def __init__(self, between: str, example: str, low: float, high: float):
-        self.between, self.example, self.low, self.high = between, example, low, high
-        self.name = example
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, float]:
-        if isinstance(value, tuple):
-            return value
-        try:
-            first, second = map(float, value.lower().split(self.between))
-        except ValueError:
-            self.fail(f'"{value}" is not like {self.example}', param, ctx)
-        if not all(self.low <= number <= self.high for number in (first, second)):
-            limits = f"{self.low:g} to {self.high:g}"
-            self.fail(f'both numbers of "{value}" go from {limits}', param, ctx)
-        return first, second
 
 
 def _picture(name: str, text: str) -> Callable:
@@ -140,12 +102,12 @@ def command(
     for path in (*pages.values(), *pictures.values()):
         for result in results:
             keep_input(path, result)
-    documents = []
+    wish, documents = Wish(options, pictures, size, forces), []
     for result in results:
         page = pages.get(result)
         if page is not None:
             _check_replaceable(page)
-        documents.append(_show(result, page, pictures, options, settings, size, forces=forces))
+        documents.append(_show(result, page, wish, settings))
         if opens and page is not None:
             import webbrowser
 
@@ -212,23 +174,31 @@ def _check_replaceable(page: Path) -> None:
             )
 
 
-def _show(
-    result: Path,
-    page: Path | None,
-    pictures: dict[str, Path],
-    options: Options,
-    settings: Settings,
-    size: tuple[float, float] | None,
-    *,
-    forces: bool,
-) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What is made of each result.
+
+    Attributes:
+        options: How it is shown.
+        pictures: Files to draw, by their kinds.
+        size: Of these [px]; None for what is usual.
+        forces: Whether forces on nodes are drawn there.
+    """
+
+    options: Options
+    pictures: dict[str, Path]
+    size: tuple[float, float] | None
+    forces: bool
+
+
+def _show(result: Path, page: Path | None, wish: Wish, settings: Settings) -> dict[str, Any]:
     """Write what is asked for of one result, and return what there is to say of it."""
     from tissuec.player.reading import read_film
     from tissuec.results.trajectory import Trajectory
 
-    _check_extras(pictures)
+    _check_extras(wish.pictures)
     with Trajectory.open(result) as trajectory:
-        film = read_film(trajectory, options)
+        film = read_film(trajectory, wish.options)
         document = {
             "result": str(result),
             "frames": len(film.times),
@@ -236,13 +206,9 @@ def _show(
             "springs": len(film.lines.ends),
         }
         if page is not None:
-            document["page"] = _write_page(page, film, trajectory, options, settings)
-        for name, path in pictures.items():
-            sides = size or SIZES[name]
-            whole = (int(sides[0]), int(sides[1]))
-            document[name] = _draw(
-                name, path, film, trajectory, options, settings, whole, forces=forces
-            )
+            document["page"] = _write_page(page, film, trajectory, wish.options, settings)
+        for kind, path in wish.pictures.items():
+            document[kind] = _draw(kind, path, film, trajectory, wish, settings)
     return document
 
 
@@ -259,11 +225,7 @@ def _check_extras(pictures: dict[str, Path]) -> None:
 
 
 def _write_page(
-    page: Path,
-    film: "Film",
-    trajectory: "Trajectory",
-    options: Options,
-    settings: Settings,
+    page: Path, film: "Film", trajectory: "Trajectory", options: Options, settings: Settings
 ) -> dict[str, Any]:
     from tissuec.player.page import render_film
 
@@ -283,30 +245,29 @@ def _write_page(
 
 
 def _draw(
-    name: str,
+    kind: str,
     path: Path,
     film: "Film",
     trajectory: "Trajectory",
-    options: Options,
+    wish: Wish,
     settings: Settings,
-    size: tuple[int, int],
-    *,
-    forces: bool,
 ) -> dict[str, Any]:
     from tissuec.player.animation import write_gif, write_video
     from tissuec.player.facts import title
     from tissuec.player.lives import Timeline
     from tissuec.player.picture import Painter
 
-    painter = Painter(film, options, size, title(trajectory), forces=forces)
-    if name == "png":
+    width, height = map(int, wish.size or SIZES[kind])
+    options = wish.options
+    painter = Painter(film, options, (width, height), title(trajectory), forces=wish.forces)
+    if kind == "png":
         first, last = float(film.times[0]), float(film.times[-1])
         time = last if options.time is None else min(max(options.time, first), last)
-        at = float(Timeline(film.times).frame_of(time))
-        painter.draw(at).savefig(path, format="png", metadata={"Software": "tissuec"})
+        picture = painter.draw(float(Timeline(film.times).frame_of(time)))
+        picture.savefig(path, format="png", metadata={"Software": "tissuec"})
         settings.say(f"wrote {path}: t = {show(time, TIME)}")
         return {"file": str(path), "time": time}
-    write = write_gif if name == "gif" else write_video
+    write = write_gif if kind == "gif" else write_video
     pictures = write(painter, path, options.speed, _progress(settings))
     settings.say(f"wrote {path}: {counted(pictures, 'picture')}, {_size(path.stat().st_size)}")
     return {"file": str(path), "pictures": pictures}
@@ -314,12 +275,11 @@ def _draw(
 
 def _progress(settings: Settings) -> Callable[[int, int], None]:
     """Return what is told which picture is drawn, for people who wait at a terminal."""
-    import sys
-
     if settings.quiet or not sys.stderr.isatty():
         return lambda number, count: None
+    clear = "\r\033[K"
     return lambda number, count: click.echo(
-        f"\rpicture {number + 1} of {count}" + ("\r\033[K" if number + 1 == count else ""),
+        clear if number + 1 == count else f"\rpicture {number + 1} of {count}",
         nl=False,
         err=True,
     )

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.errors import TissueError
 from tissuec.network import Floats, Indices
 from tissuec.results.recording import Event
 
@@ -106,11 +107,15 @@ def sharpened_triangles(life: Floats, ends: Floats) -> Floats:
 
 
 class Register:
-    """Numbers rows of node numbers in the order in which they are met, each once."""
+    """Numbers rows of node numbers in the order in which they are met, each once.
+
+    Raises:
+        TissueError: There are too many nodes.
+    """
 
     def __init__(self, nodes: int, width: int):
         if nodes > _MOST_NODES:
-            raise ValueError(f"more than {_MOST_NODES} nodes")
+            raise TissueError(f"a net of more than {_MOST_NODES} nodes cannot be shown")
         self._base = nodes ** np.arange(width, dtype=np.int64)
         self._keys = np.zeros(0, dtype=np.int64)  # ascending
         self._numbers = np.zeros(0, dtype=np.int64)

@@ -4,7 +4,7 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,10 +15,12 @@ from tissuec.core.errors import TissueError
 from tissuec.network import Floats, Indices
 from tissuec.player.bodies import Mesh, across, arrows, boxes, capsules, lit, smooth_mesh
 from tissuec.player.camera import Camera, fitted, framing, half_height, viewpoint
-from tissuec.player.film import Film, Piece, Solid
+from tissuec.player.film import Film, Solid
 from tissuec.player.lives import Mask, is_there
+from tissuec.player.moment import Moment, surface_at
 from tissuec.player.options import Colour, Options
 from tissuec.player.pace import near, scaled
+from tissuec.player.strokes import dashed, ramp, rgb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +33,6 @@ _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 FADE = 4.0  # frames in which a spring that broke fades out
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
-_INKED, _MOST_DASHES = 0.6, 24  # part of a dash that is drawn; how many a line has
 
 
 def need_matplotlib() -> None:
@@ -42,18 +43,6 @@ def need_matplotlib() -> None:
         raise TissueError(
             'a picture needs matplotlib; pip install "tissuec[plot]" brings it'
         ) from error
-
-
-def rgb(text: str) -> Floats:
-    """Return red, green and blue of ``#rrggbb``, from 0 to 1."""
-    return np.array([int(text[at : at + 2], 16) for at in (1, 3, 5)]) / 255.0
-
-
-def ramp(colours: tuple[str, ...], value: Floats) -> Floats:
-    """Return colours of numbers from -1 to 1, shape (number, 3)."""
-    table = np.array([rgb(text) for text in colours])
-    place = np.linspace(-1.0, 1.0, len(table))
-    return np.stack([np.interp(value, place, column) for column in table.T], axis=1)
 
 
 class Soup(NamedTuple):
@@ -68,41 +57,6 @@ class Soup(NamedTuple):
     corners: Floats
     colour: Floats
     opacity: Floats
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Moment:
-    """A film between two of its frames.
-
-    Attributes:
-        at: In frames.
-        position: Of all points [m], shape (point, 3).
-        force: On nodes [N], shape (node, 3).
-        tension: Of lines [N], shape (line,).
-        strain: Of lines, shape (line,).
-    """
-
-    at: float
-    position: Floats
-    force: Floats
-    tension: Floats
-    strain: Floats
-
-    @classmethod
-    def of(cls, film: Film, at: float) -> "Moment":
-        """Return what a film shows at a number of frames; it goes straight between two."""
-        first = int(at)
-        second, part = min(first + 1, len(film.times) - 1), at - first
-
-        def between(numbers: NDArray) -> Floats:
-            return (1.0 - part) * numbers[first] + part * numbers[second]
-
-        position = between(film.position)
-        ends, rest = film.lines.ends, film.lines.rest
-        length = np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1)
-        stretch = length / np.where(rest > 0.0, rest, np.inf) - 1.0
-        strain = np.where(rest > 0.0, stretch, 0.0)
-        return cls(at, position, between(film.force), between(film.lines.tension), strain)
 
 
 class Painter:
@@ -207,7 +161,7 @@ class Painter:
         shown = is_there(film.skin.life, at) & ~(film.skin.smooth & bool(film.surfaces))
         yield self._skin(smooth_mesh(moment.position, film.skin.triangles[shown]), outside)
         for pieces in film.surfaces.values():
-            piece, position = _surface(pieces, at)
+            piece, position = surface_at(pieces, at)
             yield self._skin(smooth_mesh(position, piece.triangles), outside)
         for mesh, colour in (*self._tools(moment), *self._nodes(moment)):
             yield self._body(mesh, rgb(colour), 0.25)
@@ -383,34 +337,3 @@ class Painter:
         sheet.text(
             left + long / 2, 42, f"{self.colour} of springs [{unit}]", ha="center", **style
         )
-
-
-def dashed(ends: Floats, dashes: Floats) -> tuple[Indices, Floats]:
-    """Return lines cut into dashes.
-
-    Args:
-        ends: Shape (line, 2, 3).
-        dashes: How many of them fit on each line; 0 for one that stays whole, shape (line,).
-
-    Returns:
-        Of which line each dash is, shape (dash,), and its ends, shape (dash, 2, 3).
-    """
-    count = np.clip(np.ceil(dashes), 1, _MOST_DASHES).astype(int)
-    which = np.repeat(np.arange(len(ends)), count)
-    number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    size = np.where(dashes > 0.0, 1.0 / count, 1.0)[which]
-    start = number * size
-    stop = start + np.where(dashes > 0.0, _INKED, 1.0)[which] * size
-    way = ends[which, 1] - ends[which, 0]
-    places = (ends[which, 0] + part[:, None] * way for part in (start, stop))
-    return which, np.stack(list(places), axis=1)
-
-
-def _surface(pieces: list[Piece], at: float) -> tuple[Piece, Floats]:
-    """Return which piece of a smooth surface is seen, and its points [m], (point, 3)."""
-    piece = [one for one in pieces if one.frames[0] <= at + 1e-6 or one is pieces[0]][-1]
-    place = float(np.interp(at, piece.frames, np.arange(len(piece.frames))))
-    first = int(place)
-    second = min(first + 1, len(piece.frames) - 1)
-    part = place - first
-    return piece, (1.0 - part) * piece.position[first] + part * piece.position[second]

@@ -84,8 +84,9 @@ const panel = {
     if (shown.colour === "law") {
       const items = film.laws.map((law, k) => {
         const item = document.createElement("li"), dash = k >= looks.series.length ? "4 3" : "";
-        item.innerHTML = `<svg class="line" width="20" height="8" aria-hidden="true"><line x2="20" y1="4" y2="4" stroke="${css(seenIn(this.look, looks.series[k % looks.series.length], looks))}"
-          stroke-width="3" stroke-dasharray="${dash}"/></svg>`;
+        const colour = css(seenIn(this.look, looks.series[k % looks.series.length], looks));
+        item.innerHTML = `<svg class="line" width="20" height="8" aria-hidden="true">
+          <line x2="20" y1="4" y2="4" stroke="${colour}" stroke-width="3" stroke-dasharray="${dash}"/></svg>`;
         item.append(law);
         return item;
       });
@@ -96,12 +97,11 @@ const panel = {
     }
     const isTension = shown.colour === "tension", most = isTension ? film.most.tension : film.most.strain;
     const [divisor, unit] = isTension ? scaled(most, "N") : [0.01, "%"];
-    const end = most / divisor || 1, marks = ticks(-end, end, 5);
-    const labels = marks.map((tick) => `<span style="left:${(50 + (50 * tick) / end).toFixed(2)}%">${digits(tick)}</span>`);
+    const rows = [[-1, 0, 1].map((part) => `<span>${digits((part * most) / divisor)}</span>`)];
+    rows.push((isTension ? ["pressed", unit, "pulled"] : ["shorter", unit, "longer"]).map((word) => `<span>${word}</span>`));
     const shades = looks.tension.map((text) => css(seenIn(this.look, text, looks)));
-    box.innerHTML = `<div class="ramp" style="background:linear-gradient(90deg,${shades.join(",")})"><i style="width:44%"></i></div>
-      <div class="ticks">${labels.join("")}</div>
-      <div class="words"><span>${isTension ? "pressed" : "shorter"}</span><span>${unit}</span><span>${isTension ? "pulled" : "longer"}</span></div>`;
+    box.innerHTML = `<div class="ramp" style="background:linear-gradient(90deg,${shades.join(",")})"><i></i></div>
+      ${rows.map((row) => `<div class="words">${row.join("")}</div>`).join("")}`;
   },
 
   theme(name) {
@@ -128,7 +128,8 @@ const panel = {
     const [right, up, eye] = this.camera.axes;
     const parts = ["x", "y", "z"].map((name, k) => ({ name, x: 20 * right[k], y: -20 * up[k], near: eye[k] }));
     parts.sort((a, b) => a.near - b.near);
-    byId("triad").innerHTML = parts.map(({ name, x, y, near }) => `<g opacity="${0.65 + 0.35 * (near + 1) / 2}"><line x2="${x.toFixed(1)}" y2="${y.toFixed(1)}"/>
-      <text x="${(1.4 * x).toFixed(1)}" y="${(1.4 * y).toFixed(1)}">${name}</text></g>`).join("");
+    const at = (value) => value.toFixed(1);
+    byId("triad").innerHTML = parts.map(({ name, x, y, near }) => `<g opacity="${at(0.8 + 0.2 * near)}">
+      <line x2="${at(x)}" y2="${at(y)}"/><text x="${at(1.4 * x)}" y="${at(1.4 * y)}">${name}</text></g>`).join("");
   },
 };

@@ -235,7 +235,8 @@ function refuse(text) {
 
 async function begin() {
   if (!document.createElement("canvas").getContext("webgl2")) {
-    refuse("This browser has no WebGL 2, by which the net is drawn. A newer one has it, or one with graphics acceleration switched on.");
+    refuse("This browser has no WebGL 2, by which the net is drawn. "
+      + "A newer one has it, or one with graphics acceleration switched on.");
     return null;
   }
   if (!("DecompressionStream" in window)) {

@@ -205,7 +205,8 @@ class Stage {
 
   makeSolids() {
     const { film, arrays, gl } = this, always = [-1, 1e9];
-    const round = capsuleMesh(36, 20), capsule = capsuleMesh(16, 10), size = film.view.size, marker = Math.min(0.009 * size, 0.16 * this.meanRest);
+    const round = capsuleMesh(36, 20), capsule = capsuleMesh(16, 10);
+    const marker = Math.min(0.009 * film.view.size, 0.16 * this.meanRest);
     const some = (kind) => film.solids.filter((solid) => solid.kind === kind);
     const made = (mesh, list) => this.solids(
       mesh, list.flatMap((s) => s.points), list.flatMap(() => always), list.map((s) => s.radius),

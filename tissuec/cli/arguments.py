@@ -1,0 +1,59 @@
+"""Values of options that several words make up."""
+
+import re
+from math import isfinite
+from typing import Any
+
+import click
+
+from tissuec.core.units import TIME, parse_unit
+
+
+class Moment(click.ParamType):
+    """A time, in seconds or with its unit."""
+
+    name = "time"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        if isinstance(value, float):
+            return value
+        try:
+            return seconds(value)
+        except ValueError:
+            self.fail(f'"{value}" is no time; write 0.5 or "20 ms"', param, ctx)
+
+
+def seconds(text: str) -> float:
+    """Return the time that is written, in seconds or with a unit [s].
+
+    Raises:
+        ValueError: It is none.
+    """
+    found = re.fullmatch(r"\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(\S*)\s*", text, re.IGNORECASE)
+    if found is None:
+        raise ValueError(text)
+    unit = parse_unit(found[2] or "s")  # an error of units is one of values
+    time = float(found[1]) * unit.factor
+    if unit.dimension != TIME or not isfinite(time):
+        raise ValueError(text)
+    return time
+
+
+class Pair(click.ParamType):
+    """Two numbers with a sign between."""
+
+    def __init__(self, between: str, example: str, low: float, high: float):
+        self.between, self.example, self.low, self.high = between, example, low, high
+        self.name = example
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, float]:
+        if isinstance(value, tuple):
+            return value
+        try:
+            first, second = map(float, value.lower().split(self.between))
+        except ValueError:
+            self.fail(f'"{value}" is not like {self.example}', param, ctx)
+        if not all(self.low <= number <= self.high for number in (first, second)):
+            limits = f"{self.low:g} to {self.high:g}"
+            self.fail(f'both numbers of "{value}" go from {limits}', param, ctx)
+        return first, second
