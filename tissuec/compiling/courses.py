@@ -1,6 +1,7 @@
 """Courses in time as they are written: ``using smooth profile``, ``using table "file.csv"``."""
 
-from pathlib import PurePosixPath
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +11,15 @@ from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
 from tissuec.courses import Course, CourseKind
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in
 from tissuec.network import Floats
 from tissuec.scene.imports import read_source
+from tissuec.scene.library import Library
 
 if TYPE_CHECKING:
     from tissuec.compiling.orders import SentenceOrder
 
+TABLE = "table"
 #: Written name -> kind of course. Motions and forces are spelled in their own words.
 PROFILES: dict[str, CourseKind] = {
     "constant": "constant",
@@ -23,7 +27,7 @@ PROFILES: dict[str, CourseKind] = {
     "ramp": "ramp",
     "smooth profile": "smooth",
     "sine": "sine",
-    "table": "table",
+    TABLE: "table",
 }
 _NEED_AN_END = ("ramp", "smooth")
 
@@ -49,7 +53,7 @@ def read_courses(
     if kind == "sine":
         frequency = order.number("of", FREQUENCY)
         return (Course("sine", 0.0, stop, frequency),) * columns
-    if kind == "table":
+    if kind == TABLE:
         assert clause is not None
         return _table_courses(clause, columns, stop, order)
     return (Course(kind, 0.0, stop),) * columns
@@ -90,6 +94,30 @@ def _table_courses(
         Course("table", 0.0, end, 0.0, times, column, slope)
         for column, slope in zip(values.T.copy(), slopes, strict=True)
     )
+
+
+def table_texts(items: Sequence[s.Item], library: Library) -> dict[str, str]:
+    """Return the texts of the tables that a script names, by the names that it has for them.
+
+    Args:
+        items: Of a script that was read without a mistake.
+        library: Of the scene.
+    """
+    found: dict[str, str] = {}
+    for name in names_in(tuple(items)):
+        if name.quoted is not None and name.words.lower() == TABLE:
+            path = PurePosixPath(name.quoted)
+            found[str(path)] = _text_of(name, path, library)
+    return found
+
+
+def _text_of(name: s.Name, path: PurePosixPath, library: Library | None) -> str:
+    """Return the text of a table beside the scene that names it, or as it was kept."""
+    kept = library.kept if library is not None else None
+    if kept is not None and str(path) in kept:
+        return kept[str(path)]
+    scene = name.span.source.path or Path()
+    return read_source(scene.parent / path, str(path)).text
 
 
 def _length_unit(order: "SentenceOrder") -> float:
@@ -142,8 +170,7 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
             hint="put the file beside the scene",
             word=word,
         )
-    scene = name.span.source.path
-    if scene is None:
+    if name.span.source.path is None:
         order.reject(
             "TIS604",
             f'"{path}": a scene that is no file has no tables beside it',
@@ -151,7 +178,7 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
             word=word,
         )
     try:
-        return read_source(scene.parent / path, str(path)).text
+        return _text_of(name, path, order.scope.library)
     except CompileError as error:
         hint = "the file is looked for beside the scene"
         order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=word)
