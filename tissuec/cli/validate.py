@@ -88,8 +88,9 @@ def _validate(
     compiled: "Compiled", method: str, rtol: float | None, settings: Settings
 ) -> tuple[int, dict[str, Any]]:
     """Return the exit code and all numbers; print the report unless they are asked for."""
-    from tissuec.validate.report import as_dict, as_text
+    from tissuec.validate.report import as_dict
     from tissuec.validate.stepping import ReferenceFailure
+    from tissuec.validate.telling import as_text
     from tissuec.validate.validation import validate
 
     try:
@@ -99,9 +100,10 @@ def _validate(
         if not settings.json:
             click.echo(f"error: {failure}", err=True)
         return FAILED, {"verdict": "undecided", "reasons": [str(failure)]}
+    document = as_dict(validation, compiled.network)
     if not settings.json:
-        click.echo("\n".join(as_text(validation, compiled.network)))
-    return _CODES[validation.verdict], as_dict(validation, compiled.network)
+        click.echo("\n".join(as_text(document)))
+    return _CODES[validation.verdict], document
 
 
 class Stages(ExitStack):
