@@ -206,7 +206,7 @@ def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
         }  # fmt: skip
 
 
-def _digests(compiled: Compiled) -> Mapping[str, str]:
+def digests(compiled: Compiled) -> Mapping[str, str]:
     """Return the SHA-256 digests of mesh files, by the names that the scene has for them."""
     meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
     origins = (mesh.origin for mesh in meshes if mesh.origin is not None)
@@ -230,7 +230,7 @@ def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "scene": request.source.name,
         "about": compiled.scene.about,
         "sources": _sources(compiled),
-        "files": _digests(compiled),
+        "files": digests(compiled),
         "overrides": list(request.overrides),
         "libraries": [str(folder) for folder in request.libraries],
         "integrator": simulation.integrator,
