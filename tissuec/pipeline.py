@@ -152,7 +152,7 @@ def simulate(
     from tissuec.running.run import run
     from tissuec.running.twin import accompanied
 
-    manifest, state = _manifest(compiled, request), None
+    manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
     # The twin splits off before any file is open.
     with accompanied(network, plan, wanted=twin and not resume) as companion:
@@ -221,7 +221,7 @@ def _sources(compiled: Compiled) -> Mapping[str, str]:
     return {source.name: source.text for source in compiled.scene.imports} | tables
 
 
-def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
+def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     """Return what a result says of its origin: the whole text, what was set, and the plan."""
     from tissuec.prediction import skipped
 

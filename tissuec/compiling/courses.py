@@ -1,7 +1,7 @@
 """Courses in time as they are written: ``using smooth profile``, ``using table "file.csv"``."""
 
 from collections.abc import Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -106,18 +106,12 @@ def table_texts(items: Sequence[s.Item], library: Library) -> dict[str, str]:
     found: dict[str, str] = {}
     for name in names_in(tuple(items)):
         if name.quoted is not None and name.words.lower() == TABLE:
-            path = PurePosixPath(name.quoted)
-            found[str(path)] = _text_of(name, path, library)
+            path, scene = str(PurePosixPath(name.quoted)), name.span.source.path
+            text = library.kept_text(path)
+            if text is None and scene is not None:
+                text = read_source(scene.parent / path, path).text
+            found |= {path: text} if text is not None else {}
     return found
-
-
-def _text_of(name: s.Name, path: PurePosixPath, library: Library | None) -> str:
-    """Return the text of a table beside the scene that names it, or as it was kept."""
-    kept = library.kept if library is not None else None
-    if kept is not None and str(path) in kept:
-        return kept[str(path)]
-    scene = name.span.source.path or Path()
-    return read_source(scene.parent / path, str(path)).text
 
 
 def _length_unit(order: "SentenceOrder") -> float:
@@ -170,7 +164,11 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
             hint="put the file beside the scene",
             word=word,
         )
-    if name.span.source.path is None:
+    library, scene = order.scope.library, name.span.source.path
+    kept = None if library is None else library.kept_text(str(path))
+    if kept is not None:
+        return kept
+    if scene is None:
         order.reject(
             "TIS604",
             f'"{path}": a scene that is no file has no tables beside it',
@@ -178,7 +176,7 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
             word=word,
         )
     try:
-        return _text_of(name, path, order.scope.library)
+        return read_source(scene.parent / path, str(path)).text
     except CompileError as error:
         hint = "the file is looked for beside the scene"
         order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=word)

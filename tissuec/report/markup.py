@@ -15,7 +15,7 @@ class Html(str):
 
 
 #: What can stand inside an element; None stands for nothing.
-Content: TypeAlias = "Html | str | int | None | Iterable[Content]"
+Content: TypeAlias = "Html | str | int | Iterable[Content] | None"
 
 
 def html(content: Content) -> Html:
@@ -36,8 +36,8 @@ def element(tag: str, /, *content: Content, **attributes: str | int | bool | Non
     """Return an element.
 
     Args:
-        attributes: ``class_`` and ``for_`` stand for the words that Python keeps for itself, and
-            ``aria_label`` for ``aria-label``; those that are None or False are left out.
+        attributes: ``class_`` stands for the word that Python keeps for itself, ``aria_label``
+            for ``aria-label``; those that are None or False are left out.
     """
     written = "".join(_attribute(key, value) for key, value in attributes.items())
     if tag in _VOID:

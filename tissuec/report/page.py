@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tissuec import __version__
 from tissuec.core import looks
-from tissuec.report.markup import Html, element, html, link
+from tissuec.report.markup import Html, element, link
 from tissuec.report.sections import (
     Section,
     again,
@@ -24,7 +24,7 @@ from tissuec.report.sections.head import head
 from tissuec.report.story import Story
 
 _HERE = Path(__file__).parent
-#: The colours of the style sheet that all pictures share; the good, the bad and what is between.
+#: The names that the style sheet has for the colours of all pictures: on paper, in the dark.
 _COLOURS = {
     "ink": (looks.INK, looks.INK_DARK),
     "grid": (looks.GRID, looks.GRID_DARK),
@@ -40,7 +40,8 @@ _COLOURS = {
 
 def render(story: Story) -> str:
     """Return the whole HTML document."""
-    top, parts = head(story), _sections(story)
+    parts = _sections(story)
+    main = element("main", head(story), [part.write() for part in parts])
     page = element(
         "html",
         element(
@@ -53,7 +54,7 @@ def render(story: Story) -> str:
         ),
         element(
             "body",
-            element("div", _contents(parts), element("main", top, _written(parts)), class_="page"),
+            element("div", _contents(parts), main, class_="page"),
             _foot(),
             element("script", Html(_file("report.js"))),
         ),
@@ -63,7 +64,7 @@ def render(story: Story) -> str:
 
 
 def _sections(story: Story) -> list[Section]:
-    every = [
+    every: list[Section | None] = [
         motion.section(story),
         expectations.section(story),
         curves.section(story),
@@ -74,13 +75,11 @@ def _sections(story: Story) -> list[Section]:
         run.exactness(story),
         validation.section(story),
         warnings.section(story),
+        listing.section(story),  # behind all that leads to its lines
+        again.section(story),
+        manifest.section(story),
     ]
-    every += [listing.section(story), again.section(story), manifest.section(story)]
     return [section for section in every if section is not None]
-
-
-def _written(parts: list[Section]) -> list[Html]:
-    return [part.write() for part in parts]
 
 
 def _contents(parts: list[Section]) -> Html:

@@ -71,7 +71,8 @@ def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Retelling:
     if compiled is not None:
         differences = tuple(_differences(trajectory, compiled))
         if differences:
-            doubts.append(Doubt("the texts give another net than the one that ran", differences))
+            what = "the texts give another net than the one that ran"
+            doubts.append(Doubt(what, differences))
             compiled = None
     return Retelling(request, words, compiled, warnings, tuple(doubts))
 
@@ -94,9 +95,7 @@ def _origins(trajectory: Trajectory) -> Iterator[Doubt]:
         yield Doubt("the text has another digest than the one that was run")
     version = manifest.get("versions", {}).get("tissuec")
     if version != __version__:
-        yield Doubt(
-            f"the scene was run by tissuec {version}; tissuec {__version__} reads its texts here"
-        )
+        yield Doubt(f"tissuec {version} ran the scene, and {__version__} reads its texts here")
 
 
 def _messages(error: CompileError) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from tissuec.core.errors import counted
 from tissuec.prediction import Prediction, predict
 from tissuec.report.retelling import Retelling, retell
-from tissuec.report.texts import Texts
+from tissuec.report.texts import Texts, file_name
 from tissuec.report.verdict import Kind, Tone, Verdict, kind_of
 from tissuec.results.info import summary
 from tissuec.results.recording import Event
@@ -68,8 +68,8 @@ class Story:
 
     @property
     def title(self) -> str:
-        """Return the name of the scene."""
-        return self.texts.scene
+        """Return the name of the scene, without the folder that it lay in."""
+        return file_name(self.texts.scene)
 
     @cached_property
     def facts(self) -> Mapping[str, Any]:

@@ -5,6 +5,11 @@ from collections.abc import Mapping
 from tissuec.report.markup import Html, element, html, link
 
 
+def file_name(path: str) -> str:
+    """Return the last part of a path of any system."""
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
 class Texts:
     """The scene and what it uses, by name.
 
@@ -29,7 +34,10 @@ class Texts:
         return f"{self._keys[name]}-{line}"
 
     def link(self, place: str) -> Html:
-        """Return ``file:line`` as a link to that line; as text if it is not on the page."""
+        """Return ``file:line`` as a link to that line; as text if it is not on the page.
+
+        The scene is shown without the folder that it lay in.
+        """
         name, _, digits = place.rpartition(":")
         if name not in self.texts or not digits.isdecimal():
             return html(place)
@@ -37,4 +45,5 @@ class Texts:
         if not 1 <= line <= self._lines[name]:
             return html(place)
         self.linked[name].add(line)
-        return element("span", link(self.anchor(name, line), place), class_="place")
+        shown = f"{file_name(name)}:{line}" if name == self.scene else place
+        return element("span", link(self.anchor(name, line), shown), class_="place")

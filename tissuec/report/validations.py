@@ -1,9 +1,9 @@
 """Whether a file is what ``tissuec validate --json`` printed of the scene of a run."""
 
 from collections.abc import Mapping
-from pathlib import PurePath
 from typing import Any
 
+from tissuec.report.texts import file_name
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate import telling
 
@@ -14,13 +14,13 @@ def misfit(document: Any, trajectory: Trajectory) -> str:
         return "is not what tissuec validate --json prints"
     manifest, network = trajectory.manifest, trajectory.network
     mine = {
-        "scene": PurePath(str(manifest.get("scene"))).name,
+        "scene": file_name(str(manifest.get("scene"))),
         "nodes": network.body_nodes,
         "springs": network.spring_count,
         "tolerance": manifest.get("tolerance"),
     }
     other = {name: document.get(name) for name in mine}
-    other["scene"] = PurePath(str(document.get("scene"))).name
+    other["scene"] = file_name(str(document.get("scene")))
     for name, value in mine.items():
         if name in document and other[name] != value:
             return (

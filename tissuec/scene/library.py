@@ -40,6 +40,10 @@ class Library:
         beside = source.path.parent if source.path else Path()
         return cls(beside, (beside / "library", *given, resources.library()), kept)
 
+    def kept_text(self, name: str) -> str | None:
+        """Return a text that was kept under a name; None if there is none."""
+        return None if self.kept is None else self.kept.get(name)
+
     def places(self, wanted: str) -> tuple[Path, ...]:
         """Return the folders in which a file is looked for."""
         return (self.beside,) if wanted.startswith("./") else self.folders

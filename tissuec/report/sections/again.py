@@ -5,6 +5,7 @@ from urllib.parse import quote
 from tissuec.report.markup import Content, Html, element, html, pairs
 from tissuec.report.sections import Section
 from tissuec.report.story import Story
+from tissuec.report.texts import file_name
 from tissuec.wording import run as wording
 
 
@@ -16,9 +17,9 @@ def section(story: Story) -> Section:
 def _commands(story: Story) -> Html:
     manifest = story.manifest
     options = wording.set_options(manifest.get("overrides", ()), manifest.get("libraries", ()))
-    lines = [wording.command(story.title, options)]
+    lines = [wording.command(story.texts.scene, options)]
     if story.facts["can_resume"]:
-        lines.append(wording.command(story.title, options, resume=True))
+        lines.append(wording.command(story.texts.scene, options, resume=True))
     texts = ("This command runs it again:", "and this one goes on where it stopped:")
     return html(
         [
@@ -29,10 +30,10 @@ def _commands(story: Story) -> Html:
 
 
 def _facts(story: Story) -> list[tuple[Content, Content]]:
-    used = [name for name in story.texts.texts if name != story.title]
+    used = [name for name in story.texts.texts if name != story.texts.scene]
     facts: list[tuple[Content, Content]] = [
         ("digest of the text", element("code", "SHA-256 ", story.manifest["digest"])),
-        ("the text itself", _save(story.title, story.trajectory.text)),
+        ("the text itself", _save(story.texts.scene, story.trajectory.text)),
     ]
     if used:
         saved = [element("li", _save(name, story.texts.texts[name])) for name in used]
@@ -46,5 +47,4 @@ def _facts(story: Story) -> list[tuple[Content, Content]]:
 def _save(name: str, text: str) -> Html:
     """Return a link under which a text can be saved."""
     data = f"data:text/plain;charset=utf-8,{quote(text)}"
-    file = name.replace("\\", "/").rpartition("/")[2]
-    return element("a", f"save {name}", href=data, download=file)
+    return element("a", f"save {file_name(name)}", href=data, download=file_name(name))

@@ -1,6 +1,7 @@
 """What happened when."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
@@ -16,11 +17,12 @@ NAMED = 400  # springs of one event that are named at all
 
 def section(story: Story) -> Section:
     """Return the table of events."""
-    _, *events = table_rows(story.trajectory, "events")
+    _, *events = list[Any](table_rows(story.trajectory, "events"))
     if not events:
         return Section("events", "Events", element("p", "Nothing happened."))
     rows = [_row(story, *event) for event in events[:MOST]]
-    body = table("Events in the order of time", ("at", "event", "cause", "springs", "line"), rows)
+    heads = ("at", "event", "cause", "springs", "line")
+    body = table("Events in the order of time", heads, rows)
     return Section("events", "Events", html((body, _rest(story, len(events)))))
 
 
@@ -33,11 +35,9 @@ def _rest(story: Story, count: int) -> Html | None:
     )
 
 
-def _row(
-    story: Story, time: float, kind: str, springs: str, cause: str, place: str
-) -> Html:
+def _row(story: Story, time: float, kind: str, springs: str, cause: str, place: str) -> Html:
     return row(
-        show(time, TIME, digits=6), kind, cause, _springs(springs.split()),
+        show(time, TIME, digits=6), element("b", kind), cause, _springs(springs.split()),
         story.texts.link(place),
     )  # fmt: skip
 

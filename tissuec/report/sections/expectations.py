@@ -17,7 +17,7 @@ def section(story: Story) -> Section | None:
     """Return the table of expectations; None of a scene without any."""
     if not story.expectations:
         return None
-    heads = ("it", "expectation", "measured", "at", "line")
+    heads = ("verdict", "expectation", "measured", "at", "line")
     rows = [_row(story, one) for one in story.expectations]
     body = table("Expectations and what was measured", heads, rows, "expectations")
     return Section("expectations", "Expectations", html((_lead(story), body)))
@@ -36,9 +36,9 @@ def _row(story: Story, one: Expected) -> Html:
     time: Content = "–" if one.time is None else show(one.time, TIME, digits=6)
     return row(
         mark(TONES[one.state], one.state),
-        element("code", one.expect),
+        element("code", one.expect.removeprefix("expect ")),
         element("code", one.measured) if one.measured else "–",
-        time,
+        element("span", time, class_="number-cell"),
         story.texts.link(one.place),
     )
 

@@ -28,15 +28,21 @@ def head(story: Story) -> Html:
     )
 
 
+def capital(text: str) -> str:
+    """Return a text that begins a sentence."""
+    return text[:1].upper() + text[1:]
+
+
 def _verdict(story: Story) -> Html:
     verdict = story.verdict
+    sign = element("span", verdict.sign, aria_hidden="true")
     reasons = [
         element("li", link(target, reason) if target else reason)
         for reason, target in verdict.reasons
     ]
     return element(
         "div",
-        element("p", element("span", verdict.sign, aria_hidden="true"), " ", verdict.word),
+        element("p", sign, " ", capital(verdict.word)),
         element("ul", reasons) if reasons else None,
         class_=f"verdict {verdict.tone}",
     )
@@ -44,14 +50,13 @@ def _verdict(story: Story) -> Html:
 
 def sentence(story: Story) -> Iterator[str]:
     """Yield the clauses of the sentence that sums a run up."""
-    net, statistics = story.facts["network"], story.statistics
-    reached = _reached(story)
-    size = wording.net(net["nodes"], net["springs"])
-    yield f"{size} were simulated{reached}{_by(statistics)}"
-    broken: Counter[str] = Counter()
+    net = story.facts["network"]
+    size = f"{counted(net['nodes'], 'node')} and {counted(net['springs'], 'spring')}"
+    yield f"{size} were simulated{_reached(story)}{_by(story.statistics)}"
+    springs: Counter[str] = Counter()
     for event in story.events:
-        broken[event.kind] += len(event.springs)
-    yield from (f"{kind}: {counted(number, 'spring')}" for kind, number in broken.items() if number)
+        springs[event.kind] += len(event.springs)
+    yield from (f"{kind}: {counted(n, 'spring')}" for kind, n in springs.items() if n)
     if story.expectations and story.kind == "done":
         numbers = len(story.expectations), story.count("fails"), story.count("not reached")
         if not story.count("not recorded"):
@@ -76,10 +81,9 @@ def _reached(story: Story) -> str:
         return ""
     if story.kind == "done":
         return f" for {show(duration, TIME)}"
-    last = max((log.time[-1] for log in story.trajectory.logs.values() if len(log.time)), default=0)
-    frames = story.trajectory.times
-    last = max(last, frames[-1] if len(frames) else 0.0)
-    return f" until {show(float(last), TIME)} of {show(duration, TIME)}"
+    known = [story.trajectory.times, *(log.time for log in story.trajectory.logs.values())]
+    last = max((float(times[-1]) for times in known if len(times)), default=0.0)
+    return f" until {show(last, TIME)} of {show(duration, TIME)}"
 
 
 def _by(statistics: Any) -> str:
@@ -104,12 +108,14 @@ def _numbers(story: Story) -> Iterator[tuple[str, str, Content]]:
     yield "frames", f"{story.facts['frames']['count']:,}", ""
     if statistics is not None:
         yield "steps", f"{statistics['accepted']:,}", ""
-    yield "computing", *show(story.manifest["wall_time"], TIME).split(" ", 1)
+    number, _, unit = show(story.manifest["wall_time"], TIME).partition(" ")
+    yield "computing", number, unit
     if story.expectations:
-        yield "expectations", str(story.count("holds")), f"of {len(story.expectations)} hold"
+        yield "expectations", f"{story.count('holds')}", f"of {len(story.expectations)} hold"
     if story.twin is not None:
         allowed = story.manifest.get("tolerance")
-        yield "error", f"{story.twin['error']:.1e}", f"of {allowed:g}" if allowed else ""
+        promise = f"{allowed:g} allowed" if allowed else ""
+        yield "error", f"{story.twin['error']:.1e}", promise
 
 
 def _made(story: Story) -> Html:

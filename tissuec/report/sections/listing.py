@@ -37,7 +37,8 @@ def _text(story: Story, name: str) -> Html:
         if is_shown:
             rows += (_line(story, name, n, lines[n - 1], linked) for n in range(start, stop))
         else:
-            rows.append(element("span", f"{counted(stop - start, 'line')} …", class_="left-out"))
+            text = f"… {counted(stop - start, 'line')} …\\n"
+            rows.append(element("span", text, class_="left-out"))
     label = f"Text of {name}"
     return element("pre", element("code", rows), class_="text", tabindex="0", aria_label=label)
 
@@ -52,16 +53,15 @@ def _line(story: Story, name: str, number: int, content: Html, linked: "set[int]
 
 
 def stretches(count: int, linked: "set[int]") -> Iterator[Stretch]:
-    """Yield which lines are shown: all of a text that is not long, otherwise its beginning and
-    what the page leads to."""
+    """Yield which lines are shown: of a long text its beginning, and what the page leads to."""
     if count <= WHOLE:
         yield 1, count + 1, True
         return
     shown = set(range(1, WHOLE // 2 + 1)).union(
         *(range(max(one - BESIDE, 1), min(one + BESIDE, count) + 1) for one in linked)
     )
-    edges = [1, *(n for n in range(2, count + 1) if (n in shown) != (n - 1 in shown)), count + 1]
-    for start, stop in pairwise(edges):
+    edges = (n for n in range(2, count + 1) if (n in shown) != (n - 1 in shown))
+    for start, stop in pairwise([1, *edges, count + 1]):
         yield start, stop, start in shown
 
 

@@ -3,6 +3,7 @@
 from tissuec.prediction import Prediction
 from tissuec.report.markup import Html, element, html, listing, row, table
 from tissuec.report.sections import Section
+from tissuec.report.sections.head import capital
 from tissuec.report.story import Story
 from tissuec.wording import plan as wording
 
@@ -26,7 +27,7 @@ def _plan(plan: Prediction) -> Html:
             element("h3", f"Method: {plan.method}"),
             listing(wording.method(plan)),
             _skipped(plan.skipped),
-            element("h3", _capital(wording.cost_title(plan))),
+            element("h3", capital(wording.cost_title(plan))),
             listing(wording.cost(plan)),
             element("h3", "Arrays"),
             arrays,
@@ -37,7 +38,3 @@ def _plan(plan: Prediction) -> Html:
 def _skipped(skipped: "list[str] | tuple[str, ...]") -> Html:
     nothing = element("p", "Nothing was left out.")
     return html((element("h3", "Skipped"), listing(skipped) if skipped else nothing))
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

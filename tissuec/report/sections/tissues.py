@@ -14,7 +14,9 @@ def section(story: Story) -> Section:
     """Return params, and the table of each tissue that bodies are made of."""
     words = story.retelling.words
     if words is None:
-        text = "The texts of this run cannot be read by this version, so that this is not known."
+        text = (
+            "The texts of this run cannot be read by this version, so that this is not known."
+        )
         return Section("numbers", "Where the numbers come from", element("p", text))
     parts = [_params(story, words), *(_tissue(story, one) for one in used_tissues(words))]
     known = [part for part in parts if part is not None]

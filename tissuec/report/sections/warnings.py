@@ -17,8 +17,8 @@ def section(story: Story) -> Section | None:
 def _one(story: Story, warning: Diagnostic) -> Html:
     place = story.texts.link(warning.span.place) if warning.span is not None else None
     notes = [
-        element("p", note.message, " ", story.texts.link(note.span.place) if note.span else None)
-        for note in warning.notes
+        element("p", one.message, " ", one.span and story.texts.link(one.span.place))
+        for one in warning.notes
     ]
     return element(
         "div",
