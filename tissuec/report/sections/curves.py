@@ -71,8 +71,10 @@ def figure(story: Story, kind: str, class_: str | None = None, **options: Any) -
 def _inline(svg: str, key: str) -> str:
     """Return a picture as a part of a page: without a head, and with names of its own."""
     svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r"<(metadata|style)\b.*?</\1>", "", svg, flags=re.DOTALL)
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg).replace("xlink:href", "href")
+    meant = {f'id="{name}"' for name in re.findall(r"#([\w.:-]+)", svg)}
+    svg = re.sub(r' (id="[^"]*")', lambda m: m[0] if m[1] in meant else "", svg)
     svg = re.sub(r'\b(id|href)="(#?)', rf'\1="\2{key}-', svg).replace("url(#", f"url(#{key}-")
     for colour, name in _THEMED.items():
         svg = svg.replace(colour, name)

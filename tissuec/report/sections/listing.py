@@ -46,7 +46,7 @@ def _text(story: Story, name: str) -> Html:
 def _line(story: Story, name: str, number: int, content: Html, linked: "set[int]") -> Html:
     anchor = story.texts.anchor(name, number)
     digits = element(
-        "a", href=f"#{anchor}", class_="number", data_line=number, aria_label=f"line {number}"
+        "a", href=f"#{anchor}", class_="digits", data_line=number, aria_label=f"line {number}"
     )
     mark = "line linked" if number in linked else "line"
     return element("span", digits, content, "\n", id=anchor, class_=mark)
@@ -73,7 +73,7 @@ def colour_lines(text: str) -> list[Html]:
             if number:
                 lines.append([])
             if part:
-                lines[-1].append(element("span", part, class_=kind) if kind else part)
+                lines[-1].append(element("span", part, class_=f"t-{kind}") if kind else part)
     return [html(line) for line in lines]
 
 
