@@ -127,12 +127,12 @@ class Page(HTMLParser):
         assert len(set(names)) == len(names), f"<{tag}> has an attribute twice"
         element = Element(tag, dict(attrs), self.open)
         self.open.children.append(element)
-        if tag not in ("meta", "br"):
+        if tag not in ("meta", "br", "img"):
             self.open = element
 
     def handle_startendtag(self, tag, attrs):
         self.handle_starttag(tag, attrs)
-        if tag not in ("meta", "br"):
+        if tag not in ("meta", "br", "img"):
             self.open = self.open.parent
 
     def handle_endtag(self, tag):

@@ -5,7 +5,7 @@ from html import escape
 from typing import TypeAlias
 
 #: Elements that have no content and no end.
-_VOID = ("br", "meta", "wbr")
+_VOID = ("img", "meta")
 
 
 class Html(str):

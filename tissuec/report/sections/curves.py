@@ -1,21 +1,16 @@
 """Logs, energies and errors over time: as curves, and their extremes as numbers."""
 
-import re
 from collections.abc import Iterator
-from io import StringIO
-from typing import Any
 
 import numpy as np
 
-from tissuec.core.errors import TissueError
-from tissuec.core.looks import GRID, INK, PAPER
+from tissuec.report import pictures
 from tissuec.report.markup import Content, Html, element, html, row, table
 from tissuec.report.sections import Section
+from tissuec.report.sections.head import capital
 from tissuec.report.story import Story
 from tissuec.results.trajectory import Log
 
-#: Colours that follow the page into the dark.
-_THEMED = {INK: "var(--ink)", GRID: "var(--grid)", PAPER: "var(--paper)"}
 _MOST_ROWS = 200  # of the table of extremes
 
 
@@ -40,59 +35,24 @@ def _kinds(story: Story) -> Iterator[str]:
 
 
 def _figures(story: Story, kinds: list[str]) -> Content:
-    try:
-        from tissuec.drawing.page import need_matplotlib
-
-        need_matplotlib()
-    except TissueError as error:
-        return element("p", f"{str(error)[:1].upper()}{str(error)[1:]}.")
-    except ImportError:
-        return element("p", "plots pending")
-    return [figure(story, kind) for kind in kinds]
+    if lacking := pictures.lacking():
+        return element("p", f"{capital(lacking)}.")
+    return [pictures.curves(story, kind) for kind in kinds]
 
 
-def figure(story: Story, kind: str, class_: str | None = None, **options: Any) -> Html:
-    """Return a plot of a run as a figure of the page, or why there is none."""
-    from tissuec.plots import draw
-
-    try:
-        drawn: Any = draw(kind, story.trajectory, **options)
-    except TissueError as error:
-        return element("p", str(error))
-    written = StringIO()
-    drawn.savefig(written, format="svg")
-    picture = _inline(written.getvalue(), kind)
-    label = f"{kind} of {story.title} over time"
-    notes = [element("figcaption", note) for note in drawn.notes]
-    content = element("div", Html(picture), role="img", aria_label=label)
-    return element("figure", content, notes, class_=class_)
-
-
-def _inline(svg: str, key: str) -> str:
-    """Return a picture as a part of a page: without a head, and with names of its own."""
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<(metadata|style)\b.*?</\1>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg).replace("xlink:href", "href")
-    meant = {f'id="{name}"' for name in re.findall(r"#([\w.:-]+)", svg)}
-    svg = re.sub(r' (id="[^"]*")', lambda m: m[0] if m[1] in meant else "", svg)
-    svg = re.sub(r'\b(id|href)="(#?)', rf'\1="\2{key}-', svg).replace("url(#", f"url(#{key}-")
-    for colour, name in _THEMED.items():
-        svg = svg.replace(colour, name)
-    return svg
-
-
-def _extremes(story: Story) -> Html:
+def _extremes(story: Story) -> Content:
+    """Return the numbers that the curves run between."""
     trajectory = story.trajectory
     logs = [*trajectory.logs.values()]
     logs += [trajectory.energies] if trajectory.energies is not None else []
     rows = [cells for log in logs for cells in _rows(log)]
+    if not rows:
+        return None
     heads = ("logged", "smallest", "largest", "at the end", "unit")
     left = element("p", f"{len(rows) - _MOST_ROWS} more rows are left out.")
-    return html(
-        (
-            table("Extremes of what was logged", heads, rows[:_MOST_ROWS], "numbers"),
-            left if len(rows) > _MOST_ROWS else None,
-        )
+    return (
+        table("Extremes of what was logged", heads, rows[:_MOST_ROWS]),
+        left if len(rows) > _MOST_ROWS else None,
     )
 
 

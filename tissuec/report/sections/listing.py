@@ -1,9 +1,10 @@
 """The texts, with a number before each line that other parts of the page lead to."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 
 from tissuec.core.errors import counted
+from tissuec.editor.colours import tokens
 from tissuec.report.markup import Content, Html, element, folded, html
 from tissuec.report.sections import Section
 from tissuec.report.story import Story
@@ -80,17 +81,9 @@ def colour_lines(text: str) -> list[Html]:
 def _pieces(text: str) -> Iterator[tuple[str, str]]:
     """Yield all of a text in pieces, each with its kind, "" for none."""
     at = 0
-    for start, stop, kind in _tokens(text):
+    for start, stop, kind in tokens(text):
         if start > at:
             yield text[at:start], ""
         yield text[start:stop], kind
         at = stop
     yield text[at:], ""
-
-
-def _tokens(text: str) -> Sequence[tuple[int, int, str]]:
-    try:
-        from tissuec.editor.colours import tokens
-    except ImportError:
-        return []
-    return tokens(text)
