@@ -24,6 +24,10 @@ from tissuec.report.sections.head import head
 from tissuec.report.story import Story
 
 _HERE = Path(__file__).parent
+#: The page, and the player in it, may ask for nothing that is not in it.
+_ALONE = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+)
 #: The names that the style sheet has for the colours of all pictures: on paper, in the dark.
 _COLOURS = {
     "ink": (looks.INK, looks.INK_DARK),
@@ -49,6 +53,7 @@ def render(story: Story) -> str:
             element("meta", charset="utf-8"),
             element("meta", name="viewport", content="width=device-width, initial-scale=1"),
             element("meta", name="color-scheme", content="light dark"),
+            element("meta", http_equiv="Content-Security-Policy", content=_ALONE),
             element("title", f"{story.title}: {story.verdict.word}"),
             element("style", Html(_colours() + _file("report.css"))),
         ),
