@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import nullcontext
 from hashlib import sha256
 from itertools import pairwise
 
@@ -9,8 +10,14 @@ import pytest
 from click.testing import CliRunner
 
 from tests.report.runs import BARE, ROD, UNSTABLE, WORDS, Page, page_of, run
+from tests.whole_runs import AfterAsking
 from tissuec.cli import group
+from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
+from tissuec.player.options import Options
+from tissuec.report import pictures
+from tissuec.report.sections.listing import stretches
+from tissuec.report.sections.motion import chosen
 from tissuec.results.trajectory import Trajectory
 
 
@@ -291,3 +298,85 @@ def test_files_that_are_absent_are_named_and_the_rest_is_there(tmp_path):
     (tmp_path / "rod.obj").write_text(OBJ.replace("5 2 5", "5 2 6"))
     page = Page(page_of(path))
     assert '"rod.obj" is not the file' in page.root.all("div", "doubts")[0].text
+
+
+# --- curves and motion ---
+
+
+def test_curves_are_drawn_in_the_page_and_follow_it_into_the_dark(page):
+    pytest.importorskip("matplotlib")
+    section = page.section("curves")
+    drawn = section.all("svg")
+    assert len(drawn) == len(section.all("figure")) == 3
+    labels = [picture.parent.attributes["aria-label"] for picture in drawn]
+    assert [label.split(" of ")[0] for label in labels] == ["logs", "energies", "errors"]
+    styles = {e.attributes.get("style", "") for picture in drawn for e in picture.all()}
+    assert any("var(--ink)" in style for style in styles)
+    assert not any(colour in style for style in styles for colour in ("#222222", "#ffffff"))
+    assert not any(picture.all("metadata") or picture.all("style") for picture in drawn)
+
+
+def test_extremes_of_logs_are_told_in_numbers(result, page):
+    rows = {row.children[0].text: row for row in page.section("curves").all("tr")[1:]}
+    with Trajectory.open(result) as trajectory:
+        (log,) = trajectory.logs.values()
+        for number, column in enumerate(log.columns):
+            cells = [cell.text for cell in rows[f"{log.name}: {column}"].children[1:]]
+            value = log.value[:, number]
+            numbers = (value.min(), value.max(), value[-1])
+            assert cells == [*(f"{one:.4g}" for one in numbers), "N"]
+
+
+def test_without_matplotlib_the_page_says_what_brings_it(result, monkeypatch):
+    def missing():
+        raise TissueError('a plot needs matplotlib; pip install "tissuec[plot]" brings it')
+
+    monkeypatch.setattr(pictures, "need_matplotlib", missing)
+    page = Page(page_of(result))
+    assert 'pip install "tissuec[plot]" brings it.' in page.section("curves").text
+    assert not page.root.all("svg") and not page.root.all("img")
+    assert page.section("curves").all("table") and page.section("numbers").all("table")
+
+
+def test_the_player_stands_in_a_frame_of_its_own(page):
+    (frame,) = page.section("motion").all("iframe")
+    assert frame.attributes["srcdoc"].lower().startswith("<!doctype html>")
+    assert frame.attributes["title"]
+
+
+def test_long_runs_of_large_nets_are_thinned_and_the_page_says_so():
+    assert chosen(100, 160) == (Options(), "")
+    assert chosen(5000, 160) == (Options(frames=2500), "2500 of 5000 frames")
+    many = Options(frames=20, nodes=20_000)
+    assert chosen(50, 100_000) == (many, "20 of 50 frames and 20000 of 100000 nodes")
+
+
+def test_long_texts_show_their_beginning_and_what_is_led_to():
+    shown = list(stretches(10_000, {9_000}))
+    assert shown == [
+        (1, 1501, True), (1501, 8997, False), (8997, 9004, True), (9004, 10_001, False),
+    ]  # fmt: skip
+    assert list(stretches(3000, {5})) == [(1, 3001, True)]
+
+
+def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkeypatch):
+    from tissuec.pipeline import Request, compile_request, simulate
+    from tissuec.running import run as running
+
+    whole = Page(page_of(run(tmp_path, ROD, "whole")))
+    stop = AfterAsking(3)
+    monkeypatch.setattr(running, "asked_to_stop", lambda interrupt: nullcontext(stop))
+    path = run(tmp_path, ROD, "halves")
+    page = Page(page_of(path))
+    assert "Unfinished" in page.root.all("div", "verdict")[0].text
+    assert "--resume" in page.section("again").text
+    assert {c.text for c in page.section("expectations").all("span", "mark")} == {
+        "… not reached"
+    }
+    monkeypatch.undo()
+    request = Request.file(tmp_path / "halves.tis")
+    compiled, _ = compile_request(request)
+    path = simulate(compiled, path, request=request, resume=True).path
+    page = Page(page_of(path))
+    for key in ("events", "expectations"):
+        assert page.section(key).text == whole.section(key).text.replace("whole", "halves")

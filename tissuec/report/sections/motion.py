@@ -7,8 +7,8 @@ from tissuec.report.markup import Content, Html, element, html
 from tissuec.report.sections import Section
 from tissuec.report.story import Story
 
-#: Positions that the player brings along; a longer run is shown in fewer frames.
-MOST_POSITIONS = 400_000
+#: What the player brings along: positions of all frames, and nodes of one.
+MOST_POSITIONS, MOST_NODES = 400_000, 20_000
 FEWEST_FRAMES = 20
 
 
@@ -18,24 +18,28 @@ def section(story: Story) -> Section:
 
 
 def _body(story: Story) -> Content:
-    trajectory = story.trajectory
-    frames, nodes = len(trajectory.times), len(trajectory.nodes)
+    frames, nodes = len(story.trajectory.times), len(story.trajectory.nodes)
     if not frames or not nodes:
         return element("p", "The run recorded no trajectory, so that there is nothing to play.")
-    most = max(MOST_POSITIONS // nodes, FEWEST_FRAMES)
-    options = Options(frames=most) if frames > most else Options()
-    less = (
-        f"Every so many of its {frames} frames are shown, {most} in all."
-        if frames > most
-        else ""
-    )
-    paper = (
-        None
-        if pictures.lacking()
-        else pictures.for_paper(story, "frames", f"net of {story.title}")
-    )
+    options, less = chosen(frames, nodes)
+    label = f"the net of {story.title} at some moments"
     return (
-        Html(fragment(trajectory, options)),
-        element("p", less, class_="remark") if less else None,
-        paper,
+        Html(fragment(story.trajectory, options)),
+        element("p", f"Shown are {less}.", class_="remark") if less else None,
+        None if pictures.lacking() else pictures.for_paper(story, "frames", label),
     )
+
+
+def chosen(frames: int, nodes: int) -> tuple[Options, str]:
+    """Return what a page of some megabytes can show of a run, and what that leaves out."""
+    shown = min(nodes, MOST_NODES)
+    most = max(MOST_POSITIONS // shown, FEWEST_FRAMES)
+    left = [
+        f"{few} of {many} {what}"
+        for few, many, what in ((most, frames, "frames"), (shown, nodes, "nodes"))
+        if few < many
+    ]
+    options = Options(
+        frames=most if most < frames else None, nodes=shown if shown < nodes else None
+    )
+    return options, " and ".join(left)
