@@ -23,6 +23,7 @@ PICTURE = Path(__file__).resolve().parent / "figures" / "report.png"
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 1280, "height": 1290}
 COLOURS = 200  # of a palette, which makes a small file
+DRAWN = 1000  # until everything is drawn in software [ms]
 MOMENT = 0.6  # of the run: the tube is cut and lifted
 
 
@@ -49,6 +50,7 @@ def photograph(page: Path) -> bytes:
         )
         tab = browser.new_page(viewport=SIZE)
         tab.goto(page.as_uri())
+        tab.wait_for_timeout(DRAWN)
         slider = tab.frame_locator("#motion iframe").locator("input[type=range]").first
         slider.evaluate(
             """(slider, part) => {
@@ -57,7 +59,7 @@ def photograph(page: Path) -> bytes:
             }""",
             MOMENT,
         )
-        tab.wait_for_timeout(500)  # [ms]; it is drawn in software
+        tab.wait_for_timeout(DRAWN)
         picture = tab.screenshot()
         browser.close()
     return picture

@@ -10,6 +10,7 @@ from tests.validate.scenes import rod
 from tissuec.cli import group
 from tissuec.cli import report as module
 from tissuec.core.errors import TissueError
+from tissuec.report import pictures
 
 
 def command(*words):
@@ -32,6 +33,12 @@ def folder(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
+
+
+@pytest.fixture(autouse=True)
+def without_pictures(monkeypatch):
+    """Pictures take time, and have tests of their own."""
+    monkeypatch.setattr(pictures, "lacking", lambda: "there is no time for pictures")
 
 
 def test_a_page_is_named_after_the_result_and_lies_in_the_present_folder(folder):

@@ -17,7 +17,7 @@ def head(story: Story) -> Html:
     about = story.manifest.get("about")
     return element(
         "header",
-        element("p", "Report of a run · ", story.facts["file"], class_="kicker"),
+        element("p", "Report of a run · ", story.trajectory.path.name, class_="kicker"),
         element("h1", story.title),
         element("p", about, class_="about") if about else None,
         _verdict(story),
