@@ -51,7 +51,7 @@ def photograph(page: Path) -> bytes:
         tab = browser.new_page(viewport=SIZE)
         tab.goto(page.as_uri())
         tab.wait_for_timeout(DRAWN)
-        slider = tab.frame_locator("#motion iframe").locator("input[type=range]").first
+        slider = tab.frame_locator("#motion iframe").locator("#time")
         slider.evaluate(
             """(slider, part) => {
               slider.value = +slider.min + part * (slider.max - slider.min);
