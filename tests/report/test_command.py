@@ -122,7 +122,7 @@ def test_a_broken_promise_is_the_verdict_and_ends_with_one(folder, monkeypatch):
     broken = {"verdict": "broken", "reasons": ["position is wrong"], "tolerance": 1e-4}
     monkeypatch.setattr(validate, "validated", lambda *arguments: broken)
     code, _, err = command("report", "rod.vtkhdf", "--validate")
-    assert code == 1 and "the promise is broken" in err
+    assert code == 1 and "validated: the promise is broken" in err
     page = Page((folder / "rod.report.html").read_text(encoding="utf-8"))
     assert "✗ THE PROMISE IS BROKEN" in page.section("validation").text
     assert "bad" in page.root.all("div", "verdict")[0].attributes["class"]

@@ -19,6 +19,7 @@ from tissuec.validate.telling import HEADINGS
 
 #: Verdicts of a validation that nobody has to be warned of.
 _FINE = ("kept", "nothing promised")
+_BAD = ("broken", "diverged")
 State = Literal["holds", "fails", "not reached", "not recorded"]
 
 
@@ -135,8 +136,9 @@ class Story:
             return Verdict("bad", "could not go on", self._reasons)
         if failed:
             return Verdict("bad", "expectations fail", self._reasons)
-        if self.validation is not None and self.validation["verdict"] in ("broken", "diverged"):
-            return Verdict("bad", "the promise is broken", self._reasons)
+        if self.validation is not None and self.validation["verdict"] in _BAD:
+            heading = HEADINGS[self.validation["verdict"]].lower()
+            return Verdict("bad", f"validated: {heading}", self._reasons)
         if self.kind == "unfinished":
             return Verdict("open", "unfinished", self._reasons)
         word = "done, expectations hold" if self.count("holds") else "done"

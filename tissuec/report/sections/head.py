@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from datetime import datetime
 from typing import Any
 
+import numpy as np
+
 from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
 from tissuec.report.markup import Content, Html, element, html, link
@@ -36,10 +38,7 @@ def capital(text: str) -> str:
 def _verdict(story: Story) -> Html:
     verdict = story.verdict
     sign = element("span", verdict.sign, aria_hidden="true")
-    reasons = [
-        element("li", link(target, reason) if target else reason)
-        for reason, target in verdict.reasons
-    ]
+    reasons = [element("li", link(target, reason)) for reason, target in verdict.reasons]
     return element(
         "div",
         element("p", sign, " ", capital(verdict.word)),
@@ -82,14 +81,17 @@ def _reached(story: Story) -> str:
     if story.kind == "done":
         return f" for {show(duration, TIME)}"
     known = [story.trajectory.times, *(log.time for log in story.trajectory.logs.values())]
-    last = max((float(times[-1]) for times in known if len(times)), default=0.0)
-    return f" until {show(last, TIME)} of {show(duration, TIME)}"
+    known.append(np.array([event.time for event in story.events]))
+    last = [float(times[-1]) for times in known if len(times)]
+    return f" until {show(max(last), TIME)} of {show(duration, TIME)}" if last else ""
 
 
 def _by(statistics: Any) -> str:
     if statistics is None:
         return ""
-    return f" by {statistics['method']} in {counted(statistics['accepted'], 'step')}"
+    names = dict.fromkeys(one["method"] for one in statistics["changes"])
+    methods = " and ".join(names) or statistics["method"]
+    return f" by {methods} in {counted(statistics['accepted'], 'step')}"
 
 
 def _tiles(story: Story) -> Html:
