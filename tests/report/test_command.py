@@ -8,7 +8,6 @@ from click.testing import CliRunner
 from tests.report.runs import BARE, UNSTABLE, Page, run
 from tests.validate.scenes import rod
 from tissuec.cli import group
-from tissuec.cli import report as module
 from tissuec.core.errors import TissueError
 from tissuec.report import pictures
 
@@ -142,11 +141,11 @@ def test_unfinished_runs_have_pages_under_their_names(tmp_path, monkeypatch):
     assert (tmp_path / "wild.partial.report.html").exists()
 
 
-def test_the_page_opens_in_a_browser(monkeypatch):
+def test_the_page_opens_in_a_browser(folder, monkeypatch):
     opened = []
-    monkeypatch.setattr(module.click, "launch", opened.append)
+    monkeypatch.setattr("webbrowser.open", opened.append)
     command("report", "rod.vtkhdf", "--open")
-    assert opened == ["rod.report.html"]
+    assert opened == [(folder / "rod.report.html").as_uri()]
 
 
 def test_results_that_are_none_are_refused_as_elsewhere(folder):

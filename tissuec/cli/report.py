@@ -1,5 +1,6 @@
 """``tissuec report``"""
 
+import webbrowser
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -76,7 +77,7 @@ def command(
         if not settings.json:
             settings.say(f"{result}: {story.verdict.word}\n  report: {page}")
         if opens:
-            click.launch(str(page))
+            webbrowser.open(page.resolve().as_uri())
     if settings.json:
         print_json(documents[0] if len(documents) == 1 else documents)
     return max(codes)
