@@ -5,6 +5,7 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, read_words
+from tissuec.scene.imports import Kept
 
 TISSUE = (
     "language 1\ntissue gum { spring constant = 40 N/m; viscosity = 1 mN*s/m; mass = 5 g }\n"
@@ -14,7 +15,7 @@ USING = 'language 1\nuse "tissues/gum"\n'
 
 def kept(text, **texts):
     names = {f"{name.replace('_', '/')}.tis": text for name, text in texts.items()}
-    return read_words(Request(Source("scene.tis", text), kept=names))[0]
+    return read_words(Request(Source("scene.tis", text), files=Kept(names)))[0]
 
 
 def test_what_is_kept_counts_and_no_file_beside_it():
@@ -54,6 +55,6 @@ def test_tables_are_kept_too(tmp_path):
 
     written = manifest_of(compile_request(request)[0], request)
     assert written["sources"] == {"rise.csv": "0,0\n1,2\n"}
-    again = Request(Source("elsewhere.tis", TABLED), kept=written["sources"])
+    again = Request(Source("elsewhere.tis", TABLED), files=Kept(written["sources"]))
     (course,) = compile_request(again)[0].plan.events[0].action.courses
     assert course.values[-1] == 2.0

@@ -15,6 +15,7 @@ from tissuec.lang.render import render
 from tissuec.network import Network
 from tissuec.pipeline import Request, compile_request, digests, read_words
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.imports import Kept
 from tissuec.scene.resolve import Words
 
 #: What makes a net the same one, but for its ``ends``.
@@ -85,7 +86,7 @@ def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Reques
         Source(name, trajectory.text, Path(name)),
         tuple(manifest.get("overrides", ())),
         (*libraries, trajectory.path.parent),
-        kept=manifest.get("sources", {}),
+        files=Kept(manifest.get("sources", {})),
     )
 
 
