@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissuec.checks import check_all
 from tissuec.compiler import Compiled, compile_scene
+from tissuec.compiling.courses import table_texts
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.plan import Plan
@@ -151,7 +152,7 @@ def simulate(
     from tissuec.running.run import run
     from tissuec.running.twin import accompanied
 
-    manifest, state = _manifest(compiled, request), None
+    manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
     # The twin splits off before any file is open.
     with accompanied(network, plan, wanted=twin and not resume) as companion:
@@ -177,6 +178,7 @@ def simulate(
 def _facts(plan: Plan, outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]:
     """Return what a result says of how the run went."""
     facts = {
+        "kind": outcome.kind,
         "method": outcome.statistics.method,
         "statistics": asdict(outcome.statistics),
         "notes": list(outcome.notes),
@@ -188,10 +190,10 @@ def _facts(plan: Plan, outcome: "Outcome", likeness: "Likeness | None") -> Mappi
 
 
 def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
-    """Yield what became of each expectation, in the order of the scene."""
+    """Yield whether each expectation holds, with the time and the numbers that tell."""
     failures = {failure.expectation: failure for failure in outcome.failures}
     for number, expectation in enumerate(plan.expectations):
-        state, time, measured = "holds", None, ""
+        state, time, measured = "holds", *outcome.held.get(number, (None, ""))
         if number in failures:
             state, time = "fails", failures[number].time
             measured = failures[number].measured
@@ -204,14 +206,22 @@ def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
         }  # fmt: skip
 
 
-def _digests(compiled: Compiled) -> Mapping[str, str]:
+def digests(compiled: Compiled) -> Mapping[str, str]:
     """Return the SHA-256 digests of mesh files, by the names that the scene has for them."""
     meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
     origins = (mesh.origin for mesh in meshes if mesh.origin is not None)
     return {origin.file.name: origin.digest for origin in origins}
 
 
-def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
+def _sources(compiled: Compiled) -> Mapping[str, str]:
+    """Return the texts beside the scene that it is made of: what it uses, and its tables."""
+    declarations = compiled.scene.declarations
+    script = declarations.single.get("script")
+    tables = table_texts(script.items, declarations.library) if script is not None else {}
+    return {source.name: source.text for source in compiled.scene.imports} | tables
+
+
+def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     """Return what a result says of its origin: the whole text, what was set, and the plan."""
     from tissuec.prediction import skipped
 
@@ -219,9 +229,10 @@ def _manifest(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     return {
         "scene": request.source.name,
         "about": compiled.scene.about,
-        "sources": {source.name: source.text for source in compiled.scene.imports},
-        "files": _digests(compiled),
+        "sources": _sources(compiled),
+        "files": digests(compiled),
         "overrides": list(request.overrides),
+        "libraries": [str(folder) for folder in request.libraries],
         "integrator": simulation.integrator,
         "tolerance": simulation.tolerance,
         "step": simulation.step,

@@ -1,11 +1,17 @@
 """Where the physical numbers of a scene come from: the written word, rule, line and degree."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
 
 from tissuec.core.units import LENGTH, show
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
 from tissuec.scene.model import Given, Tissue
 from tissuec.scene.quantities import Spread
+from tissuec.scene.resolve import Words
+
+SET = "set on the command line"
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +29,11 @@ class Reason:
     place: str
     facts: str
 
+    @property
+    def said(self) -> str:
+        """Return the word with its degree: "slightly low (slightly + low) 0.62"."""
+        return "" if self.degree is None else f"{self.word} {self.degree:.2f}"
+
 
 @dataclass(frozen=True, slots=True)
 class Explained:
@@ -33,6 +44,86 @@ class Explained:
     shown: str  # "8.79 N/m", "1 mg/node"
     how: str  # "written", "rules", "otherwise"
     reasons: tuple[Reason, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One entry of the table of a tissue.
+
+    Attributes:
+        kind: A property that is written, a quantity that comes of it, or a law of springs.
+        value: As it is written, or with its unit.
+        how: Where it is from; of a property the number that its word stands for.
+        reasons: One at least.
+    """
+
+    kind: Literal["property", "quantity", "law"]
+    name: str
+    value: str
+    how: str
+    reasons: tuple[Reason, ...]
+
+
+def tissue_rows(tissue: Tissue) -> list[Row]:
+    """Return all that there is to say of a tissue, entry by entry."""
+    return [
+        *(
+            Row("property", f.property, f.written, f"{f.number:.4g}", (_at(f.span.place),))
+            for f in tissue.facts
+        ),
+        *(
+            Row("quantity", e.quantity, e.shown, e.how, e.reasons)
+            for e in explain_tissue(tissue)
+        ),
+        *(
+            Row("law", word, law.name, "", (_at(law.span.place),))
+            for word, law in tissue.laws.items()
+        ),
+    ]
+
+
+def _at(place: str) -> Reason:
+    return Reason("", None, place, "")
+
+
+def as_dict(words: Words, tissues: list[Tissue]) -> dict[str, Any]:
+    """Return params and tissues as plain data."""
+    return {
+        "params": {
+            p.name: {"value": p.value.amount, "overridden": p.overridden}
+            for p in words.constants.parameters()
+        },
+        "tissues": {tissue.name: _tissue(tissue) for tissue in tissues},
+    }
+
+
+def _tissue(tissue: Tissue) -> dict[str, Any]:
+    return {
+        "place": tissue.span.place,
+        "about": tissue.about,
+        "facts": {
+            f.property: {"written": f.written, "number": f.number, "place": f.span.place}
+            for f in tissue.facts
+        },
+        "quantities": {e.quantity: asdict(e) for e in explain_tissue(tissue)},
+        "laws": {
+            word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
+            for word, law in tissue.laws.items()
+        },
+        "missing": dict(tissue.missing),
+    }
+
+
+def used_tissues(words: Words) -> list[Tissue]:
+    """Return the tissues that bodies and joints are made of; all, where none is used."""
+    used = {
+        part.phrase.words[0].key
+        for kind in ("body", "joint")
+        for declared in words.declarations.of(kind).values()
+        for part in walk(declared.item)
+        if isinstance(part, s.Sentence) and part.name.key == "tissue" and part.phrase
+    }
+    return [tissue for key, tissue in words.tissues.items() if key in used or not used]
 
 
 def explain_tissue(tissue: Tissue) -> tuple[Explained, ...]:

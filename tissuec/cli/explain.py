@@ -1,11 +1,11 @@
 """``tissuec explain``"""
 
 import re
+from collections.abc import Iterator
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,10 +19,10 @@ from tissuec.cli.common import (
     scene_options,
 )
 from tissuec.core.errors import TissueError, did_you_mean
-from tissuec.core.units import TIME, show
 
 if TYPE_CHECKING:
     from tissuec.prediction import Prediction
+    from tissuec.provenance import Row
     from tissuec.scene.model import Tissue
     from tissuec.scene.resolve import Words
 
@@ -51,6 +51,7 @@ def command(
     if CODE.fullmatch(subject):
         return _explain_code(subject.upper(), settings)
     from tissuec.pipeline import Request, compile_request, read_words
+    from tissuec.provenance import as_dict
 
     request = Request.file(
         Path(subject), overrides=overrides, libraries=libraries, strict=strict
@@ -64,13 +65,11 @@ def command(
         compiled, warnings = compile_request(request)
         plan = predict(compiled)
     if settings.json:
-        print_json(_document(words, tissues, plan))
+        document = as_dict(words, tissues)
+        print_json(document if plan is None else document | {"plan": asdict(plan)})
         return DONE
     report(warnings if settings.verbose else (), settings)
-    for parameter in words.constants.parameters():
-        mark = " (set on the command line)" if parameter.overridden else ""
-        place = parameter.item.span.place
-        click.echo(f"param {parameter.name} = {parameter.value}{mark}   {place}")
+    _print_params(words)
     for one in tissues:
         _print_tissue(one)
     if plan is not None:
@@ -80,117 +79,65 @@ def command(
 
 def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
     """Return the tissue asked for; otherwise those that are used, or all where none is."""
-    from tissuec.lang import syntax as s
-    from tissuec.lang.walk import walk
+    from tissuec.lang.syntax import key_of
+    from tissuec.provenance import used_tissues
 
-    known = words.tissues
-    if name is not None:
-        key = s.key_of(name)
-        if key not in known:
-            hint = did_you_mean(key, known) or f"tissues: {', '.join(known)}"
-            raise TissueError(f'there is no tissue "{name}"; {hint}')
-        return [known[key]]
-    used = {
-        part.phrase.words[0].key
-        for kind in ("body", "joint")
-        for declared in words.declarations.of(kind).values()
-        for part in walk(declared.item)
-        if isinstance(part, s.Sentence) and part.name.key == "tissue" and part.phrase
-    }
-    return [tissue for key, tissue in known.items() if key in used or not used]
+    if name is None:
+        return used_tissues(words)
+    known, key = words.tissues, key_of(name)
+    if key not in known:
+        hint = did_you_mean(key, known) or f"tissues: {', '.join(known)}"
+        raise TissueError(f'there is no tissue "{name}"; {hint}')
+    return [known[key]]
 
 
-def _document(
-    words: "Words", tissues: "list[Tissue]", plan: "Prediction | None"
-) -> dict[str, Any]:
-    """Return everything explained as plain data."""
-    document: dict[str, Any] = {
-        "params": {
-            p.name: {"value": p.value.amount, "overridden": p.overridden}
-            for p in words.constants.parameters()
-        },
-        "tissues": {tissue.name: _tissue(tissue) for tissue in tissues},
-    }
-    return document if plan is None else document | {"plan": asdict(plan)}
+def _print_params(words: "Words") -> None:
+    from tissuec.provenance import SET
 
-
-def _tissue(tissue: "Tissue") -> dict[str, Any]:
-    from tissuec.provenance import explain_tissue
-
-    return {
-        "place": tissue.span.place,
-        "about": tissue.about,
-        "facts": {
-            f.property: {"written": f.written, "number": f.number, "place": f.span.place}
-            for f in tissue.facts
-        },
-        "quantities": {e.quantity: asdict(e) for e in explain_tissue(tissue)},
-        "laws": {
-            word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
-            for word, law in tissue.laws.items()
-        },
-        "missing": dict(tissue.missing),
-    }
+    for parameter in words.constants.parameters():
+        mark = f" ({SET})" if parameter.overridden else ""
+        place = parameter.item.span.place
+        click.echo(f"param {parameter.name} = {parameter.value}{mark}   {place}")
 
 
 def _print_tissue(tissue: "Tissue") -> None:
-    from tissuec.provenance import explain_tissue
+    from tissuec.provenance import tissue_rows
 
-    rows: list[tuple[str, ...]] = [
-        (fact.property, fact.written, f"{fact.number:.4g}", fact.span.place)
-        for fact in tissue.facts
-    ]
-    for explained in explain_tissue(tissue):
-        head = (explained.quantity, explained.shown, explained.how)
-        for reason in explained.reasons:
-            degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f}"
-            facts = f"  ({reason.facts})" if reason.facts else ""
-            rows.append((*head, degree, f"{reason.place}{facts}"))
-            head = ("", "", "")
-    rows += ((word, law.name, "", "", law.span.place) for word, law in tissue.laws.items())
+    cells = [line for row in tissue_rows(tissue) for line in _cells(row)]
     click.echo(f"\n{tissue.name:<40}{tissue.span.place}")
-    for line in aligned(rows, COLUMNS):
+    for line in aligned(cells, COLUMNS):
         click.echo(f"  {line}")
     for name, reason in tissue.missing.items():
         click.echo(f"  {name:<17}none: {reason}")
 
 
+def _cells(row: "Row") -> Iterator[tuple[str, ...]]:
+    """Yield the lines of an entry; the second reason and further ones without its head."""
+    if row.kind == "property":  # no rule speaks for it, which leaves a column free
+        yield row.name, row.value, row.how, row.reasons[0].place
+        return
+    head = (row.name, row.value, row.how)
+    for reason in row.reasons:
+        facts = f"  ({reason.facts})" if reason.facts else ""
+        yield *head, reason.said, f"{reason.place}{facts}"
+        head = ("", "", "")
+
+
 def _print_plan(plan: "Prediction") -> None:
+    from tissuec.wording import plan as wording
+
     click.echo("\narrays")
-    rows = [
-        (name, " x ".join(map(str, array["shape"])), _bytes(array["bytes"]))
-        for name, array in plan.arrays.items()
-    ]
-    for line in aligned(rows, (12, 16)):
+    for line in aligned(wording.arrays(plan), (12, 16)):
         click.echo(f"  {line}")
-    facts = plan.facts
-    click.echo(f"\nmethod: {plan.method}\n  because {plan.reason}")
-    click.echo(
-        f"  fastest motion {facts['omega']:.4g} rad/s, damping ratio {facts['zeta']:.3g}"
+    sections = (
+        (f"method: {plan.method}", wording.method(plan)),
+        ("skipped", plan.skipped),
+        (wording.cost_title(plan), wording.cost(plan)),
     )
-    limited = isfinite(facts["limit"])
-    limit = f"up to {show(facts['limit'], TIME)}" if limited else "at any size"
-    click.echo(f"  steps are stable {limit}")
-    click.echo("\nskipped")
-    for skip in plan.skipped:
-        click.echo(f"  {skip}")
-    if isfinite(plan.steps):
-        click.echo("\ncost, with steps at that limit (a tolerance may need smaller ones)")
-        click.echo(f"  about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations")
-        click.echo(
-            f"  about {show(plan.seconds, TIME, digits=2)} of stepping, once it is compiled"
-        )
-    else:
-        click.echo("\ncost")
-        click.echo("  as many steps as the tolerance asks for")
-    click.echo(f"  result file up to {_bytes(plan.bytes)} before compression")
-
-
-def _bytes(count: int) -> str:
-    for size, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
-        if count >= size:
-            return f"{count / size:.3g} {unit}"
-    return f"{count} bytes"
+    for title, lines in sections:
+        click.echo(f"\n{title}")
+        for line in lines:
+            click.echo(f"  {line}")
 
 
 def _explain_code(code: str, settings: Settings) -> int:

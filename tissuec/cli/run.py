@@ -1,10 +1,8 @@
 """``tissuec run``"""
 
-import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,10 +24,10 @@ from tissuec.cli.common import (
 )  # fmt: skip
 from tissuec.core.errors import CompileError, TissueError, counted
 from tissuec.core.units import TIME, show
+from tissuec.wording import run as wording
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
-    from tissuec.engine.method import Statistics
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
     from tissuec.running.twin import Likeness
@@ -121,12 +119,8 @@ def _again(
     overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> str:  # fmt: skip
     """Return the command line that goes on with a run."""
-    given = [("-o", output), ("--out", folder)]
-    given += [("--set", text) for text in overrides]
-    given += [("--library", place) for place in libraries]
-    options = [str(word) for pair in given if pair[1] is not None for word in pair]
-    strictly = ["--strict"] if strict else []
-    return shlex.join(["tissuec", "run", str(path), "--resume", *options, *strictly])
+    options = [("-o", output), ("--out", folder), *wording.set_options(overrides, libraries)]
+    return wording.command(path, options, resume=True, strict=strict)
 
 
 def _run_one(
@@ -199,10 +193,10 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         settings.say(f"{path}: {outcome.message}")
     else:
         click.echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
+    methods = wording.methods([(change.time, change.method) for change in statistics.changes])
     settings.say(
-        f"  {counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}; "
-        f"{_methods(statistics)}, {counted(statistics.accepted, 'step')} ({statistics.tier}), "
-        f"{outcome.wall_time:.2f} s"
+        f"  {wording.net(network.body_nodes, network.spring_count)}; "
+        f"{wording.stepping(methods, statistics.accepted, statistics.tier, outcome.wall_time)}"
     )
     for note in outcome.notes:
         settings.say(f"  note: {note}")
@@ -227,10 +221,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         click.echo(f"  FAILED {span.place}: {span.one_line}", err=True)
         click.echo(f"         at {show(failure.time, TIME)}: {failure.measured}", err=True)
     if expectations:
-        unreached = len(outcome.unreached)
-        kept = len(expectations) - len(outcome.failures) - unreached
-        rest = f", {unreached} not reached" if unreached else ""
-        settings.say(f"  expectations: {kept} of {len(expectations)} hold{rest}")
+        numbers = len(expectations), len(outcome.failures), len(outcome.unreached)
+        settings.say(f"  expectations: {wording.expectations(*numbers)}")
     if result.likeness is not None:
         _tell_error(result.likeness, settings)
     settings.say(f"  result: {result.path}")
@@ -247,27 +239,15 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
     return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
 
 
-def _methods(statistics: "Statistics") -> str:
-    """Return the methods in turn, such as "dop853, esdirk43 from 2.14 ms on"."""
-    first, *others = statistics.changes
-    later = [f", {change.method} from {show(change.time, TIME)} on" for change in others]
-    return first.method + "".join(later)
-
-
 def _tell_error(likeness: "Likeness", settings: Settings) -> None:
     """Say how far the twin was from the run, loudly where that is too far."""
-    worst, parting = f"{likeness.relative.max(initial=0.0):.1e}", likeness.parting
-    promise = f" (tolerance {likeness.allowed:g})" if isfinite(likeness.allowed) else ""
+    worst, parting = float(likeness.relative.max(initial=0.0)), likeness.parting
     if parting is None:
-        until = "" if likeness.complete else f" until {show(likeness.times[-1], TIME)}"
-        settings.say(f"  error: about {worst} of the largest displacement{until}{promise}")
+        until = None if likeness.complete else float(likeness.times[-1])
+        settings.say(f"  error: {wording.error(worst, likeness.allowed, until)}")
         return
-    for line in (
-        f"  warning: from {show(parting, TIME)} on positions are not known within the "
-        f"tolerance {likeness.allowed:g}:",
-        f"    a run stepped more finely is {worst} of the largest displacement away",
-        "    take a finer tolerance; where that does not help the motion is chaotic",
-    ):
+    what, how_far, remedy = wording.parting(worst, likeness.allowed, parting)
+    for line in (f"  warning: {what}:", f"    {how_far}", f"    {remedy}"):
         click.echo(line, err=True)
 
 

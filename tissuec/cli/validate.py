@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tissuec.compiler import Compiled
 
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
-_CODES = {
+CODES = {
     "kept": DONE,
     "nothing promised": DONE,
     "broken": FAILED,
@@ -77,18 +77,21 @@ def command(
         return WRONG_TEXT
     if not settings.json:
         report(warnings, settings)
-    code, found = _validate(compiled, method, rtol, settings)
+    document = validated(compiled, method, rtol, settings)
+    code = CODES[document["verdict"]]
     if settings.json:
         facts = {"scene": str(scene), "ok": code == DONE, "diagnostics": as_json(warnings)}
-        print_json(facts | found)
+        print_json(facts | document)
+    else:
+        _tell(document)
     return code
 
 
-def _validate(
+def validated(
     compiled: "Compiled", method: str, rtol: float | None, settings: Settings
-) -> tuple[int, dict[str, Any]]:
-    """Return the exit code and all numbers; print the report unless they are asked for."""
-    from tissuec.validate.report import as_dict, as_text
+) -> dict[str, Any]:
+    """Return all numbers of a comparison, or only why there are none; show its progress."""
+    from tissuec.validate.report import as_dict
     from tissuec.validate.stepping import ReferenceFailure
     from tissuec.validate.validation import validate
 
@@ -96,12 +99,17 @@ def _validate(
         with Stages(compiled.plan.simulation.duration, settings) as stages:
             validation = validate(compiled, method=method, rtol=rtol, progress=stages.at)
     except ReferenceFailure as failure:
-        if not settings.json:
-            click.echo(f"error: {failure}", err=True)
-        return FAILED, {"verdict": "undecided", "reasons": [str(failure)]}
-    if not settings.json:
-        click.echo("\n".join(as_text(validation, compiled.network)))
-    return _CODES[validation.verdict], as_dict(validation, compiled.network)
+        return {"verdict": "undecided", "reasons": [str(failure)]}
+    return as_dict(validation, compiled.network)
+
+
+def _tell(document: dict[str, Any]) -> None:
+    from tissuec.validate.telling import as_text
+
+    if "run" in document:
+        click.echo("\n".join(as_text(document)))
+    else:
+        click.echo(f"error: {document['reasons'][0]}", err=True)
 
 
 class Stages(ExitStack):

@@ -1,5 +1,6 @@
 """Courses in time as they are written: ``using smooth profile``, ``using table "file.csv"``."""
 
+from collections.abc import Sequence
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,15 @@ from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
 from tissuec.courses import Course, CourseKind
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in
 from tissuec.network import Floats
 from tissuec.scene.imports import read_source
+from tissuec.scene.library import Library
 
 if TYPE_CHECKING:
     from tissuec.compiling.orders import SentenceOrder
 
+TABLE = "table"
 #: Written name -> kind of course. Motions and forces are spelled in their own words.
 PROFILES: dict[str, CourseKind] = {
     "constant": "constant",
@@ -23,7 +27,7 @@ PROFILES: dict[str, CourseKind] = {
     "ramp": "ramp",
     "smooth profile": "smooth",
     "sine": "sine",
-    "table": "table",
+    TABLE: "table",
 }
 _NEED_AN_END = ("ramp", "smooth")
 
@@ -49,7 +53,7 @@ def read_courses(
     if kind == "sine":
         frequency = order.number("of", FREQUENCY)
         return (Course("sine", 0.0, stop, frequency),) * columns
-    if kind == "table":
+    if kind == TABLE:
         assert clause is not None
         return _table_courses(clause, columns, stop, order)
     return (Course(kind, 0.0, stop),) * columns
@@ -90,6 +94,24 @@ def _table_courses(
         Course("table", 0.0, end, 0.0, times, column, slope)
         for column, slope in zip(values.T.copy(), slopes, strict=True)
     )
+
+
+def table_texts(items: Sequence[s.Item], library: Library) -> dict[str, str]:
+    """Return the texts of the tables that a script names, by the names that it has for them.
+
+    Args:
+        items: Of a script that was read without a mistake.
+        library: Of the scene.
+    """
+    found: dict[str, str] = {}
+    for name in names_in(tuple(items)):
+        if name.quoted is not None and name.words.lower() == TABLE:
+            path, scene = str(PurePosixPath(name.quoted)), name.span.source.path
+            text = library.kept_text(path)
+            if text is None and scene is not None:
+                text = read_source(scene.parent / path, path).text
+            found |= {path: text} if text is not None else {}
+    return found
 
 
 def _length_unit(order: "SentenceOrder") -> float:
@@ -142,7 +164,10 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
             hint="put the file beside the scene",
             word=word,
         )
-    scene = name.span.source.path
+    library, scene = order.scope.library, name.span.source.path
+    kept = None if library is None else library.kept_text(str(path))
+    if kept is not None:
+        return kept
     if scene is None:
         order.reject(
             "TIS604",

@@ -4,6 +4,7 @@ import json
 import math
 import platform
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -29,6 +30,7 @@ def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, ob
     known = {
         "digest": sha256(scene_text.encode()).hexdigest(),
         "versions": versions(),
+        "begun": datetime.now(UTC).isoformat(timespec="seconds"),
         "outcome": RUNNING,
         "finished": False,
         "wall_time": 0.0,

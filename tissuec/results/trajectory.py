@@ -27,7 +27,12 @@ from tissuec.results.over_frames import Frames, Tensions
 from tissuec.results.parts import read_cells
 from tissuec.results.recording import Event, Judged, NamedGroup
 from tissuec.results.surface_series import Surfaces
-from tissuec.results.tables import ENERGY_PATH, read_events
+from tissuec.results.tables import (
+    ENERGY_PATH,
+    ERROR_PATH,
+    TWIN_PATH,
+    read_events,
+)
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports]
@@ -300,6 +305,16 @@ class Trajectory:
     def energies(self) -> Log | None:
         """The energies over time [J]; None if they were not recorded."""
         return Log(self._file, ENERGY_PATH) if ENERGY_PATH in self._file else None
+
+    @cached_property
+    def errors(self) -> Log | None:
+        """Errors of positions as summed up from step to step [m]; None if there are none."""
+        return Log(self._file, ERROR_PATH) if ERROR_PATH in self._file else None
+
+    @cached_property
+    def twin(self) -> Log | None:
+        """How far a more finely stepped run was from this one [m]; None without one."""
+        return Log(self._file, TWIN_PATH) if TWIN_PATH in self._file else None
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

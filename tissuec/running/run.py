@@ -8,7 +8,7 @@ show what is after all of it.
 
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from tissuec.measures.moment import Ledger
@@ -47,6 +47,7 @@ class Outcome:
         failures: Expectations that did not hold, in the order of the scene.
         unreached: Expectations that the run did not come to, or not to the end of, by their
             places in the plan.
+        held: Of those that hold, when each was judged last [s] and what was measured then.
         happenings: The event log, each entry with its time [s].
         situation: The state at the end.
         notes: What else is to be known of it, in sentences.
@@ -61,6 +62,7 @@ class Outcome:
     happenings: tuple[tuple[float, Happening], ...]
     situation: Situation
     notes: tuple[str, ...] = ()
+    held: Mapping[int, tuple[float, str]] = field(default_factory=dict)
 
 
 def run(
@@ -106,6 +108,7 @@ def run(
         tuple(loop.standing.happenings),
         loop.standing.situation,
         loop.notes(),
+        recorder.memory.held,
     )
 
 

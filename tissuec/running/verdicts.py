@@ -34,12 +34,14 @@ class Memory:
         scale: Largest energy so far [J].
         pinned: Moments that expectations look back to, by their times [s].
         failures: By the place of the expectation.
+        held: When an expectation was judged last [s] and what was measured then, by its place.
     """
 
     next: int = 0
     scale: float = 0.0
     pinned: dict[float, Moment] = field(default_factory=dict)
     failures: dict[int, Failure] = field(default_factory=dict)
+    held: dict[int, tuple[float, str]] = field(default_factory=dict)
 
 
 class Judge:
@@ -60,6 +62,7 @@ class Judge:
             for time in expectation.pinned
         }
         self._due = [rows_within(times, e.start, e.stop, near) for e in expectations]
+        self._last = [int(due.nonzero()[0].max(initial=-1)) for due in self._due]
 
     def enter(self, time: float) -> None:
         """Take the samples from now on out of the intervals that have ended by now."""
@@ -72,7 +75,7 @@ class Judge:
         for number, expectation in enumerate(self.expectations):
             ends_now = abs(expectation.stop - float(moment.time)) <= self.near
             if ends_now and self._lasts(expectation):
-                self._judge(number, replace(moment, pinned=memory.pinned), memory)
+                self._judge(number, replace(moment, pinned=memory.pinned), memory, ends=True)
 
     def sample(self, moment: Moment, rows: slice, memory: Memory) -> None:
         """Judge a batch, which is a part of ``times``."""
@@ -86,7 +89,8 @@ class Judge:
             for place in np.flatnonzero(due[rows]):
                 if number in memory.failures:
                     break
-                self._judge(number, moment.pick(int(place)), memory)
+                ends = rows.start + int(place) == self._last[number]
+                self._judge(number, moment.pick(int(place)), memory, ends=ends)
 
     def unreached(self, memory: Memory) -> tuple[int, ...]:
         """Return the expectations that were not judged to their end, by their places.
@@ -102,8 +106,13 @@ class Judge:
     def _lasts(self, expectation: Expectation) -> bool:
         return expectation.start < expectation.stop - self.near
 
-    def _judge(self, number: int, moment: Moment, memory: Memory) -> None:
+    def _judge(self, number: int, moment: Moment, memory: Memory, *, ends: bool) -> None:
         expectation = self.expectations[number]
-        if number not in memory.failures and not expectation.condition(moment):
-            measured = expectation.describe(moment)
-            memory.failures[number] = Failure(number, float(moment.time), measured)
+        if number in memory.failures:
+            return
+        time = float(moment.time)
+        if not expectation.condition(moment):
+            memory.held.pop(number, None)
+            memory.failures[number] = Failure(number, time, expectation.describe(moment))
+        elif ends:
+            memory.held[number] = time, expectation.describe(moment)

@@ -1,7 +1,7 @@
 """Files and their imports: a scene's modules in an order where what is used comes first."""
 
 import os.path
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -63,7 +63,13 @@ class Files:
     """How the files that a text uses are found, read and parsed: from disk, each time anew.
 
     An editor puts texts that are not saved yet in their places.
+
+    Attributes:
+        kept: Texts by the names under which they were found once; where there are any, no file
+            counts beside them.
     """
+
+    kept: Mapping[str, str] | None = None
 
     def has(self, path: Path) -> bool:
         """Return whether there is such a file; a name that no system allows is none."""
@@ -84,6 +90,16 @@ class Files:
 DISK = Files()
 
 
+class Kept(Files):
+    """The texts that a result keeps, so that a scene compiles without its files."""
+
+    def __init__(self, texts: Mapping[str, str]):
+        self.kept: Mapping[str, str] = texts
+
+    def read(self, path: Path, name: str) -> Source:
+        return Source(name, self.kept[name], path)
+
+
 def load(
     source: Source, libraries: Sequence[Path], findings: Findings, files: Files = DISK
 ) -> Program:
@@ -96,7 +112,7 @@ def load(
     loader.visit(source, chain=())
     if not loader.modules:
         findings.raise_errors()
-    return Program(tuple(loader.modules), Library.of(source, libraries))
+    return Program(tuple(loader.modules), Library.of(source, libraries, files.kept))
 
 
 class _Loader:
@@ -181,9 +197,14 @@ class _Loader:
             self.findings.stop()
 
     def _find(self, wanted: str, item: s.Sentence, source: Source) -> tuple[Path, str]:
+        file = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
+        name = str(PurePosixPath(file))
+        if self.files.kept is not None:
+            if name not in self.files.kept:
+                self.findings.reject("TIS601", f'"{name}" was not kept', item.span)
+            return Path(name), name
         library = Library.of(source, self.libraries)
         places = library.places(wanted)
-        file = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
         hits = [place / file for place in places if self.files.has(place / file)]
         if not hits:
             searched = tuple(Note(f"searched {place / file}") for place in places)
@@ -198,7 +219,7 @@ class _Loader:
         if others:
             names = ", ".join(str(other) for other in sorted(others))
             self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
-        return hits[0], str(PurePosixPath(file))
+        return hits[0], name
 
 
 def _differ(path: Path, other: Path) -> bool:

@@ -1,6 +1,6 @@
 """The files that ``use`` finds: where they are looked for, and which of them was meant."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,16 +18,31 @@ SCENE_BLOCKS = ("body", "joint", "environment", "script", "simulate", "output")
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """The folders in which a text finds the files that it uses; the first hit counts."""
+    """The folders in which a text finds the files that it uses; the first hit counts.
+
+    Attributes:
+        kept: Texts by the names under which they were found once; no file counts beside them.
+            None where nothing was kept.
+    """
 
     beside: Path
     folders: tuple[Path, ...] = ()
+    kept: Mapping[str, str] | None = None
 
     @classmethod
-    def of(cls, source: Source, given: Sequence[Path] = ()) -> "Library":
+    def of(
+        cls,
+        source: Source,
+        given: Sequence[Path] = (),
+        kept: Mapping[str, str] | None = None,
+    ) -> "Library":
         """Return the library of a text; ``given`` are the folders of ``--library``."""
         beside = source.path.parent if source.path else Path()
-        return cls(beside, (beside / "library", *given, resources.library()))
+        return cls(beside, (beside / "library", *given, resources.library()), kept)
+
+    def kept_text(self, name: str) -> str | None:
+        """Return a text that was kept under a name; None if there is none."""
+        return None if self.kept is None else self.kept.get(name)
 
     def places(self, wanted: str) -> tuple[Path, ...]:
         """Return the folders in which a file is looked for."""

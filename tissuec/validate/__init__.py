@@ -3,5 +3,5 @@
 ``reference`` and what it is made of (``equations``, ``stepping``, ``crossings``, ``calendar``,
 ``resting``)
 share no arithmetic with the engine; ``observing`` watches the engine, ``compare`` holds the one
-against the other, ``validation`` decides and ``report`` tells.
+against the other, ``validation`` decides, ``report`` gathers and ``telling`` words it.
 """

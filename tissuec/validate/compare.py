@@ -29,8 +29,7 @@ class Quantity:
         error: Relative to ``scale``.
         bound: What was promised; None where nothing was.
         expected: Error that positions just within the promise can cause; None if not told.
-        scale: What the error is relative to, where it is largest.
-        dimension: Of the scale.
+        scale: What the error is relative to, where it is largest; see ``dimension_of``.
         time: When the error is largest [s].
         node: Where; None where it is not of one node.
     """
@@ -40,7 +39,6 @@ class Quantity:
     bound: float | None
     expected: float | None
     scale: float
-    dimension: Dimension
     time: float
     node: int | None = None
 
@@ -48,6 +46,21 @@ class Quantity:
     def is_kept(self) -> bool | None:
         """Return whether the promise is kept; None where there is none."""
         return None if self.bound is None else self.error <= self.bound
+
+
+def dimension_of(name: str) -> Dimension:
+    """Return the dimension of the scale of a quantity by its name."""
+    if name.startswith(FORCE_OF):
+        return units.FORCE
+    return _DIMENSIONS[name.partition(",")[0]]
+
+
+FORCE_OF = "force of "
+_DIMENSIONS = {
+    "position": units.LENGTH,
+    "energy balance": units.ENERGY,
+    "velocity": units.VELOCITY,
+}
 
 
 def position_errors(run: Observed, reference: Reference, network: Network) -> Floats:
@@ -86,7 +99,7 @@ def _worst_position(
     node = int(np.argmax(_distance(run.position[row], reference.position[row])))
     scale = max(float(reference.displacement[row]), floor_of(network))
     time = float(reference.times[row])
-    return Quantity(name, float(errors[row]), bound, None, scale, units.LENGTH, time, node)
+    return Quantity(name, float(errors[row]), bound, None, scale, time, node)
 
 
 def velocity(
@@ -99,9 +112,7 @@ def velocity(
     row, node = np.unravel_index(np.argmax(error), error.shape)
     worst = relative(error[row, node], np.array(scale), 0.0)
     time = float(reference.times[row])
-    return Quantity(
-        "velocity", float(worst), None, None, scale, units.VELOCITY, time, int(node)
-    )
+    return Quantity("velocity", float(worst), None, None, scale, time, int(node))
 
 
 def support_forces(
@@ -137,9 +148,7 @@ def support_forces(
             expected = tolerance * float(reference.displacement[-1]) * reach / scale
         worst = float(relative(error[row], np.array(scale), 0.0))
         time = float(reference.times[row])
-        found.append(
-            Quantity(f"force of {name}", worst, None, expected, scale, units.FORCE, time)
-        )
+        found.append(Quantity(f"{FORCE_OF}{name}", worst, None, expected, scale, time))
     return found
 
 
@@ -149,9 +158,7 @@ def energy_balance(run: Observed, bound: float | None) -> Quantity:
     errors = relative(np.abs(run.imbalance), run.scale, floor)
     row = int(np.argmax(errors))
     scale, time = max(float(run.scale[row]), floor), float(run.times[row])
-    return Quantity(
-        "energy balance", float(errors[row]), bound, None, scale, units.ENERGY, time
-    )
+    return Quantity("energy balance", float(errors[row]), bound, None, scale, time)
 
 
 def force_groups(plan: Plan, reference: Reference) -> dict[str, tuple[Indices, ...]]:

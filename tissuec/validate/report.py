@@ -1,35 +1,13 @@
-"""A validation as text for people and as plain data for programs."""
+"""A validation as plain data for programs; ``telling`` makes text for people of it."""
 
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from tissuec.core.units import TIME, show
 from tissuec.network import Network
 from tissuec.validate.compare import Quantity
-from tissuec.validate.events import Matching
 from tissuec.validate.validation import Comparison, Validation
-
-HEADINGS = {
-    "kept": "the promise is kept",
-    "broken": "THE PROMISE IS BROKEN",
-    "undecided": "the promise cannot be judged for the whole run",
-    "nothing promised": "nothing was promised",
-    "diverged": "the run could not go on",
-}
-
-
-def as_text(validation: Validation, network: Network) -> list[str]:
-    """Return the report, line by line."""
-    lines = []
-    if validation.comparison is not None:
-        lines += _table(validation.comparison, network)
-        lines += _events(validation.comparison)
-        lines += _efforts(validation, validation.comparison)
-    lines.append(f"{HEADINGS[validation.verdict]}{_promise(validation)}")
-    return [*lines, *(f"  {reason}" for reason in validation.reasons)]
 
 
 def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
@@ -83,78 +61,6 @@ def _quantity(quantity: Quantity, network: Network) -> dict[str, Any]:
 
 
 _NUMBERS = ("name", "error", "bound", "expected", "scale", "time")
-
-
-def _table(comparison: Comparison, network: Network) -> list[str]:
-    rows = [("quantity", "error", "promised", "relative to", "worst at")]
-    for quantity in comparison.quantities:
-        promised = "-" if quantity.bound is None else f"{quantity.bound:g}"
-        if quantity.expected is not None:
-            promised = f"({quantity.expected:.1e})"
-        where = show(quantity.time, TIME)
-        if quantity.node is not None:
-            where += f", node {_node(network, quantity.node)}"
-        size = show(quantity.scale, quantity.dimension)
-        rows.append((quantity.name, f"{quantity.error:.2e}", promised, size, where))
-    lines = _columns(rows)
-    if any(quantity.expected is not None for quantity in comparison.quantities):
-        lines.append("(…): not promised; what positions within the promise can do to it")
-    return lines
-
-
-def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
-
-
-def _events(comparison: Comparison) -> list[str]:
-    lines = []
-    for what, matching in (
-        ("springs broke", comparison.ruptures),
-        ("triggers fired", comparison.triggers),
-    ):
-        if matching.run or matching.reference:
-            lines.append(f"{what}: {_matching(matching)}")
-    return lines
-
-
-def _matching(matching: Matching) -> str:
-    if matching.misses:
-        return f"{matching.run} in the run, {matching.reference} in the reference"
-    order = "in the same order" if matching.in_order else "in another order"
-    return (
-        f"{matching.run} in both, {order}; times differ by up to {show(matching.error, TIME)}"
-    )
-
-
-def _efforts(validation: Validation, comparison: Comparison) -> list[str]:
-    outcome, known = validation.run.outcome, comparison.known
-    statistics, reference = outcome.statistics, known.reference
-    effort = reference.effort
-    compared = len(validation.run.times)
-    every = f" of {validation.output_times}" if compared < validation.output_times else ""
-    return [
-        f"run: {statistics.method}, {statistics.accepted} steps, {outcome.wall_time:.2f} s",
-        f"reference: SciPy {reference.method}, rtol {reference.rtol:.0e}, "
-        f"{effort.steps} steps, {effort.wall_time:.2f} s; known to "
-        f"{known.uncertainty[-1]:.1e} (against rtol {known.second.rtol:.0e})",
-        f"compared at {compared}{every} output times",
-    ]
-
-
-def _promise(validation: Validation) -> str:
-    if validation.tolerance is None or validation.verdict == "diverged":
-        return ""
-    text = f" (tolerance {validation.tolerance:g})"
-    comparison = validation.comparison
-    if validation.verdict == "undecided" and comparison is not None:
-        if not np.isfinite(comparison.judged):
-            return f"{text}: at no time"
-        return f"{text}: kept until {show(comparison.judged, TIME)}"
-    return text
 
 
 def _node(network: Network, node: int) -> str:

@@ -1,0 +1,157 @@
+"""``tissuec report``"""
+
+import webbrowser
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
+from tissuec.core.errors import TissueError
+
+if TYPE_CHECKING:
+    from tissuec.report.story import Story
+    from tissuec.results.trajectory import Trajectory
+
+SUFFIX = ".report.html"
+
+
+@click.command(cls=Command)
+@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="File of the page; a folder, of several results.",
+)
+@click.option(
+    "--validate", "validates", is_flag=True, help="Compare with SciPy now, as validate does."
+)
+@click.option(
+    "--validation",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    metavar="FILE",
+    help="What validate --json printed.",
+)
+@click.option(
+    "--library",
+    "libraries",
+    multiple=True,
+    metavar="DIR",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Also search this folder for files that results do not keep, such as meshes.",
+)
+@click.option("--open", "opens", is_flag=True, help="Show the page in a browser.")
+def command(
+    settings: Settings,
+    results: tuple[Path, ...],
+    output: Path | None,
+    validates: bool,
+    validation: Path | None,
+    libraries: tuple[Path, ...],
+    opens: bool,
+) -> int:
+    """Write one HTML page about each of RESULTS; tube.vtkhdf gives tube.report.html.
+
+    A page needs no other file and no network. All of it comes from the result, also the text
+    of the scene. Exit code: 0 written; with --validate that of validate.
+
+    \b
+    tissuec report tube.vtkhdf --open
+    tissuec report tube.vtkhdf --validate -o tube.html
+    """
+    if validation is not None and (validates or len(results) > 1):
+        other = "--validate" if validates else "several results"
+        raise click.UsageError(f"--validation is of one run, and does not go with {other}")
+    pages = _pages(results, output)
+    documents: list[dict[str, Any]] = []
+    codes: list[int] = []
+    for result, page in pages.items():
+        keep_input(page, result)
+        if validation is not None:
+            keep_input(page, validation)
+        story, code = _write(result, page, validation, libraries, settings, validates=validates)
+        documents.append(_document(result, page, story))
+        codes.append(code)
+        if not settings.json:
+            settings.say(f"{result}: {story.verdict.word}\n  report: {page}")
+        if opens:
+            webbrowser.open(page.resolve().as_uri())
+    if settings.json:
+        print_json(documents[0] if len(documents) == 1 else documents)
+    return max(codes)
+
+
+def _pages(results: Sequence[Path], output: Path | None) -> dict[Path, Path]:
+    """Return where the page of each result goes; TissueError if that would lose one."""
+    from tissuec.results.places import make_folder
+
+    if output is not None and len(results) == 1 and not output.is_dir():
+        return {results[0]: output}
+    if output is not None:
+        make_folder(output)
+    pages: dict[Path, Path] = {}
+    owners: dict[Path, Path] = {}
+    for result in results:
+        page = pages[result] = (output or Path()) / f"{result.stem}{SUFFIX}"
+        owner = owners.setdefault(page.resolve(), result)
+        if owner is not result:
+            raise TissueError(
+                f'the pages of "{owner}" and "{result}" would both be "{page}"; make one of '
+                "them by itself, with -o"
+            )
+    return pages
+
+
+def _write(
+    result: Path, page: Path, validation: Path | None, libraries: tuple[Path, ...],
+    settings: Settings, *, validates: bool,
+) -> "tuple[Story, int]":  # fmt: skip
+    """Write one page; return what it tells, and the exit code."""
+    from tissuec.report.page import render
+    from tissuec.report.retelling import retell
+    from tissuec.report.story import Story
+    from tissuec.results.trajectory import Trajectory
+
+    with Trajectory.open(result) as trajectory:
+        retelling, document, code = retell(trajectory, libraries), None, DONE
+        if validation is not None:
+            document = _read_validation(validation, trajectory)
+        elif validates:
+            from tissuec.cli.validate import CODES, validated
+
+            if retelling.compiled is None:
+                reasons = "; ".join(doubt.text for doubt in retelling.doubts)
+                raise TissueError(f'cannot validate "{result}": {reasons}')
+            document = validated(retelling.compiled, "DOP853", None, settings)
+            code = CODES[document["verdict"]]
+        story = Story(trajectory, validation=document, retelling=retelling)
+        page.write_text(render(story), encoding="utf-8")
+    return story, code
+
+
+def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
+    """Return what ``validate --json`` printed of the scene of a run; TissueError if not."""
+    import json
+
+    from tissuec.report.validations import misfit
+
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise TissueError(f'cannot read "{path}": {error}') from error
+    if flaw := misfit(document, trajectory):
+        raise TissueError(f'"{path}" {flaw}')
+    return document
+
+
+def _document(result: Path, page: Path, story: "Story") -> dict[str, Any]:
+    return {
+        "ok": True,
+        "result": str(result),
+        "report": str(page),
+        "bytes": page.stat().st_size,
+        "verdict": story.verdict.word,
+        "reasons": [reason for reason, _ in story.verdict.reasons],
+    }

@@ -1,0 +1,113 @@
+"""HTML from values: a piece of markup is an ``Html``, and whatever else is text is escaped."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import TypeAlias
+
+#: Elements that have no content and no end.
+_VOID = ("img", "meta")
+
+
+class Html(str):
+    """Markup, which stands as it is."""
+
+    __slots__ = ()
+
+
+#: What can stand inside an element; None stands for nothing.
+Content: TypeAlias = "Html | str | int | Iterable[Content] | None"
+
+
+def html(content: Content) -> Html:
+    """Return content as markup."""
+    match content:
+        case None:
+            return Html()
+        case Html():
+            return content
+        case str():
+            return Html(escape(content))
+        case int():
+            return Html(content)
+    return Html("".join(map(html, content)))
+
+
+def element(tag: str, /, *content: Content, **attributes: str | int | bool | None) -> Html:
+    """Return an element.
+
+    Args:
+        attributes: ``class_`` stands for the word that Python keeps for itself, ``aria_label``
+            for ``aria-label``; those that are None or False are left out.
+    """
+    written = "".join(_attribute(key, value) for key, value in attributes.items())
+    if tag in _VOID:
+        return Html(f"<{tag}{written}>")
+    return Html(f"<{tag}{written}>{html(content)}</{tag}>")
+
+
+def _attribute(key: str, value: str | int | bool | None) -> str:
+    if value is None or value is False:
+        return ""
+    name = key.removesuffix("_").replace("_", "-")
+    return f" {name}" if value is True else f' {name}="{escape(str(value))}"'
+
+
+def link(target: str, *content: Content) -> Html:
+    """Return a link within the page."""
+    return element("a", *content, href=f"#{target}")
+
+
+def paragraphs(lines: Iterable[Content], class_: str | None = None) -> list[Html]:
+    """Return each line as a paragraph of its own."""
+    return [element("p", line, class_=class_) for line in lines]
+
+
+def listing(items: Iterable[Content]) -> Html:
+    """Return items as a list."""
+    return element("ul", [element("li", item) for item in items])
+
+
+def table(
+    caption: Content,
+    heads: Sequence[Content],
+    rows: Iterable[Content],
+    class_: str | None = None,
+) -> Html:
+    """Return a table that scrolls by itself where a page is too narrow for it.
+
+    Args:
+        caption: What is in it, for those who do not see it.
+        rows: Markup of ``row``.
+    """
+    head = element("tr", [element("th", text, scope="col") for text in heads])
+    body = element(
+        "table",
+        element("caption", caption),
+        element("thead", head),
+        element("tbody", rows),
+        class_=class_,
+    )
+    return element(
+        "div", body, class_="wide", tabindex="0", role="region", aria_label=_plain(caption)
+    )
+
+
+def _plain(content: Content) -> str | None:
+    return content if isinstance(content, str) and not isinstance(content, Html) else None
+
+
+def row(*cells: Content) -> Html:
+    """Return a row of a table whose first cell is its head."""
+    first, *others = cells
+    return element("tr", element("th", first, scope="row"), [element("td", c) for c in others])
+
+
+def pairs(entries: Iterable[tuple[Content, Content]], class_: str = "facts") -> Html:
+    """Return names with what there is to say of them."""
+    parts = [element("div", element("dt", key), element("dd", value)) for key, value in entries]
+    return element("dl", parts, class_=class_)
+
+
+def folded(summary: Content, *content: Content, **attributes: str | bool | None) -> Html:
+    """Return content that is shown when its summary is clicked."""
+    return element("details", element("summary", summary), *content, **attributes)

@@ -1,0 +1,166 @@
+"""What there is to tell of one run, as values that the sections of the page share."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from tissuec.core.errors import counted
+from tissuec.prediction import Prediction, predict
+from tissuec.report.retelling import Retelling, retell
+from tissuec.report.texts import Texts, file_name
+from tissuec.report.verdict import Kind, Tone, Verdict, kind_of
+from tissuec.results.info import summary
+from tissuec.results.recording import Event
+from tissuec.results.trajectory import Trajectory
+from tissuec.validate.telling import HEADINGS
+
+#: Verdicts of a validation that nobody has to be warned of.
+_FINE = ("kept", "nothing promised")
+_BAD = ("broken", "diverged")
+State = Literal["holds", "fails", "not reached", "not recorded"]
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """One expectation.
+
+    Attributes:
+        place: ``file:line``.
+        state: Whether it holds.
+        time: When it failed first, or was judged last [s]; None if never.
+        measured: What was measured then; "" if that is not known.
+    """
+
+    expect: str
+    place: str
+    state: State
+    time: float | None = None
+    measured: str = ""
+
+
+class Story:
+    """One run, from its result file alone.
+
+    Args:
+        validation: Plain data of ``tissuec validate``; None without one.
+        libraries: Folders of files that results do not keep, such as meshes.
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        *,
+        validation: Mapping[str, Any] | None = None,
+        retelling: Retelling | None = None,
+        libraries: Sequence[Path] = (),
+    ):
+        self.trajectory = trajectory
+        self.validation = validation
+        self.manifest = trajectory.manifest
+        self.retelling = retelling or retell(trajectory, libraries)
+        self.texts = Texts(
+            self.retelling.request.source.name,
+            trajectory.text,
+            self.manifest.get("sources", {}),
+        )
+
+    @property
+    def title(self) -> str:
+        """Return the name of the scene, without the folder that it lay in."""
+        return file_name(self.texts.scene)
+
+    @cached_property
+    def facts(self) -> Mapping[str, Any]:
+        """What ``tissuec info`` says."""
+        return summary(self.trajectory)
+
+    @cached_property
+    def kind(self) -> Kind:
+        """Whether the run came to its end."""
+        return kind_of(self.manifest)
+
+    @property
+    def statistics(self) -> Mapping[str, Any] | None:
+        """What the run cost; None of one that was killed."""
+        return self.manifest.get("statistics")
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What else is to be known of the run."""
+        return self.manifest.get("notes", ())
+
+    @property
+    def twin(self) -> Mapping[str, Any] | None:
+        """What a twin of the run came to; None if it had none."""
+        return self.manifest.get("twin")
+
+    @property
+    def allowed(self) -> float:
+        """What the tolerance allows, infinite where nothing is promised."""
+        return math.inf if self.twin is None else float(self.twin["tolerance"])
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Everything that happened."""
+        return self.trajectory.events
+
+    @cached_property
+    def prediction(self) -> Prediction | None:
+        """What ``explain --plan`` says; None where the scene cannot be compiled again."""
+        compiled = self.retelling.compiled
+        return None if compiled is None else predict(compiled)
+
+    @cached_property
+    def expectations(self) -> tuple[Expected, ...]:
+        """All expectations, as far as they are known."""
+        if "expectations" in self.manifest:
+            return tuple(Expected(**entry) for entry in self.manifest["expectations"])
+        compiled = self.retelling.compiled
+        spans = () if compiled is None else [one.span for one in compiled.plan.expectations]
+        counts = [self.manifest.get(f"{word}_expectations") for word in ("failed", "unreached")]
+        state: State = "holds" if counts == [0, 0] else "not recorded"
+        return tuple(Expected(span.one_line, span.place, state) for span in spans)
+
+    def count(self, state: State) -> int:
+        """Return how many expectations are in a state."""
+        return sum(one.state == state for one in self.expectations)
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """What a reader sees first."""
+        failed = self.count("fails")
+        if self.kind == "stopped":
+            return Verdict("bad", "could not go on", self._reasons)
+        if failed:
+            return Verdict("bad", "expectations fail", self._reasons)
+        if self.validation is not None and self.validation["verdict"] in _BAD:
+            heading = HEADINGS[self.validation["verdict"]].lower()
+            return Verdict("bad", f"validated: {heading}", self._reasons)
+        if self.kind == "unfinished":
+            return Verdict("open", "unfinished", self._reasons)
+        word = "done, expectations hold" if self.count("holds") else "done"
+        tone: Tone = "warned" if self._reasons else "good"
+        return Verdict(tone, f"{word}, with warnings" if self._reasons else word, self._reasons)
+
+    @cached_property
+    def _reasons(self) -> tuple[tuple[str, str], ...]:
+        """What speaks against a run, each with the section that tells more."""
+        found: list[tuple[str, str]] = []
+        if self.kind != "done":
+            found.append((str(self.manifest["outcome"]), "run"))
+        if failed := self.count("fails"):
+            found.append((f"{counted(failed, 'expectation')} failed", "expectations"))
+        if self.validation is not None and self.validation["verdict"] not in _FINE:
+            verdict = HEADINGS[self.validation["verdict"]].lower()
+            found.append((f"validation: {verdict}", "validation"))
+        if self.twin is not None and self.twin["verdict"] == "apart":
+            found.append(("a run stepped more finely came apart from it", "exactness"))
+        if self.notes:
+            found.append((counted(len(self.notes), "note"), "run"))
+        if self.retelling.warnings:
+            number = counted(len(self.retelling.warnings), "warning")
+            found.append((f"{number} of the text", "warnings"))
+        return tuple(found)
