@@ -20,6 +20,7 @@ COMMANDS = {
     "validate": "Compare a run with SciPy's solvers.",
     "compare": "Say what differs between two runs or scenes.",
     "bench": "Measure time against error, beside other solvers.",
+    "plot": "Draw results, words and benches, for people.",
     "info": "Summarise result files.",
     "export": "Write logs as CSV, or frames as VTU or OBJ.",
     "import": "Say what a mesh file holds, as a scene to start from.",
