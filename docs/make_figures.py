@@ -2,7 +2,7 @@
 
     python docs/make_figures.py
 
-needs matplotlib (``pip install matplotlib``) and takes about a minute. Nothing in the
+needs matplotlib (``pip install "tissuec[plot]"``) and takes about a minute. Nothing in the
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
 ``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis``,
 ``tubal_ligation.tis`` and ``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in
@@ -21,37 +21,30 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
 from PIL import Image
 
+from tissuec import plots
+from tissuec.core import looks
 from tissuec.core.resources import library
 from tissuec.core.source import Source
-from tissuec.fuzzy.sets import Shape
+from tissuec.drawing.curves import look
+from tissuec.drawing.marks import clusters, mark_events
+from tissuec.drawing.net import draw_skin, draw_springs, tension_colours
+from tissuec.drawing.page import STYLE
+from tissuec.drawing.scale import Scale
+from tissuec.drawing.view import View
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
-from tissuec.pipeline import Request, compile_request, read_words, simulate
+from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 
 FIGURES = Path(__file__).resolve().parent / "figures"
-INK, GRID, BLUE, RED, GREEN = "#222222", "#dddddd", "#2166ac", "#b2182b", "#1b7837"
-TENSION = LinearSegmentedColormap.from_list("tension", [BLUE, "#a8a8a8", RED])
-TISSUE, LUMEN = np.array([0.93, 0.62, 0.55]), np.array([0.62, 0.2, 0.22])
-TOWARDS = np.array([-0.33, -0.87, 0.37])  # who looks: from the front, above, and the left
-LAMP = np.array([-0.35, -0.55, 0.76])
+BLUE, RED, GREEN = looks.SERIES[:3]
+TENSION = tension_colours()
+BESIDE = View(-100.0, 10.0)  # from the front, turned a little, so that rings are seen as rings
+ABOVE = View(-110.8, 21.7)
 COLOURS = 256  # of a picture, as many as a palette holds
-STYLE = {
-    "font.size": 9,
-    "axes.edgecolor": "#888888",
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-}
 MOMENTS = (
     (0.0, "0 s: as drawn, under 2 % prestress"),
     (0.6, "0.6 s: grasped and lifted by 6 mm"),
@@ -126,21 +119,12 @@ def overview(trajectory: Trajectory) -> plt.Figure:
 
 
 def draw_net(axes: plt.Axes, trajectory: Trajectory, frame: int, norm: Normalize) -> None:
-    """Draw every spring from the side, those further away paler."""
+    """Draw every spring from the side."""
     position = 1e3 * trajectory.position[frame]
     tension, springs = trajectory.spring_force(frame)
     ends = position[trajectory.ends[springs]]
-    depth = ends[:, :, 1].mean(axis=1)
-    order = np.argsort(-depth)
-    near = 0.3 + 0.7 * (depth.max() - depth) / np.ptp(depth)
-    colours = TENSION(norm(1e3 * tension))
-    colours[:, 3] = near
-    # A slight turn about the axis of the tube, so that rings are seen as rings.
-    tilt = np.array([[1.0, 0.0], [0.25, 0.2], [0.0, 1.0]])
-    axes.add_collection(
-        LineCollection(list((ends @ tilt)[order]), colors=colours[order], linewidths=0.9)
-    )
-    axes.set(xlim=(-1, 66), ylim=(-13.5, 11.5), aspect="equal")
+    draw_springs(axes, ends, BESIDE, tension=1e3 * tension, norm=norm)
+    axes.set(xlim=(-2, 64), ylim=(-14.0, 12.0), aspect="equal")
     axes.axis("off")
 
 
@@ -166,13 +150,8 @@ def draw_gap(axes: plt.Axes, trajectory: Trajectory) -> None:
 
 def mark(axes: plt.Axes, trajectory: Trajectory) -> None:
     """Mark what happened."""
-    for event in trajectory.events:
-        if event.kind in ("grasp", "cut", "release"):
-            axes.axvline(event.time, color="#999999", lw=0.7, ls="--")
-            axes.annotate(
-                f" {event.kind}", (event.time, 1.0), xycoords=("data", "axes fraction"),
-                fontsize=8, va="top", color="#666666",
-            )  # fmt: skip
+    kept = [event for event in trajectory.events if event.kind in ("grasp", "cut", "release")]
+    mark_events([axes], clusters(kept, (0.0, 2.0)), Scale(1.0, "s"))
 
 
 def smooth(trajectory: Trajectory) -> plt.Figure:
@@ -182,32 +161,19 @@ def smooth(trajectory: Trajectory) -> plt.Figure:
     for axes, (time, title) in zip(rows, MOMENTS[1:], strict=True):
         frame = int(np.abs(trajectory.times - time).argmin())
         net = trajectory.position[frame], trajectory.cells(frame).triangles
-        draw_skin(axes[0], *net, edges=True)
+        show_skin(axes[0], *net, edges=True)
         axes[0].set_title(title, loc="left", fontsize=9)
         frame = int(np.abs(series.times - time).argmin())
-        draw_skin(axes[1], series.position(frame), series.triangles(frame), edges=False)
+        show_skin(axes[1], series.position(frame), series.triangles(frame), edges=False)
     return figure
 
 
-def draw_skin(
+def show_skin(
     axes: plt.Axes, position: np.ndarray, triangles: np.ndarray, *, edges: bool
 ) -> None:
-    """Draw triangles in the light of a lamp, those further away first."""
-    right = np.cross(TOWARDS, [0.0, 0.0, -1.0])
-    right /= np.linalg.norm(right)
-    up = np.cross(TOWARDS, right) / np.linalg.norm(TOWARDS)
-    corners = 1e3 * position[triangles] - [32.0, 0.0, 0.0]  # from the middle, in mm
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    order = np.argsort(corners.mean(axis=1) @ TOWARDS)
-    outside = (normal @ TOWARDS > 0.0)[order]
-    light = (0.3 + 0.7 * np.abs(normal @ LAMP) ** 1.5)[order, None]
-    colours = light * np.where(outside[:, None], TISSUE, LUMEN)
-    flat = np.stack([corners @ right, corners @ up], axis=-1)[order]
-    rims = "#5a2a22" if edges else colours
-    axes.add_collection(
-        PolyCollection(list(flat), facecolors=colours, edgecolors=rims, linewidths=0.35)
-    )
+    """Draw a skin in the light of a lamp."""
+    place = 1e3 * position - [32.0, 0.0, 0.0]  # from the middle, in mm
+    draw_skin(axes, place, triangles, ABOVE, rims=edges)
     axes.set(xlim=(-19, 19), ylim=(-13, 8.5), aspect="equal")
     axes.axis("off")
 
@@ -225,16 +191,16 @@ def laws() -> plt.Figure:
         ("dead band", {"slack": 0.05}),
         ("curve", {"elongations": (-0.1, 0.0, 0.1, 0.2), "forces": (-0.05, 0.0, 0.15, 0.17)}),
     )
-    for name, entries in chosen:
+    for number, (name, entries) in enumerate(chosen):
         force = SPRING_LAWS[name](**entries).force().at(values)
-        left.plot(100.0 * strain, force, label=name)
+        left.plot(100.0 * strain, force, label=name, **look(number))
     left.set(xlabel="elongation in % of the rest length", ylabel="force over c L0")
     left.legend(frameon=False)
     speed = np.linspace(-2.0, 2.0, 401)
-    for exponent in (0.5, 1.0, 2.0):
+    for number, exponent in enumerate((0.5, 1.0, 2.0)):
         law = VISCOSITY_LAWS["power"](exponent=exponent, speed=1.0).force()
         force = law.at({"d": np.float64(1.0), "w": speed})
-        right.plot(speed, force, label=f"power, exponent {exponent:g}")
+        right.plot(speed, force, label=f"power, exponent {exponent:g}", **look(number))
     right.set(xlabel="speed over v", ylabel="force over d v")
     right.legend(frameon=False)
     return figure
@@ -485,39 +451,9 @@ def draw_stroke(axes: plt.Axes, trajectory: Trajectory) -> None:
 
 def words() -> plt.Figure:
     """Return the words of a property and of a quantity as sets."""
-    found, _ = read_words(Request.file(library() / "fuzzy" / "soft_tissue.tis"))
-    hardness = found.vocabulary.properties["hardness"]
-    constant = found.vocabulary.quantities["spring constant"].named
-    figure, (left, right) = plt.subplots(
-        1, 2, figsize=(8.8, 2.5), width_ratios=[1, 2], layout="constrained"
+    return plots.draw(
+        "words", "fuzzy/soft_tissue", of=("hardness", "spring constant"), size=(224, 50)
     )
-    for axes, named, unit in ((left, hardness, ""), (right, constant, " [N/m]")):
-        axis = named.scale.axis
-        low, high = axis.bounds
-        grid = np.linspace(low, high, 1001)
-        colours = plt.get_cmap("viridis")(np.linspace(0, 0.8, len(named.scale.words)))
-        for (word, shape), colour in zip(named.scale.words.items(), colours, strict=True):
-            draw_word(axes, axis, grid, word, shape, colour)
-        axes.set(xlabel=f"{named.name}{unit}", xlim=(axis.low, axis.high), ylim=(0, 1.18))
-        axes.set_yticks([0, 0.5, 1])
-        if axis.log:
-            axes.set_xscale("log")
-    left.set_ylabel("degree")
-    return figure
-
-
-def draw_word(axes: plt.Axes, axis, grid: np.ndarray, word: str, shape: Shape, colour) -> None:
-    """Draw the set of one word under its name."""
-    low, high = shape.support
-    inside = [x for x in grid if low <= x <= high]
-    axes.plot(
-        [axis.from_scale(x) for x in inside], [shape.degree(x) for x in inside],
-        color=colour, lw=1.5,
-    )  # fmt: skip
-    first, last = low <= axis.bounds[0] + 1e-9, high >= axis.bounds[1] - 1e-9
-    place = axis.low if first else axis.high if last else axis.value_of(shape)
-    side = "left" if first else "right" if last else "center"
-    axes.text(place, 1.05, word, color=colour, ha=side, fontsize=8)
 
 
 def save(figure: plt.Figure, name: str) -> None:

@@ -10,8 +10,10 @@ from collections import Counter
 from pathlib import Path
 
 from tissuec.bench.stress.cells import all_cells
-from tissuec.bench.stress.grid import SIGNS, Stress, stress
+from tissuec.bench.stress.grid import SIGNS, Stress, as_dict, stress
 from tissuec.core.markdown import code, replace_places, table
+from tissuec.drawing.page import save
+from tissuec.plots import draw
 
 PAGE = Path(__file__).resolve().parent / "numerics.md"
 BUDGET = 4.0  # time of the processor for a run [s]
@@ -26,9 +28,7 @@ def main() -> None:
         encoding="utf-8",
     )
     if len(sys.argv) > 1:
-        from tissuec.bench.stress.plot import draw
-
-        draw(found, Path(sys.argv[1]))
+        save(draw("stability", as_dict(found)), Path(sys.argv[1]))
 
 
 def as_markdown(found: Stress) -> str:

@@ -38,6 +38,7 @@ from tissuec.laws import SPRING_LAWS
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.pipeline import Request, check_request
+from tissuec.plots import PLOTS
 from tissuec.reference.pages import outdated, unused
 from tissuec.surfaces import SURFACES
 from tissuec.verbs import VERBS
@@ -146,6 +147,8 @@ class Reader:
         if words[-2] == ">":
             words, target = words[:-2], words[-1]
         assert words[0] == "tissuec", f"{line}: only tissuec is run here"
+        if words[1] == "plot":
+            pytest.importorskip("matplotlib")
         out, both = io.StringIO(), io.StringIO()
         with redirect_stdout(out if target else both), redirect_stderr(both):
             self.code = tissuec(words)
@@ -154,7 +157,7 @@ class Reader:
         return both.getvalue()
 
     def python(self, block: Block) -> None:
-        if "matplotlib" in block.text:
+        if "matplotlib" in block.text or "tissuec.plots" in block.text:
             pytest.importorskip("matplotlib").use("Agg")
         for package in ("pandas", "xarray"):
             if f"to_{package}" in block.text:
@@ -223,6 +226,7 @@ def families_stay():
     """Undo what a page adds to the families."""
     families = (
         MESHES, FORMATS, INSTRUMENTS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
+        PLOTS,
     )  # fmt: skip
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]

@@ -3,12 +3,10 @@
 import json
 from importlib.util import find_spec
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from tests.validate.scenes import rod
-from tissuec.bench import plotting
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 
@@ -76,10 +74,10 @@ def test_wrong_text_ends_with_two(call):
     assert call("language 1\nbody {")[0] == 2
 
 
-def test_plot_without_matplotlib_names_the_extra(monkeypatch):
+def test_plot_without_matplotlib_names_the_extra_before_the_work(call, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "matplotlib.figure", None)
     with pytest.raises(TissueError, match=r"tissuec\[plot\]"):
-        plotting.new_figure(1.0, 1.0)
+        call(rod(), "--plot", "curves.png", "--budget", "1e-9")
 
 
 def test_plot_is_written(call, tmp_path):
@@ -88,9 +86,7 @@ def test_plot_is_written(call, tmp_path):
     assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_format_that_cannot_be_drawn_is_an_error(tmp_path):
+def test_a_format_that_cannot_be_drawn_is_told_before_the_work(call):
     pytest.importorskip("matplotlib")
-    figure = plotting.new_figure(1.0, 1.0)
-    with pytest.raises(TissueError, match="cannot be drawn"):
-        plotting.save(figure, tmp_path / "curves.words")
-    assert np.all(figure.get_size_inches() == 1.0)
+    with pytest.raises(TissueError, match=r"ends with \.words"):
+        call(rod(), "--plot", "curves.words", "--budget", "1e-9")

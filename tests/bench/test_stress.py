@@ -146,9 +146,10 @@ def test_map_is_a_table_with_the_scenes_of_what_is_bad(monkeypatch, tmp_path):
     assert "rest 1, automatic: it is off" in lines
     assert "language 1" in lines
     pytest.importorskip("matplotlib")
-    from tissuec.bench.stress.plot import draw
+    from tissuec.drawing.page import save
+    from tissuec.plots import draw
 
-    draw(stress, tmp_path / "map.png")
+    save(draw("stability", grid.as_dict(stress)), tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 1000
 
 

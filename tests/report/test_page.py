@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import pytest
 from click.testing import CliRunner
-from tissuec.player.options import Options
 
 from tests.report.runs import BARE, ROD, UNSTABLE, WORDS, Page, page_of, run
 from tests.whole_runs import AfterAsking
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
+from tissuec.player.options import Options
 from tissuec.report import pictures
 from tissuec.report.sections.listing import stretches
 from tissuec.report.sections.motion import chosen

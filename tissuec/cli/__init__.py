@@ -20,6 +20,7 @@ COMMANDS = {
     "validate": "Compare a run with SciPy's solvers.",
     "compare": "Say what differs between two runs or scenes.",
     "bench": "Measure time against error, beside other solvers.",
+    "plot": "Draw results, words and benches, for people.",
     "report": "Write a page about a run: motion, curves, and where every number is from.",
     "info": "Summarise result files.",
     "view": "Play results in a page, or draw them as pictures.",

@@ -109,9 +109,10 @@ def command(
     """
     _use_one_thread()
     if plot is not None:
-        from tissuec.bench.plotting import new_figure
+        from tissuec.drawing.page import check_suffix, need_matplotlib
 
-        new_figure(1.0, 1.0)  # before all the work
+        need_matplotlib()  # before all the work
+        check_suffix(plot)
     if stability != (scene is None):
         raise click.UsageError("name a scene, or ask for --stability, which brings its own")
     if scene is None:
@@ -158,15 +159,22 @@ def _bench(
         else:
             click.echo(f"error: {failure}", err=True)
         return FAILED
+    document = facts | {"ok": True} | as_dict(found)
     if settings.json:
-        print_json(facts | {"ok": True} | as_dict(found))
+        print_json(document)
     else:
         click.echo("\n".join(as_text(found)))
-    if plot is not None:
-        from tissuec.bench.plot import draw
-
-        draw(found, plot, scene.name)
+    _plot(document, plot)
     return DONE
+
+
+def _plot(document: dict[str, Any], path: Path | None) -> None:
+    """Draw what was found, if that was asked for."""
+    if path is not None:
+        from tissuec.drawing.page import save
+        from tissuec.plots import draw
+
+        save(draw(None, document), path)
 
 
 def _stress(
@@ -182,12 +190,10 @@ def _stress(
 
     cells = all_cells(small=small)
     found = stress(cells, methods=methods, budget=budget, tell=settings.say)
+    document = {"ok": not found.bad} | as_dict(found)
     if settings.json:
-        print_json({"ok": not found.bad} | as_dict(found))
+        print_json(document)
     else:
         click.echo("\n".join(as_text(found)))
-    if plot is not None:
-        from tissuec.bench.stress.plot import draw
-
-        draw(found, plot)
+    _plot(document, plot)
     return FAILED if found.bad else DONE

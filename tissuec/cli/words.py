@@ -15,9 +15,6 @@ from tissuec.cli.common import (
     print_json,
     report,
 )
-from tissuec.core import resources
-from tissuec.core.errors import TissueError, did_you_mean
-from tissuec.core.nearby import nearby
 from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:
@@ -27,7 +24,6 @@ if TYPE_CHECKING:
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
-SUFFIX = ".tis"
 DEFAULT = "fuzzy/soft_tissue"
 
 
@@ -60,10 +56,11 @@ def command(
     tissuec words my_words.tis --explore --open
     """
     from tissuec.pipeline import Request, read_words
+    from tissuec.scene.library import find_words
 
     if not explore and (output is not None or opens):
         raise click.UsageError("-o and --open belong to --explore")
-    path = _find(vocabulary, libraries)
+    path = find_words(vocabulary, libraries)
     request = Request.file(path, libraries=libraries)
     if explore:
         return _explore(request, path, output or Path(f"{path.stem}.html"), settings, opens)
@@ -100,24 +97,6 @@ def _explore(
 
         webbrowser.open(target.resolve().as_uri())
     return DONE
-
-
-def _find(vocabulary: str, libraries: tuple[Path, ...]) -> Path:
-    """Return the file of that name, here or in a library; TissueError if there is none."""
-    bare = vocabulary.removesuffix(SUFFIX)
-    library = resources.library()
-    inside = [folder / f"{bare}{SUFFIX}" for folder in (*libraries, library)]
-    places = (Path(vocabulary), Path(bare + SUFFIX), *inside)
-    found = next((place for place in places if place.is_file()), None)
-    if found is not None:
-        return found
-    shipped = [place.relative_to(library) for place in library.glob(f"*/*{SUFFIX}")]
-    names = [place.with_suffix("").as_posix() for place in shipped]
-    hint = nearby(Path(vocabulary), SUFFIX) or did_you_mean(bare, names)
-    raise TissueError(
-        f'there is no vocabulary "{vocabulary}"; '
-        + (hint or 'name a file, or one of those that "tissuec library" lists')
-    )
 
 
 def _listing(vocabulary: "Vocabulary") -> dict[str, Any]:

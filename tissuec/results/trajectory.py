@@ -27,12 +27,7 @@ from tissuec.results.over_frames import Frames, Tensions
 from tissuec.results.parts import read_cells
 from tissuec.results.recording import Event, Judged, NamedGroup
 from tissuec.results.surface_series import Surfaces
-from tissuec.results.tables import (
-    ENERGY_PATH,
-    ERROR_PATH,
-    TWIN_PATH,
-    read_events,
-)
+from tissuec.results.tables import ENERGY_PATH, ERROR_PATH, TWIN_PATH, read_events
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports]
@@ -308,12 +303,12 @@ class Trajectory:
 
     @cached_property
     def errors(self) -> Log | None:
-        """Errors of positions as summed up from step to step [m]; None if there are none."""
+        """The errors of positions at the frames, as estimated by steps [m]; None without."""
         return Log(self._file, ERROR_PATH) if ERROR_PATH in self._file else None
 
     @cached_property
     def twin(self) -> Log | None:
-        """How far a more finely stepped run was from this one [m]; None without one."""
+        """How far the run was from one stepped more finely until a time [m]; None without."""
         return Log(self._file, TWIN_PATH) if TWIN_PATH in self._file else None
 
     @cached_property

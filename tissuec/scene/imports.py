@@ -94,10 +94,10 @@ class Kept(Files):
     """The texts that a result keeps, so that a scene compiles without its files."""
 
     def __init__(self, texts: Mapping[str, str]):
-        self.kept: Mapping[str, str] = texts
+        self.kept = self._texts = texts
 
     def read(self, path: Path, name: str) -> Source:
-        return Source(name, self.kept[name], path)
+        return Source(name, self._texts[name], path)
 
 
 def load(

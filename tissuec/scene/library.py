@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tissuec.core import resources
-from tissuec.core.errors import CompileError, did_you_mean
+from tissuec.core.errors import CompileError, TissueError, did_you_mean
+from tissuec.core.nearby import nearby
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
@@ -95,3 +96,25 @@ def belongs_to_scenes(item: s.Item) -> bool:
             return True
         case _:
             return False
+
+
+def find_words(name: str, folders: Sequence[Path] = ()) -> Path:
+    """Return the file of a vocabulary, with or without its suffix.
+
+    It is looked for here, in folders, and in the library.
+
+    Raises:
+        TissueError: There is none.
+    """
+    bare, shipped = name.removesuffix(SUFFIX), resources.library()
+    inside = [folder / f"{bare}{SUFFIX}" for folder in (*folders, shipped)]
+    places = (Path(name), Path(bare + SUFFIX), *inside)
+    found = next((place for place in places if place.is_file()), None)
+    if found is not None:
+        return found
+    names = [one.relative_to(shipped).with_suffix("") for one in shipped.glob(f"*/*{SUFFIX}")]
+    hint = nearby(Path(name), SUFFIX) or did_you_mean(bare, [one.as_posix() for one in names])
+    raise TissueError(
+        f'there is no vocabulary "{name}"; '
+        + (hint or 'name a file, or one of those that "tissuec library" lists')
+    )

@@ -97,9 +97,10 @@ def as_text(stress: Stress) -> list[str]:
 
 
 def as_dict(stress: Stress) -> dict[str, Any]:
-    """Return all verdicts."""
+    """Return all verdicts, and what their kinds are called and mean."""
     return {
         "methods": list(stress.methods),
         "bad": len(stress.bad),
+        "signs": {kind: list(sign) for kind, sign in SIGNS.items()},
         "verdicts": [asdict(verdict) for verdict in stress.verdicts],
     }

@@ -1,0 +1,206 @@
+"""Laws over every kind of plot: what each must keep, whatever it draws."""
+
+import re
+from dataclasses import fields
+from functools import cache
+from io import BytesIO
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.text import Annotation
+
+from tissuec.core import looks
+from tissuec.drawing.page import FORMATS, save
+from tissuec.plots import PLOTS, USUAL, draw
+from tissuec.plots.options import options_of
+
+FILES = {
+    "result": "strip.vtkhdf", "words": "fuzzy/soft_tissue", "bench": "bench.json",
+    "stress": "stress.json",
+}  # fmt: skip
+KINDS = sorted(PLOTS)
+#: Names of axes whose numbers have no unit.
+PLAIN = re.compile(
+    r"(energy drift|error over largest displacement|degree|hardness|elasticity|weight|"
+    r"shiftability|consistency)$"
+)
+WITH_UNIT = re.compile(r"\[[^\]]+\]( \(.*\))?$|\[[^\]]+\];")
+
+
+#: What keeps the slow ones quick; the laws hold of the rest as well.
+QUICK = {"rules": {"of": "viscosity"}}
+
+
+@pytest.fixture(scope="session")
+def drawn(folder):
+    """Return a function that gives the figure of a kind, drawn once for all tests."""
+
+    @cache
+    def figure_of(kind):
+        figure = draw(kind, subject(kind, folder), **QUICK.get(kind, {}))
+        figure.draw_without_rendering()
+        return figure
+
+    return figure_of
+
+
+def subject(kind, folder):
+    name = FILES[PLOTS[kind].takes]
+    return name if "/" in name else folder / name
+
+
+def texts(figure):
+    """Return all texts that are shown, of ticks those within their axes."""
+    found = [*figure.findobj(Annotation), *figure.texts, figure._suptitle, figure._supxlabel]
+    for legend in [*figure.legends, *(axes.get_legend() for axes in figure.axes)]:
+        found += [] if legend is None else legend.get_texts()
+    for axes in figure.axes:
+        if axes.axison:
+            found += [axes.xaxis.get_label(), axes.yaxis.get_label()]
+            found += [label for axis in (axes.xaxis, axes.yaxis) for label in ticks(axis)]
+        found += [axes.title, axes._left_title]
+    return [text for text in found if text and text.get_visible() and text.get_text()]
+
+
+def ticks(axis):
+    """Return the labels of the ticks that are within an axis."""
+    low, high = sorted(axis.get_view_interval())
+    places = zip(axis.get_majorticklocs(), axis.get_ticklabels(), strict=False)
+    return [label for place, label in places if low <= place <= high]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_axes_say_what_they_are_and_in_which_unit(kind, drawn):
+    for axes in drawn(kind).axes:
+        for name, shared in (("x", axes.get_shared_x_axes()), ("y", axes.get_shared_y_axes())):
+            group = shared.get_siblings(axes)
+            labels = [getattr(one, f"get_{name}label")().replace("\n", " ") for one in group]
+            for label in filter(None, labels):
+                assert WITH_UNIT.search(label) or PLAIN.search(label), label
+            numbers = [
+                text
+                for text in ticks(getattr(axes, f"{name}axis"))
+                if is_number(text.get_text())
+            ]
+            assert any(labels) or not numbers or not axes.axison, (kind, axes)
+
+
+def is_number(text):
+    return bool(re.fullmatch(r"[−\d.,\s]+", text))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_is_clipped(kind, drawn):
+    """Every text lies on the page; a pixel is left to rounding."""
+    figure = drawn(kind)
+    width, height = figure.canvas.get_width_height()
+    for text in texts(figure):
+        box = text.get_window_extent()
+        assert box.x0 >= -1 and box.y0 >= -1, text
+        assert box.x1 <= width + 1 and box.y1 <= height + 1, text
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_of_curves_do_not_lie_on_one_another(kind, drawn):
+    figure = drawn(kind)
+    for axes in figure.axes:
+        boxes = [text.get_window_extent() for text in axes.texts if text.get_gid()]
+        legend = axes.get_legend()
+        boxes += [] if legend is None else [legend.get_window_extent()]
+        for number, box in enumerate(boxes):
+            for other in boxes[number + 1 :]:
+                assert not box.overlaps(other) or box == other
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_legends_hide_no_data(kind, drawn):
+    figure = drawn(kind)
+    for legend in [*figure.legends, *(axes.get_legend() for axes in figure.axes)]:
+        if legend is not None:
+            box = legend.get_window_extent()
+            assert not any(
+                box.overlaps(axes.get_window_extent()) for axes in figure.axes if axes.axison
+            )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_drawn_are_numbers(kind, drawn):
+    for axes in drawn(kind).axes:
+        for line in axes.get_lines():
+            assert np.isfinite(np.asarray(line.get_xydata(), dtype=float)).all(), line
+        for found in axes.collections:
+            for path in found.get_paths():
+                assert np.isfinite(path.vertices).all(), found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_format_is_written_and_the_same_again(kind, drawn, folder, tmp_path):
+    again = draw(kind, subject(kind, folder), **QUICK.get(kind, {}))
+    for suffix, head in {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}.items():
+        files = [tmp_path / f"{name}{suffix}" for name in ("one", "two")]
+        for figure, path in zip((drawn(kind), again), files, strict=True):
+            save(figure, path, dpi=50)
+        one, two = (path.read_bytes() for path in files)
+        assert one.startswith(head)
+        assert one == two
+        assert b"CreationDate" not in one and b"<dc:date>" not in one
+    assert set(FORMATS) == {".png", ".svg", ".pdf"}
+
+
+@pytest.mark.parametrize("kind", ["logs", "words"])
+def test_users_keep_their_own_style(kind, folder):
+    with matplotlib.rc_context():
+        matplotlib.rcParams.update({"axes.facecolor": "black", "font.size": 30.0})
+        mine = matplotlib.rcParams.copy()
+        figure = draw(kind, subject(kind, folder))
+        assert matplotlib.rcParams == mine
+    assert matplotlib.colors.to_hex(figure.get_facecolor()) == looks.PAPER
+    assert max(text.get_fontsize() for text in texts(figure)) < 15
+
+
+def test_size_is_as_asked(folder):
+    figure = draw("logs", folder / "strip.vtkhdf", size=(200.0, 220.0))
+    assert figure.get_size_inches() == pytest.approx((200.0 / 25.4, 220.0 / 25.4))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_options_are_described_and_have_defaults(kind):
+    member = PLOTS[kind]
+    assert {field.name for field in fields(member)} == set(options_of(member))
+    assert all(option.help.endswith(".") for option in options_of(member).values())
+    member()  # every option can be left out
+    assert member.__doc__
+    assert not member.__doc__.startswith(f"{member.__name__}(")
+
+
+def test_options_of_one_name_are_read_alike():
+    found = {}
+    for member in PLOTS.values():
+        for name, option in options_of(member).items():
+            default = next(f.default for f in fields(member) if f.name == name)
+            same = found.setdefault(name, (option.read, option.spellings, type(default)))
+            assert same == (option.read, option.spellings, type(default)), name
+
+
+def test_each_subject_has_a_usual_kind():
+    assert set(FILES) == set(USUAL) == {member.takes for member in PLOTS.values()}
+    for subject, kinds in USUAL.items():
+        assert {PLOTS[kind].takes for kind in kinds} == {subject}
+
+
+def test_neighbouring_series_differ_in_lightness_or_dashes():
+    from tissuec.drawing.curves import DASHES, look
+
+    for first, second in ((n, n + 1) for n in range(6)):
+        assert look(first)["color"] != look(second)["color"]
+        assert look(first)["linestyle"] != look(second)["linestyle"]
+    assert len({str(dash) for dash in DASHES}) == len(DASHES)
+
+
+def test_notebooks_show_figures(folder):
+    figure = draw("work-precision", folder / "bench.json")
+    assert figure._repr_png_().startswith(b"\x89PNG")
+    stream = BytesIO()
+    figure.savefig(stream, format="svg")
+    assert b"<dc:date>" not in stream.getvalue()

@@ -1,0 +1,171 @@
+"""``tissuec plot``"""
+
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, cast
+
+import click
+
+from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
+from tissuec.core.errors import alternatives
+from tissuec.plots import PLOTS, USUAL
+from tissuec.plots.options import Option, options_of
+
+SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
+
+
+class Reading(click.ParamType):
+    """What an option of a plot is read by."""
+
+    def __init__(self, read: Callable[[str], Any]):
+        self.read, self.name = read, "text"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        try:
+            return self.read(value) if isinstance(value, str) else value
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def read_size(text: str) -> tuple[float, float]:
+    """Return width and height [mm] of "160x100"."""
+    try:
+        width, height = (float(part) for part in text.lower().removesuffix("mm").split("x"))
+    except ValueError:
+        raise ValueError(f'"{text}" is no size; write WIDTHxHEIGHT in mm: 160x100') from None
+    if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
+        raise ValueError(f'"{text}": each side lies between {SMALLEST:g} mm and {LARGEST:g} mm')
+    return width, height
+
+
+def read_kind(text: str) -> str:
+    """Return a kind of plot, or say which one was meant."""
+    if text not in PLOTS:
+        hint = alternatives(text, PLOTS, what="kinds")
+        raise ValueError(f'there is no kind of plot called "{text}"; {hint}')
+    return text
+
+
+def plot_options(function: Any) -> Any:
+    """Add the options of all kinds, each once."""
+    found: dict[str, dict[str, Option]] = {}
+    defaults: dict[str, Any] = {}
+    for kind, member in PLOTS.items():
+        defaults |= {field.name: field.default for field in fields(cast(Any, member))}
+        for name, option in options_of(member).items():
+            found.setdefault(name, {})[kind] = option
+    for name in sorted(found, reverse=True):  # the last one applied stands first in the help
+        function = _as_click(name, found[name], defaults[name])(function)
+    return function
+
+
+def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
+    """Return an option with what it means to the kinds that have it."""
+    texts: dict[str, list[str]] = {}
+    for kind, option in options.items():
+        texts.setdefault(option.help, []).append(kind)
+    text = " ".join(f"[{', '.join(kinds)}] {said}" for said, kinds in texts.items())
+    one = next(iter(options.values()))
+    spellings = one.spellings or (f"--{name}",)
+    if isinstance(default, bool):
+        return click.option(*spellings, name, is_flag=True, default=None, help=text)
+    return click.option(
+        *spellings, name, multiple=isinstance(default, tuple), type=Reading(one.read),
+        metavar="|".join(dict.fromkeys(one.metavar for one in options.values())), help=text,
+    )  # fmt: skip
+
+
+@click.command(cls=Command)
+@click.argument("files", nargs=-1, required=True)
+@click.option(
+    "--kind",
+    type=Reading(read_kind),
+    metavar="KIND",
+    help=f"What is drawn: {', '.join(PLOTS)}; what suits the file if not given.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Picture to write: .png, .svg or .pdf; named after the file if not given.",
+)
+@click.option(
+    "--size", type=Reading(read_size), metavar="WIDTHxHEIGHT", help="Of the picture, in mm."
+)
+@click.option(
+    "--dpi",
+    type=click.IntRange(30, 1200),
+    default=150,
+    show_default=True,
+    help="Pixels per inch of a .png.",
+)
+@click.option("--title", default="", help="Stands above all.")
+@plot_options
+@scene_options
+def command(
+    settings: Settings,
+    files: tuple[str, ...],
+    kind: str | None,
+    output: Path | None,
+    size: tuple[float, float] | None,
+    dpi: int,
+    title: str,
+    overrides: tuple[str, ...],
+    libraries: tuple[Path, ...],
+    strict: bool,
+    **options: Any,
+) -> int:
+    """Draw FILES: results, vocabularies or scenes, or the JSON of benches.
+
+    Without options a result is drawn on one page, a text as its words, a bench as its diagram.
+    Several results are laid over one another as logs, energies or paths. Times and the like are
+    in SI units, or have a unit: --start 40ms.
+
+    \b
+    tissuec plot tube.vtkhdf
+    tissuec plot a.vtkhdf b.vtkhdf --kind logs --log "force of forceps A" -o both.pdf
+    tissuec plot fuzzy/soft_tissue --kind rules --x hardness --y elasticity
+    """
+    from tissuec.drawing.page import check_suffix, need_matplotlib, save
+    from tissuec.plots import WrongOption, draw
+
+    need_matplotlib()  # before all the work
+    given = {name: value for name, value in options.items() if value not in (None, ())}
+    if output is not None:
+        check_suffix(output)
+        for file in files:
+            keep_input(output, Path(file))
+    try:
+        figure: Any = draw(
+            kind, *files, size=size, title=title, overrides=overrides, libraries=libraries,
+            strict=strict, **given,
+        )  # fmt: skip
+    except WrongOption as error:
+        raise click.UsageError(str(error)) from error
+    target = output or _name(files[0], figure.kind)
+    save(figure, target, dpi=dpi)
+    if settings.json:
+        width, height = (round(25.4 * side, 2) for side in figure.get_size_inches())
+        print_json(
+            {
+                "ok": True,
+                "file": target,
+                "kind": figure.kind,
+                "drawn_of": files,
+                "size_mm": [width, height],
+                "notes": figure.notes,
+            }
+        )
+        return DONE
+    for note in figure.notes:
+        settings.say(f"note: {note}")
+    settings.say(f"wrote {target}")
+    return DONE
+
+
+def _name(file: str, kind: str) -> Path:
+    """Return the picture of a file, in the present folder."""
+    stem = Path(file).stem
+    is_usual = any(kind == kinds[0] for kinds in USUAL.values())
+    return Path(f"{stem}.png" if is_usual else f"{stem}.{kind}.png")

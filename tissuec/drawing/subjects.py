@@ -1,0 +1,130 @@
+"""What can be plotted, read from files: results, words, and the JSON of benches."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from tissuec.core.errors import TissueError
+from tissuec.results.places import SUFFIX as RESULT
+from tissuec.scene.library import SUFFIX as SCENE
+from tissuec.scene.library import find_words
+from tissuec.scene.resolve import Words
+
+Kind = Literal["result", "words", "bench", "stress"]
+#: What the kinds are called in messages.
+CALLED: dict[str, str] = {
+    "result": f"a result ({RESULT})",
+    "words": f"a vocabulary or scene ({SCENE})",
+    "bench": 'the JSON of "tissuec bench"',
+    "stress": 'the JSON of "tissuec bench --stability"',
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """Something to plot.
+
+    Attributes:
+        name: What it is called in legends.
+        content: A `Trajectory`, `Words`, or what a bench found, as its JSON has it.
+    """
+
+    kind: Kind
+    name: str
+    content: Any
+
+
+@contextmanager
+def opened(
+    given: Sequence[Any],
+    *,
+    overrides: Sequence[str] = (),
+    libraries: Sequence[Path] = (),
+    strict: bool = False,
+) -> Iterator[list[Subject]]:
+    """Yield what was given: names of files, or what has been read from them already.
+
+    Results that are opened here are closed behind the block.
+
+    Raises:
+        TissueError: There is no such file, or nothing in it that can be plotted.
+        CompileError: A text is wrong.
+    """
+    options = {"overrides": overrides, "libraries": libraries, "strict": strict}
+    with ExitStack() as stack:
+        subjects = [_subject(one, stack, options) for one in given]
+        yield _told_apart(subjects, given)
+
+
+def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> Subject:
+    if isinstance(given, Words):
+        return Subject("words", "words", given)
+    if isinstance(given, Mapping):
+        return _benched(given, "bench")
+    if not isinstance(given, str | Path):
+        from tissuec.results.trajectory import Trajectory
+
+        if isinstance(given, Trajectory):
+            return Subject("result", given.path.stem, given)
+        raise ValueError(f"{type(given).__name__} is nothing that can be plotted")
+    path = Path(given)
+    if path.suffix == ".json":
+        return _benched(_read_json(path), path.stem, path)
+    if path.suffix == SCENE or (not path.is_file() and path.suffix != RESULT):
+        return _words(str(given), options)
+    from tissuec.results.trajectory import Trajectory
+
+    return Subject("result", path.stem, stack.enter_context(Trajectory.open(path)))
+
+
+def _words(name: str, options: Mapping[str, Any]) -> Subject:
+    from tissuec.core.errors import CompileError
+    from tissuec.pipeline import Request, read_words
+
+    path = find_words(name, options["libraries"])
+    words, warnings = read_words(Request.file(path, **options))
+    if options["strict"] and warnings:
+        raise CompileError(warnings)
+    return Subject("words", path.stem, words)
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise TissueError(f'cannot read "{path}": {reason}') from error
+    except ValueError as error:
+        raise TissueError(f'"{path}" is no JSON: {error}') from error
+
+
+def _benched(document: Any, name: str, path: Path | None = None) -> Subject:
+    if isinstance(document, Mapping):
+        if "points" in document and "reference" in document:
+            return Subject("bench", _scene(document) or name, document)
+        if "verdicts" in document and "methods" in document:
+            return Subject("stress", name, document)
+        if document.get("ok") is False and "error" in document:
+            raise TissueError(f'"{path or name}" says: {document["error"]}')
+    raise TissueError(
+        f'"{path or name}" holds nothing that can be plotted; JSON comes from '
+        '"tissuec bench SCENE --json" or "tissuec bench --stability --json"'
+    )
+
+
+def _scene(document: Mapping[str, Any]) -> str:
+    return Path(str(document.get("scene", ""))).name
+
+
+def _told_apart(subjects: list[Subject], given: Sequence[Any]) -> list[Subject]:
+    """Return subjects with names of their own: where two are alike, the whole path."""
+    names = [subject.name for subject in subjects]
+    return [
+        Subject(one.kind, str(said), one.content)
+        if names.count(one.name) > 1 and isinstance(said, str | Path)
+        else one
+        for one, said in zip(subjects, given, strict=True)
+    ]
