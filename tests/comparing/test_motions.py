@@ -152,6 +152,7 @@ def test_comparing_the_other_way_round_gives_the_same_numbers():
         assert curves[0] == curves[1]
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_unfinished_run_is_compared_as_far_as_it_got(tmp_path, told):
     def press(time):
         if time > 0.1:

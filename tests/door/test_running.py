@@ -240,6 +240,7 @@ def test_progress_goes_to_whom_it_is_told(capfd):
     assert "scene" not in capfd.readouterr().out
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupted_run_is_a_keyboard_interrupt_and_can_be_resumed(tmp_path):
     whole = tissuec.run(PULL)
     out = tmp_path / "a.vtkhdf"

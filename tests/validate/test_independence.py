@@ -26,6 +26,7 @@ SOLVER = (
     "resting",
     "solution",
     "stepping",
+    "vicinity",
     "walking",
     "yielding",
 )
@@ -35,6 +36,7 @@ AROUND = {
     "judge",
     "observing",
     "report",
+    "telling",
     "uncertainty",
     "validation",
     "wording",
