@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -13,32 +12,15 @@ from tissuec.report.retelling import Retelling, retell
 from tissuec.report.texts import Texts, file_name
 from tissuec.report.verdict import Kind, Tone, Verdict, kind_of
 from tissuec.results.info import summary
-from tissuec.results.recording import Event
+from tissuec.results.recording import Event, Judged
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.telling import HEADINGS
 
 #: Verdicts of a validation that nobody has to be warned of.
 _FINE = ("kept", "nothing promised")
 _BAD = ("broken", "diverged")
+#: What an expectation can come to; ``Judged`` knows all but the last.
 State = Literal["holds", "fails", "not reached", "not recorded"]
-
-
-@dataclass(frozen=True, slots=True)
-class Expected:
-    """One expectation.
-
-    Attributes:
-        place: ``file:line``.
-        state: Whether it holds.
-        time: When it failed first, or was judged last [s]; None if never.
-        measured: What was measured then; "" if that is not known.
-    """
-
-    expect: str
-    place: str
-    state: State
-    time: float | None = None
-    measured: str = ""
 
 
 class Story:
@@ -114,15 +96,15 @@ class Story:
         return None if compiled is None else predict(compiled)
 
     @cached_property
-    def expectations(self) -> tuple[Expected, ...]:
+    def expectations(self) -> tuple[Judged, ...]:
         """All expectations, as far as they are known."""
-        if "expectations" in self.manifest:
-            return tuple(Expected(**entry) for entry in self.manifest["expectations"])
+        if known := self.trajectory.expectations:
+            return known
         compiled = self.retelling.compiled
         spans = () if compiled is None else [one.span for one in compiled.plan.expectations]
         counts = [self.manifest.get(f"{word}_expectations") for word in ("failed", "unreached")]
         state: State = "holds" if counts == [0, 0] else "not recorded"
-        return tuple(Expected(span.one_line, span.place, state) for span in spans)
+        return tuple(Judged(span.one_line, span.place, state, None, "") for span in spans)
 
     def count(self, state: State) -> int:
         """Return how many expectations are in a state."""

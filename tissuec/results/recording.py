@@ -106,7 +106,8 @@ class Judged:
         expect: The clause as it is written.
         place: ``file:line``.
         state: "holds", "fails" or "not reached".
-        time: Of the verdict [s]; of a failure the first time at which it failed.
+        time: Of a failure the first time at which it failed, otherwise when it was judged last
+            [s]; None if it never was.
         measured: What was measured then, such as "gap(oviduct) = 0.2 mm".
     """
 

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from tissuec.core.units import TIME, show
 from tissuec.report.markup import Content, Html, element, html, row, table
 from tissuec.report.sections import Section
-from tissuec.report.story import Expected, State, Story
+from tissuec.report.story import Story
 from tissuec.report.verdict import SIGNS, Tone
+from tissuec.results.recording import Judged
 
-TONES: Mapping[State, Tone] = {
+TONES: Mapping[str, Tone] = {
     "holds": "good", "fails": "bad", "not reached": "open", "not recorded": "open",
 }  # fmt: skip
 
@@ -32,7 +33,7 @@ def _lead(story: Story) -> Html | None:
     return None
 
 
-def _row(story: Story, one: Expected) -> Html:
+def _row(story: Story, one: Judged) -> Html:
     time: Content = "–" if one.time is None else show(one.time, TIME, digits=6)
     return row(
         mark(TONES[one.state], one.state),
