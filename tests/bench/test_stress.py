@@ -18,7 +18,7 @@ from tissuec.core.source import Source
 from tissuec.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
 
-BUDGET = 5.0
+BUDGET = 2.0
 QUICK = ("automatic", "dop853", "velocity verlet")
 SMALL, FULL = list(all_cells(small=True)), list(all_cells(small=False))
 REST = Cell("rest", "1", tube(), 0.05)

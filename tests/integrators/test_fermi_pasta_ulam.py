@@ -130,7 +130,10 @@ def on_chain(integrator, features, tier):
     return Binder(replaced).bind(loop.drive)
 
 
-@pytest.mark.parametrize(("method", "tolerance"), [("dop853", 1e-7), ("srkn11", 1e-5)])
+@pytest.mark.parametrize(
+    ("method", "tolerance"),
+    [pytest.param("dop853", 1e-7, marks=pytest.mark.slow), ("srkn11", 1e-5)],
+)
 def test_energies_wander_as_in_two_other_solutions(method, tolerance, monkeypatch):
     monkeypatch.setattr(engine, "bound_drive", on_chain)
     bench = Bench(

@@ -419,15 +419,7 @@ def test_checkpoints_on_the_way_change_nothing(monkeypatch):
         assert np.array_equal(one, other)
 
 
-@pytest.fixture
-def ctrl_c():
-    """Have Ctrl-C mean what it does at a prompt; shells make background jobs ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("ctrl_c")
+@pytest.mark.usefixtures("interruptible")
 def test_the_keyboard_interrupts_at_the_end_of_a_step_with_a_checkpoint():
     network, plan = eventful()
     told = []
