@@ -2,7 +2,7 @@
 
     python docs/make_report.py
 
-needs matplotlib, Chromium and playwright (``pip install playwright``), and takes some seconds.
+needs matplotlib, Chromium, and playwright and Pillow (``pip install playwright pillow``).
 """
 
 import shutil
@@ -20,6 +20,7 @@ from tissuec.report.story import Story
 from tissuec.results.trajectory import Trajectory
 
 PICTURE = Path(__file__).resolve().parent / "figures" / "report.png"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 1280, "height": 1290}
 COLOURS = 200  # of a palette, which makes a small file
@@ -46,7 +47,7 @@ def photograph(page: Path) -> bytes:
     """Return a picture of the upper part of a page, with its player at the moment."""
     with sync_playwright() as engine:
         browser = engine.chromium.launch(
-            executable_path=shutil.which("chromium"), args=ARGUMENTS
+            executable_path=next(filter(None, map(shutil.which, BROWSERS))), args=ARGUMENTS
         )
         tab = browser.new_page(viewport=SIZE)
         tab.goto(page.as_uri())
