@@ -16,6 +16,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
 from tissuec.player.options import Options
 from tissuec.report import pictures
+from tissuec.report.sections import again
 from tissuec.report.sections.listing import stretches
 from tissuec.report.sections.motion import chosen
 from tissuec.results.trajectory import Trajectory
@@ -357,6 +358,18 @@ def test_long_texts_show_their_beginning_and_what_is_led_to():
         (1, 1501, True), (1501, 8997, False), (8997, 9004, True), (9004, 10_001, False),
     ]  # fmt: skip
     assert list(stretches(3000, {5})) == [(1, 3001, True)]
+
+
+def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
+    result, monkeypatch
+):
+    monkeypatch.setattr(again, "LONGEST", 1000)
+    section = Page(page_of(result)).section("again")
+    saved = [link.attributes["download"] for link in section.all("a")]
+    assert saved == ["words.tis"]
+    assert "scene.tis is too long for a page; tissuec.load(…).sources holds it" in section.text
+    with Trajectory.open(result) as trajectory:
+        assert ROD in [source.text for source in trajectory.sources.values()]
 
 
 def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkeypatch):

@@ -8,6 +8,8 @@ from tissuec.report.story import Story
 from tissuec.report.texts import file_name
 from tissuec.wording import run as wording
 
+LONGEST = 300_000  # characters of a text that can be saved from the page
+
 
 def section(story: Story) -> Section:
     """Return the command line, the digest of the text, and the text to be saved."""
@@ -45,6 +47,9 @@ def _facts(story: Story) -> list[tuple[Content, Content]]:
 
 
 def _save(name: str, text: str) -> Html:
-    """Return a link under which a text can be saved."""
+    """Return a link under which a text can be saved, unless it would be half of the page."""
+    if len(text) > LONGEST:
+        python = element("code", "tissuec.load(…).sources")
+        return html((f"{file_name(name)} is too long for a page; ", python, " holds it"))
     data = f"data:text/plain;charset=utf-8,{quote(text)}"
     return element("a", f"save {file_name(name)}", href=data, download=file_name(name))
