@@ -5,9 +5,11 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Coroutine, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -146,6 +148,12 @@ def said_of(path: Path):
     return [as_dict(one) for one in _check(path, (), ())[0]]
 
 
+def carry_out(conversation: Coroutine[Any, Any, None]) -> None:
+    """Run a coroutine in a thread of its own: in this one a browser may keep its loop."""
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(asyncio.run, conversation).result()
+
+
 async def agree(paths: list[Path]) -> None:
     """Open texts one after the other and compare what is told with what ``check`` says."""
     async with editor() as client:
@@ -165,16 +173,16 @@ async def agree(paths: list[Path]) -> None:
 
 
 def test_a_library_file_is_told_as_the_command_says_it():
-    asyncio.run(agree(LIBRARY))
+    carry_out(agree(LIBRARY))
 
 
 def test_bad_scenes_are_told_as_the_command_says_it():
-    asyncio.run(agree([path for path in BAD if is_plain(path)][::16]))
+    carry_out(agree([path for path in BAD if is_plain(path)][::16]))
 
 
 @pytest.mark.slow
 def test_every_bad_scene_is_told_as_the_command_says_it():
-    asyncio.run(agree([path for path in BAD if is_plain(path)]))
+    carry_out(agree([path for path in BAD if is_plain(path)]))
 
 
 def test_the_command_says_so_too():
@@ -226,7 +234,7 @@ def test_places_are_right_behind_any_character(tmp_path, name, encoding, unit, e
             )
             assert (led.uri, led.range) == (uri, lsp.Range(start, stop))
 
-    asyncio.run(talk())
+    carry_out(talk())
 
 
 def test_an_editor_session(tmp_path):
@@ -306,7 +314,7 @@ def test_an_editor_session(tmp_path):
             )
             assert len(uses) == 2
 
-    asyncio.run(talk())
+    carry_out(talk())
 
 
 def test_without_pygls_the_command_says_what_to_install():
