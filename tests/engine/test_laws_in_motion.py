@@ -13,6 +13,8 @@ from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
 MASS, C, REST = 0.01, 4.0, 1.0
 TIGHT = 1e-10
 CLOSE = 1e-8  # of the largest displacement
+# Every law is compiled anew; the first one stands for all by default.
+SLOWLY_COMPILED = ["interpreted", pytest.param("compiled", marks=pytest.mark.slow)]
 
 
 def spring(name, **entries):
@@ -48,7 +50,7 @@ def test_oscillator_of_duffing(tier):
     assert found == pytest.approx(size * cn, abs=CLOSE * 2.0 * size)
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
 def test_oscillator_of_helmholtz(tier):
     size, square = 0.3, 6.0
     time, found = elongation(bob(size, spring("polynomial", square=square)), 2.0, tier=tier)
@@ -85,7 +87,7 @@ def thread(time, size):
     return (-1.0) ** half * out
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
 def test_thread_goes_slack_and_taut(tier):
     net = bob(0.3, spring("tension only"))
     ran = Bench(net, 2.0, fixed=[0], tolerance=TIGHT, tier=tier).run()
@@ -94,7 +96,7 @@ def test_thread_goes_slack_and_taut(tier):
 
 
 @pytest.mark.parametrize("exponent", [0.7, 1.5, 2.0, 3.0])
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
 def test_dashpot_of_a_power_slows_down_as_calculated(exponent, tier):
     speed, start, viscosity = 0.5, 2.0, 0.02
     force = VISCOSITY_LAWS["power"](exponent=exponent, speed=speed).force()
@@ -128,7 +130,7 @@ def soliton(count, time, *, kappa=1.0, b=3.0):
     return place, beta / b * (np.tanh(here) - np.tanh(before))
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
 def test_soliton_of_toda_keeps_its_shape(tier):
     count, b, duration = 70, 3.0, 0.5
     apart = 10.0

@@ -28,8 +28,14 @@ def swing(step, *, ratio=0.0, duration=1.0, times=(1.0,), tier="interpreted", **
     ).run()
 
 
-@pytest.mark.parametrize("tier", TIERS)
-@pytest.mark.parametrize("ratio", [0.0, 0.05, 0.5])
+@pytest.mark.parametrize(
+    ("ratio", "tier"),
+    [
+        (0.05, "compiled"),
+        *((ratio, "interpreted") for ratio in (0.0, 0.05, 0.5)),
+        *(pytest.param(ratio, "compiled", marks=pytest.mark.slow) for ratio in (0.0, 0.5)),
+    ],
+)
 def test_propagation_is_of_first_order(ratio, tier, floor):
     steps = 1.0 / np.array([256, 512, 1024, 2048])
     errors = []

@@ -13,6 +13,7 @@ from tissuec.validate.validation import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
 SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
+LONG = {"tubal_ligation"}  # scenes whose beginnings take long, too
 NO_OUTPUT = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
 
 
@@ -41,7 +42,10 @@ def assert_as_good_as_can_be_known(found):
         assert found.verdict in ("kept", "nothing promised"), found.reasons
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in SCENES],
+)
 def test_beginning_of_a_shipped_scene_keeps_its_promise(name):
     found = validate(beginning(shipped(name), 0.1), method="DOP853", rtol=None, progress=silent)
     assert_as_good_as_can_be_known(found)
