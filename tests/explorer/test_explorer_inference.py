@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from tests.browser import browser  # noqa: F401  # a fixture
 from tests.explorer.scripts import INFER, script  # noqa: F401  # a fixture
 from tests.explorer.vocabularies import facts, of_file, vocabulary
 from tissuec.core.resources import library

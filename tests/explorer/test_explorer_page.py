@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from tests.browser import browser, page  # noqa: F401  # fixtures
 from tests.explorer.vocabularies import of_file, vocabulary
 from tissuec.cli import group
 from tissuec.core.resources import library
@@ -60,7 +59,7 @@ BY_HAND = """cases => cases.map((settings) => {
 })"""
 
 
-def opened(page: Any, path: Path, folder: Path) -> Any:  # noqa: F811
+def opened(page: Any, path: Path, folder: Path) -> Any:
     """Open the page of a vocabulary from a file."""
     target = folder / "page.html"
     target.write_text(render(document(Request.file(path))), encoding="utf-8")
@@ -136,7 +135,7 @@ def explained(text: str, name: str, use: str, folder: Path) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, tmp_path):  # noqa: F811
+def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, tmp_path):
     opened(page, path, tmp_path)
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     one = of_file(path)
@@ -156,7 +155,7 @@ def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, tmp_pat
 
 
 @pytest.mark.parametrize("seed", [3, 14, 21, 45, 58])
-def test_random_vocabularies_are_explored_and_their_tissues_compile(page, seed, tmp_path):  # noqa: F811
+def test_random_vocabularies_are_explored_and_their_tissues_compile(page, seed, tmp_path):
     one = vocabulary(seed)
     path = tmp_path / "words.tis"
     path.write_text(one.text, encoding="utf-8")
@@ -183,7 +182,7 @@ def test_random_vocabularies_are_explored_and_their_tissues_compile(page, seed, 
             }
 
 
-def test_every_tissue_to_start_from_has_its_own_numbers(page, tmp_path):  # noqa: F811
+def test_every_tissue_to_start_from_has_its_own_numbers(page, tmp_path):
     path = library() / "fuzzy" / "soft_tissue.tis"
     opened(page, path, tmp_path)
     presets = {one["name"]: one for one in document(Request.file(path))["presets"]}
@@ -235,7 +234,7 @@ tissue steel {
 
 
 @pytest.fixture
-def odd(page, tmp_path):  # noqa: F811
+def odd(page, tmp_path):
     path = tmp_path / "odd.tis"
     path.write_text(ODD, encoding="utf-8")
     return opened(page, path, tmp_path)
@@ -325,7 +324,7 @@ def test_a_state_is_kept_and_given_back(odd):
         assert odd.locator("#text").text_content() == before[0]["text"]
 
 
-def test_it_is_worked_by_keys_alone(page, tmp_path):  # noqa: F811
+def test_it_is_worked_by_keys_alone(page, tmp_path):
     opened(page, library() / "fuzzy" / "soft_tissue.tis", tmp_path)
     slider = page.get_by_role("slider", name="hardness", exact=True)
     slider.focus()
@@ -341,7 +340,7 @@ def test_it_is_worked_by_keys_alone(page, tmp_path):  # noqa: F811
     assert fact.text_content() == "not said"
 
 
-def test_everything_that_can_be_worked_has_a_name(page, tmp_path):  # noqa: F811
+def test_everything_that_can_be_worked_has_a_name(page, tmp_path):
     opened(page, library() / "fuzzy" / "soft_tissue.tis", tmp_path)
     nameless = page.evaluate("""() => [...document.querySelectorAll(
         "button, input, select, textarea, canvas, pre")]
@@ -351,7 +350,7 @@ def test_everything_that_can_be_worked_has_a_name(page, tmp_path):  # noqa: F811
     assert nameless == []
 
 
-def test_text_is_readable_in_light_and_dark(page, tmp_path):  # noqa: F811
+def test_text_is_readable_in_light_and_dark(page, tmp_path):
     opened(page, library() / "fuzzy" / "soft_tissue.tis", tmp_path)
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
@@ -387,7 +386,7 @@ CONTRAST = """(selector) => {
 # --- the map --------------------------------------------------------------------------------
 
 
-def test_the_map_shows_the_values_of_its_places(page, tmp_path):  # noqa: F811
+def test_the_map_shows_the_values_of_its_places(page, tmp_path):
     opened(page, library() / "fuzzy" / "soft_tissue.tis", tmp_path)
     canvas = page.locator('.map canvas[aria-label*=" over hardness and elasticity"]')
     canvas.wait_for()

@@ -1,6 +1,5 @@
-"""Fixtures that tests of other parts share: a browser, and a made-up result."""
+"""What tests of other parts share: a made-up result."""
 
-from tests.browser import browser, page
 from tests.results.conftest import example
 
-__all__ = ["browser", "example", "page"]
+__all__ = ["example"]
