@@ -157,7 +157,8 @@ def _draw_panel(
     for curve in panel.curves:
         wrong = int((~np.isfinite(curve.value)).sum())
         if wrong:
-            sheet.note(f"{panel.name} {curve.name} has {wrong} values that are no numbers")
+            what = f"{panel.name} {curve.name}".strip()
+            sheet.note(f"{what} has {wrong} values that are no numbers")
     drawn = [_draw_curve(axes, curve, time, scale) for curve in panel.curves]
     if panel.is_log and any((curve.value > 0.0).any() for curve in panel.curves):
         whole_decades(axes, scale.of(np.concatenate([curve.value for curve in panel.curves])))

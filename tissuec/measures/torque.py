@@ -18,7 +18,7 @@ class Torque(Vector):
 
     It belongs to `force(A)`, with the same sign. About another point P, such as where the
     handle is held, it is larger by (position(A) - P) × force(A). In N m, which are the same as
-    J; no number for an empty grip.
+    J; 0 for an empty grip.
     """
 
     form = "torque(A)"
@@ -30,7 +30,7 @@ class Torque(Vector):
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         nodes = moment.nodes(subjects[0])
         if not len(nodes):
-            return np.full((*np.shape(moment.time), 3), np.nan)
+            return np.zeros((*np.shape(moment.time), 3))
         about = moment.position[..., nodes, :].mean(axis=-2)
         # Subtracted, so that no torque is 0 and not -0.
         return 0.0 - mechanics.torque_on(
