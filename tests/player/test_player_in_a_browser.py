@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from tests.player.conftest import Show, grid, without_springs
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.player.camera import fitted, framing
 from tissuec.player.options import Options
 from tissuec.player.page import fragment, render
@@ -116,6 +118,39 @@ def test_keys(opened, text):
     )
     press(" ")
     assert not state(page)["playing"]
+
+
+PAIR = """language 1
+tissue spring { spring constant = 1 N/m; viscosity = 0 N*s/m; mass = 1 g }
+body pair { mesh is explicit; tissue is spring }
+table nodes of pair in mm with columns "id x y" {
+  1 0 0
+  2 40 0
+  3 0 12
+  4 40 12
+}
+table springs of pair with columns "a b rest length in mm" {
+  1 2 50
+  3 4 30
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+script { at 0 s: fix pair }
+simulate { duration = 1 s }
+output { trajectory every 1 s }
+"""
+
+
+def test_what_is_pressed_is_dashed_and_what_pulls_is_not(opened, tmp_path):
+    request = Request(Source("pair.tis", PAIR))
+    result = simulate(compile_request(request)[0], tmp_path / "pair.vtkhdf", request=request)
+    with Trajectory.open(result.path) as trajectory:
+        page = opened(render(trajectory))
+    shot = pixels(page)
+    pressed = (shot[..., 2] - shot[..., 0] > 60).any(axis=0).sum()
+    pulled = (shot[..., 0] - shot[..., 2] > 60).any(axis=0).sum()
+    # Columns in which each of them is seen; the gaps of dashes show what is behind.
+    assert pulled > 200
+    assert 0.3 * pulled < pressed < 0.85 * pulled
 
 
 def test_scrubbing_is_quick(opened, text):
