@@ -88,14 +88,23 @@ class Group(Command, click.Group):
     """A group of commands that takes the global flags too."""
 
 
-library_option = click.option(
-    "--library",
-    "libraries",
-    multiple=True,
-    metavar="DIR",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Also search this folder for what scenes use.",
-)
+def library_option(wanted: str = "what scenes use") -> Callable[[F], F]:
+    """Return the option for further folders in which something is searched for."""
+    return click.option(
+        "--library",
+        "libraries",
+        multiple=True,
+        metavar="DIR",
+        type=click.Path(path_type=Path, exists=True, file_okay=False),
+        help=f"Also search this folder for {wanted}.",
+    )
+
+
+def show_page(page: Path) -> None:
+    """Show a page in the browser."""
+    import webbrowser  # late: few runs show any
+
+    webbrowser.open(page.resolve().as_uri())
 
 
 def scene_options(function: F) -> F:
@@ -108,7 +117,7 @@ def scene_options(function: F) -> F:
             metavar="NAME=VALUE",
             help='Give a param another value, such as "cut time=0.9 s".',
         ),
-        library_option,
+        library_option(),
         click.option("--strict", is_flag=True, help="Treat warnings as errors."),
     )
     for option in reversed(options):  # the last one applied stands first in the help

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tissuec.cli.common import DONE, FAILED, Command, Settings, print_json
+from tissuec.cli.common import DONE, FAILED, Command, Settings, library_option, print_json
 
 if TYPE_CHECKING:
     from tissuec.comparing.comparison import Comparison
@@ -22,14 +22,7 @@ if TYPE_CHECKING:
     help="Exit with 1 unless the motions are no further apart than this, relative to the "
     "largest displacement until then.",
 )
-@click.option(
-    "--library",
-    "libraries",
-    multiple=True,
-    metavar="DIR",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Also search this folder for what scenes use.",
-)
+@library_option()
 def command(
     settings: Settings,
     first: Path,

@@ -4,19 +4,12 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings
+from tissuec.cli.common import DONE, Command, Settings, library_option
 from tissuec.core.errors import TissueError
 
 
 @click.command(cls=Command)
-@click.option(
-    "--library",
-    "libraries",
-    multiple=True,
-    metavar="DIR",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Also search this folder for what texts use.",
-)
+@library_option("what texts use")
 @click.option("--stdio", is_flag=True, help="Speak over stdin and stdout, as it always does.")
 def command(settings: Settings, libraries: tuple[Path, ...], stdio: bool) -> int:
     """Answer what an editor asks about texts: a language server.

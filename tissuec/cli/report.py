@@ -1,13 +1,20 @@
 """``tissuec report``"""
 
-import webbrowser
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
+from tissuec.cli.common import (
+    DONE,
+    Command,
+    Settings,
+    keep_input,
+    library_option,
+    print_json,
+    show_page,
+)
 from tissuec.core.errors import TissueError
 
 if TYPE_CHECKING:
@@ -34,14 +41,7 @@ SUFFIX = ".report.html"
     metavar="FILE",
     help="What validate --json printed.",
 )
-@click.option(
-    "--library",
-    "libraries",
-    multiple=True,
-    metavar="DIR",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Also search this folder for files that results do not keep, such as meshes.",
-)
+@library_option("files that results do not keep, such as meshes")
 @click.option("--open", "opens", is_flag=True, help="Show the page in a browser.")
 def command(
     settings: Settings,
@@ -77,7 +77,7 @@ def command(
         if not settings.json:
             settings.say(f"{result}: {story.verdict.word}\n  report: {page}")
         if opens:
-            webbrowser.open(page.resolve().as_uri())
+            show_page(page)
     if settings.json:
         print_json(documents[0] if len(documents) == 1 else documents)
     return max(codes)

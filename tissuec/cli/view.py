@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tissuec.cli.arguments import Moment, Pair
-from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
+from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.units import TIME, show
 from tissuec.player.options import COLOURS, Options
@@ -109,9 +109,7 @@ def command(
             _check_replaceable(page)
         documents.append(_show(result, page, wish, settings))
         if opens and page is not None:
-            import webbrowser
-
-            webbrowser.open(page.resolve().as_uri())
+            show_page(page)
     if settings.json:
         print_json(documents[0] if len(documents) == 1 else documents)
     return DONE

@@ -14,6 +14,7 @@ from tissuec.cli.common import (
     library_option,
     print_json,
     report,
+    show_page,
 )
 from tissuec.core.units import Dimension, show
 
@@ -41,7 +42,7 @@ DEFAULT = "fuzzy/soft_tissue"
     help="Where that page goes; otherwise it is named after the vocabulary.",
 )
 @click.option("--open", "opens", is_flag=True, help="Show that page in a browser.")
-@library_option
+@library_option()
 def command(
     settings: Settings, vocabulary: str, explore: bool, output: Path | None, opens: bool,
     libraries: tuple[Path, ...],
@@ -93,9 +94,7 @@ def _explore(
         listed = ", ".join(f"{count} {name}" for name, count in counts.items())
         settings.say(f"{target}: {listed}")
     if opens:
-        import webbrowser
-
-        webbrowser.open(target.resolve().as_uri())
+        show_page(target)
     return DONE
 
 
