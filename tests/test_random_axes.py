@@ -62,11 +62,10 @@ def verdict_of(seed):
     compiled, _ = compile_request(Request(Source("scene.tis", cell.text("automatic"))))
     problem = Problem.of(compiled)
     deadline = Deadline(BUDGET)
-    with accompanied(problem.network, problem.plan, wanted=True) as twin:
-        recorder = Recorder(problem.network, problem.plan, MemoryRecording(), tap=twin.take)
-        outcome = run(
-            problem.network, problem.plan, recorder, interrupt=lambda: deadline.is_over
-        )
+    network, plan = compiled.network, compiled.plan
+    with accompanied(network, plan, wanted=True) as twin:
+        recorder = Recorder(network, plan, MemoryRecording(), tap=twin.take)
+        outcome = run(network, plan, recorder, interrupt=lambda: deadline.is_over)
         if outcome.kind != "done":
             return "slow" if outcome.kind == "interrupted" else "refused"
         likeness = twin.compare()
@@ -76,6 +75,7 @@ def verdict_of(seed):
     if not known.judges:
         return "unknown"
     whole = np.searchsorted(problem.times, twin.times)
+    assert len(whole) > 10  # or nothing would be compared
     error = problem_at(problem, whole).error(twin._own, known.truth.position[whole])
     return "kept" if error <= 10.0 * TOLERANCE else f"silently off by {error:.1e}"
 

@@ -67,6 +67,12 @@ def test_a_twin_ends_with_the_run_that_it_belongs_to():
         os.kill(process, 0)
 
 
+def test_where_nothing_is_looked_at_there_is_no_twin():
+    network = oscillator()
+    with accompanied(network, make_plan(network, 1.0), wanted=True) as twin:
+        assert twin is None
+
+
 def test_a_result_holds_both_errors(tmp_path):
     text = """language 1
     tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 10 g }

@@ -71,11 +71,15 @@ class Likeness:
 
 @contextmanager
 def accompanied(network: Network, plan: Plan, *, wanted: bool) -> Iterator["Twin | None"]:
-    """Yield a twin that has begun to run, or None; it does not outlive the block."""
-    if not wanted:
+    """Yield a twin that has begun to run, or None; it does not outlive the block.
+
+    Where nothing is looked at but the start, there is nothing to compare either.
+    """
+    times = sample_times(plan)
+    if not wanted or not (times > 0.0).any():
         yield None
         return
-    twin = Twin(network, plan, sample_times(plan))
+    twin = Twin(network, plan, times)
     twin.begin()
     try:
         yield twin
