@@ -1,0 +1,167 @@
+"""Going through a script once, to find the course of a run that is then kept.
+
+What breaks and which conditions become true, and when, is told by the engine; everything else
+follows from the script and the motion between its events.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from tissuec.learn.course import Change, Course, Leg, leg_of
+from tissuec.learn.motion import Motion
+from tissuec.learn.numbers import Order
+from tissuec.learn.stepping import Stepping
+from tissuec.network import Floats, Indices, Network
+from tissuec.plan import Event, Plan
+from tissuec.running.agenda import Timetable
+from tissuec.running.sampling import SAME
+from tissuec.situation import Situation
+from tissuec.verbs import Action
+from tissuec.verbs.change import ChangeParameter
+
+_NONE: Floats = np.zeros(0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Breaks:
+    """Springs that break at a time [s]."""
+
+    time: float
+    springs: Indices
+
+
+class Freezer:
+    """Makes courses of a plan.
+
+    Args:
+        stepping, step: By which the motion between events is found.
+    """
+
+    def __init__(self, plan: Plan, stepping: Stepping, order: Order, step: float):
+        self.plan, self.stepping, self.order, self.step = plan, stepping, order, step
+
+    def course(self, network: Network, vector: Floats, stop: float) -> Course:
+        """Return the course up to a time [s].
+
+        Args:
+            vector: The numbers of the net.
+        """
+        plan = self.plan
+        present = self.order.network(vector, network)
+        situation = Situation.start(present, gravity=plan.gravity, drag=plan.drag)
+        agenda = Timetable(SAME * plan.simulation.duration, written=[e.time for e in plan.events])
+        breaks = self._happenings(present, agenda)
+        changes: dict[str, Change] = {}
+        legs: list[Leg] = []
+        while situation.time < stop * (1.0 - SAME):
+            before = situation.velocity.copy()
+            while breaks and breaks[0].time <= situation.time + agenda.near:
+                situation.alive = situation.alive.copy()
+                situation.alive[breaks.pop(0).springs] = False
+            for action in agenda.due(situation.time):
+                _note(action, changes, situation)
+                action.apply(situation, agenda)
+            situation.place_held()
+            until = min(agenda.next, breaks[0].time if breaks else inf, stop)
+            set_anew = (situation.velocity != before).any(axis=1)
+            leg = leg_of(situation, until, changes)
+            given = np.where(set_anew[:, None], situation.velocity, leg.given)
+            legs.append(replace(leg, stopped=leg.held | set_anew, given=given))
+            self._go(legs[-1], situation, vector)
+        return Course(tuple(legs))
+
+    def _go(self, leg: Leg, situation: Situation, vector: Floats) -> None:
+        """Step a situation to the end of a leg."""
+        start = vector.copy()
+        for name in ("position", "velocity"):
+            self.order.array(start, name)[:] = getattr(situation, name).ravel()
+        motion = Motion(Course((leg,)), self.stepping, self.order, self.step, np.array([leg.stop]))
+        end = motion.forward(start)
+        situation.position[:] = end.x[0].reshape(-1, 3)
+        situation.velocity[:] = end.v[0].reshape(-1, 3)
+        situation.time = leg.stop
+
+    def _happenings(self, network: Network, agenda: Timetable) -> list[Breaks]:
+        """Enter the script; return what breaks, in the order of time."""
+        plan = self.plan
+        agenda.script(plan.events, 0.0)
+        if not (plan.triggers or plan.breakable):
+            return []
+        breaks: list[Breaks] = []
+        for event in _told(network, plan):
+            if isinstance(event, Breaks):
+                breaks.append(event)
+            else:
+                agenda.script([event], 0.0)
+        return breaks
+
+
+def _told(network: Network, plan: Plan) -> Iterator[Breaks | Event]:
+    """Yield what breaks, and the events behind conditions, as the engine finds them."""
+    from tissuec.running.recording import Recorder
+    from tissuec.running.run import run
+
+    silent = replace(plan, expectations=(), needs_ledger=False)
+    outcome = run(network, silent, Recorder(network, silent, _Nowhere()))
+    waiting = list(plan.triggers)
+    for time, happening in outcome.happenings:
+        if happening.kind in ("rupture", "crush"):
+            yield Breaks(time, np.asarray(happening.springs, dtype=np.int64))
+        elif happening.kind == "trigger":
+            fired = next(t for t in waiting if t.span == happening.span)
+            waiting.remove(fired)
+            yield from (replace(event, time=time + event.time) for event in fired.events)
+
+
+class _Nowhere:
+    """Takes what a run writes, and forgets it."""
+
+    def __getattr__(self, name: str):
+        return lambda *_, **__: None
+
+
+def _note(action: Action, changes: dict[str, Change], situation: Situation) -> None:
+    """Enter what an action makes of an array."""
+    if not isinstance(action, ChangeParameter):
+        return
+    size = len(getattr(situation, action.array))
+    old = changes.get(action.array, Change(np.ones(size), np.zeros(size)))
+    factor, more = old.factor.copy(), old.more.copy()
+    chosen = action.group.indices
+    factor[chosen] *= action.number if action.is_factor else 0.0
+    more[chosen] = more[chosen] * action.number if action.is_factor else action.number
+    if action.array in ("mass", "stiffness", "damping", "rest"):
+        changes[action.array] = Change(factor, more)
+
+
+def refusal(plan: Plan, network: Network) -> str:
+    """Return why the motion has no exact derivatives here, empty if it has."""
+    actions = [event.action for event in _every(plan)]
+    for kind, reason in _UNKNOWN.items():
+        if any(type(action).__module__ == f"tissuec.verbs.{kind}" for action in actions):
+            return reason
+    if plan.contact is not None:
+        return "contact is no smooth function"
+    if network.inelastic is not None:
+        return "springs relax or yield"
+    if any(type(action).__name__ == "ChangeMotion" and action.is_spin for action in actions):  # type: ignore[attr-defined]
+        return "a spin is set on the way"
+    return ""
+
+
+def _every(plan: Plan) -> Sequence[Event]:
+    return [*plan.events, *(event for t in plan.triggers for event in t.events)]
+
+
+#: Verbs whose effect is not derived, and why, by their modules.
+_UNKNOWN = {
+    "preserve": "volumes are kept by pressure",
+    "irrigate": "jets of fluid act",
+    "tie": "knots hold and slip",
+    "tighten": "threads are drawn in",
+    "settle": "the net settles on the way",
+    "turn": "something is turned",
+}

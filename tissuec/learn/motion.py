@@ -1,0 +1,291 @@
+"""The motion of a net as a function of its numbers, with derivatives in both directions.
+
+Steps are those of a frozen course: equal ones on each leg. Between steps, places follow the
+cubic through places and velocities at both ends. Backwards, only every √N-th state is kept; the
+rest is stepped again, one stretch after the other, so that N steps need the memory of 2 √N.
+(A. Griewank, A. Walther, Evaluating Derivatives, 2008, chapter 12.)
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import ceil, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.kernels.sensitivity import Seeds, Values
+from tissuec.learn.course import Course, Leg
+from tissuec.learn.numbers import Order
+from tissuec.learn.stepping import Act, State, Stepping, Trail
+from tissuec.network import Floats, Indices
+
+
+class Diverged(Exception):
+    """The motion has no numbers any more; the time [s] is its argument."""
+
+
+class Samples(NamedTuple):
+    """States at the times that are looked at, shape (sample, 3 node)."""
+
+    x: Floats
+    v: Floats
+
+
+class Between(NamedTuple):
+    """Where samples lie on a stretch, and their weights of x, v, x and v at both ends.
+
+    Attributes:
+        samples: Their numbers, shape (sample,).
+        rows: Rows of the trail before them, shape (sample,).
+        of_x, of_v: Weights, shape (4, sample).
+    """
+
+    samples: Indices
+    rows: Indices
+    of_x: Floats
+    of_v: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Some steps of a leg, between two states that are kept.
+
+    Attributes:
+        leg: Its number in the course.
+        times: Of its rows [s], shape (row,).
+        between: The samples on it.
+        first: Whether its leg begins with it.
+    """
+
+    leg: int
+    times: Floats
+    between: Between
+    first: bool
+
+
+class Motion:
+    """The motion on a course.
+
+    Args:
+        step: Largest step [s].
+        times: When the motion is looked at [s], ascending, shape (sample,).
+    """
+
+    def __init__(
+        self, course: Course, stepping: Stepping, order: Order, step: float, times: Floats
+    ):
+        self.course, self.stepping, self.order, self.times = course, stepping, order, times
+        counts = [
+            max(1, ceil((leg.stop - leg.start) / step * (1 - 1e-12))) for leg in course.legs
+        ]
+        self.steps = sum(counts)
+        self.leg_of = course.leg_at(times)
+        length = max(1, ceil(sqrt(self.steps)))
+        self.stretches = tuple(self._divide(counts, length))
+        self._kept: list[State] = []
+        self._trail: Trail | None = None
+
+    def forward(self, vector: Floats) -> Samples:
+        """Return the states that are looked at; remembers what ``backward`` needs.
+
+        Raises:
+            Diverged: They are no numbers.
+        """
+        count = 3 * self.order.sizes["mass"]
+        found = Samples(*np.empty((2, len(self.times), count)))
+        self._vector, self._kept = vector, []
+        for stretch, trail in self._trails(vector, keep=True):
+            _look(trail, stretch.between, found)
+            if not np.isfinite(trail.x[-1]).all():
+                raise Diverged(_last_finite(trail))
+            self._trail = trail
+        return found
+
+    def backward(self, by_x: Floats, by_v: Floats) -> Floats:
+        """Return derivatives by all numbers from those by the last ``forward``'s answer.
+
+        Args:
+            by_x, by_v: Shape (sample, 3 node).
+
+        Returns:
+            In the order of numbers, shape (number,).
+        """
+        order = self.order
+        gradient = np.zeros(order.size)
+        due = State(*np.zeros((3, by_x.shape[1])))
+        by, act = None, None
+        for number in range(len(self.stretches) - 1, -1, -1):
+            stretch = self.stretches[number]
+            leg = self.course.legs[stretch.leg]
+            if act is None or act.leg is not leg:
+                act, by = self._act(self._vector, leg), _nothing(order.values(gradient))
+            trail = self._trail if number == len(self.stretches) - 1 else None
+            if trail is None:
+                trail = self.stepping.run(act, stretch.times, self._kept[number])
+            at_x, at_v = _enter(trail, stretch.between, by_x, by_v)
+            due = self.stepping.back(act, trail, at_x, at_v, due, by)
+            due.x[:] += at_x[0]
+            due.v[:] += at_v[0]
+            if stretch.first:
+                start = trail.x[0], trail.v[0], trail.a[0]
+                lx, lv = self.stepping.begin_back(act, *start, due, by)
+                lv[np.repeat(leg.stopped, 3)] = 0.0
+                due = State(lx, lv, np.zeros_like(lx))
+                for name, part in leg.past(by)._asdict().items():
+                    order.array(gradient, name)[:] += part
+        order.array(gradient, "position")[:] += due.x
+        order.array(gradient, "velocity")[:] += due.v
+        return gradient
+
+    def forward_with(
+        self,
+        vector: Floats,
+        change: sparse.csr_matrix,
+        visit: Callable[[int, Floats, Floats], None],
+    ) -> None:
+        """Tell how the states that are looked at change with parameters.
+
+        Args:
+            change: Of all numbers by each parameter, shape (number, parameter).
+            visit: Told, for each sample, its number and the changes of places and velocities,
+                shape (3 node, parameter), which it must not keep.
+        """
+        order = self.order
+        tx, tv = (
+            np.ascontiguousarray(change[order.places[name]].toarray())
+            for name in ("position", "velocity")
+        )
+        state, seeds, act = State(tx, tv, np.zeros_like(tx)), None, None
+        for stretch, trail in self._trails(vector, keep=False):
+            leg = self.course.legs[stretch.leg]
+            if stretch.first:
+                act, seeds = self._act(vector, leg), self._seeds(change, leg)
+                state.v[np.repeat(leg.stopped, 3)] = 0.0
+                start = trail.x[0], trail.v[0], trail.a[0]
+                ta = self.stepping.begin_change(act, *start, seeds, state.x, state.v)
+                state = State(state.x, state.v, ta)
+            assert act is not None and seeds is not None
+            state = self._changed(act, trail, seeds, state, stretch.between, visit)
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _divide(self, counts: list[int], length: int) -> Iterator[Stretch]:
+        """Yield stretches of at most some steps, with the samples on each."""
+        for number, (leg, count) in enumerate(zip(self.course.legs, counts, strict=True)):
+            grid = np.linspace(leg.start, leg.stop, count + 1)
+            mine = np.flatnonzero(self.leg_of == number)
+            step = (leg.stop - leg.start) / count
+            place = np.clip((self.times[mine] - leg.start) / step, 0.0, count)
+            place = np.where(np.abs(place - np.round(place)) < 1e-9, np.round(place), place)
+            row = np.minimum(place.astype(np.int64), count - 1)
+            for first in range(0, count, length):
+                last = min(first + length, count)
+                chosen = (row >= first) & (row < last)
+                between = _between(
+                    mine[chosen], row[chosen] - first, (place - row)[chosen], step
+                )
+                yield Stretch(number, grid[first : last + 1], between, first == 0)
+
+    def _trails(self, vector: Floats, *, keep: bool) -> Iterator[tuple[Stretch, Trail]]:
+        """Yield all stretches with their states, from the first to the last."""
+        order, act = self.order, None
+        x, v = order.array(vector, "position").copy(), order.array(vector, "velocity").copy()
+        state = State(x, v, np.zeros_like(x))
+        for stretch in self.stretches:
+            leg = self.course.legs[stretch.leg]
+            if stretch.first:
+                act = self._act(vector, leg)
+                begun = np.where(np.repeat(leg.stopped, 3), leg.given.ravel(), state.v)
+                state = State(state.x, begun, self.stepping.begin(act, state.x, begun))
+            assert act is not None
+            if keep:
+                self._kept.append(state)
+            trail = self.stepping.run(act, stretch.times, state)
+            yield stretch, trail
+            state = trail.last
+
+    def _act(self, vector: Floats, leg: Leg) -> Act:
+        values = leg.present(self.order.values(vector))
+        return Act(leg, leg.links(values), values)
+
+    def _seeds(self, change: sparse.csr_matrix, leg: Leg) -> Seeds:
+        """Return how the numbers of a leg change."""
+        if not leg.changes:
+            return self.order.seeds(change)
+        factors = np.ones(self.order.size)
+        for name, changed in leg.changes.items():
+            self.order.array(factors, name)[:] = changed.factor
+        return self.order.seeds(sparse.csr_matrix(sparse.diags(factors) @ change))
+
+    def _changed(
+        self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit
+    ) -> State:
+        """Return the changes at the end of a stretch; tell those of the samples on it."""
+        waiting: dict[int, tuple[Floats, Floats]] = {}
+
+        def at(row: int, now: State) -> None:
+            for k in np.flatnonzero(between.rows == row - 1):
+                before = waiting[row - 1]
+                visit(int(between.samples[k]), *_mixed(between, k, before, (now.x, now.v)))
+            waiting.pop(row - 1, None)
+            if (between.rows == row).any():
+                waiting[row] = now.x.copy(), now.v.copy()
+
+        at(0, state)
+        return self.stepping.change(act, trail, seeds, state, at)
+
+
+def _between(samples: Indices, rows: Indices, part: Floats, step: float) -> Between:
+    """Return the weights of Hermite's cubic at parts of steps."""
+    s, h = part, step
+    of_x = [
+        (1 + 2 * s) * (1 - s) ** 2,
+        h * s * (1 - s) ** 2,
+        s * s * (3 - 2 * s),
+        h * s * s * (s - 1),
+    ]
+    of_v = [6 * s * (s - 1) / h, (1 - s) * (1 - 3 * s), 6 * s * (1 - s) / h, s * (3 * s - 2)]
+    return Between(samples, rows, np.array(of_x), np.array(of_v))
+
+
+def _look(trail: Trail, between: Between, found: Samples) -> None:
+    """Enter the samples of a stretch."""
+    rows, ends = between.rows, between.rows + 1
+    four = trail.x[rows], trail.v[rows], trail.x[ends], trail.v[ends]
+    for weights, into in ((between.of_x, found.x), (between.of_v, found.v)):
+        into[between.samples] = sum(
+            w[:, None] * part for w, part in zip(weights, four, strict=True)
+        )
+
+
+def _enter(trail: Trail, between: Between, by_x: Floats, by_v: Floats) -> tuple[Floats, Floats]:
+    """Return derivatives by the rows of a stretch from those by its samples."""
+    at_x, at_v = np.zeros((2, *trail.x.shape))
+    rows = between.rows
+    for weights, given in ((between.of_x, by_x), (between.of_v, by_v)):
+        mine = given[between.samples]
+        for into, row, weight in zip(
+            (at_x, at_v, at_x, at_v), (rows, rows, rows + 1, rows + 1), weights, strict=True
+        ):
+            np.add.at(into, row, weight[:, None] * mine)
+    return at_x, at_v
+
+
+def _mixed(between: Between, k: int, before, after) -> tuple[Floats, Floats]:
+    """Return the changes of one sample from those of the rows around it."""
+    four = (*before, *after)
+    both = []
+    for weights in (between.of_x, between.of_v):
+        used = [(w, part) for w, part in zip(weights[:, k], four, strict=True) if w]
+        both.append(sum((w * part for w, part in used), np.zeros_like(four[0])))
+    return both[0], both[1]
+
+
+def _nothing(values: Values) -> Values:
+    return Values(*(np.zeros_like(part) for part in values))
+
+
+def _last_finite(trail: Trail) -> float:
+    good = np.isfinite(trail.x).all(axis=1)
+    return float(trail.times[max(int(np.argmin(good)) - 1, 0)])
