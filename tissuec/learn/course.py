@@ -6,7 +6,8 @@ and conditions come at the times at which the engine finds them.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +69,13 @@ class Leg:
     loads: tuple[Load, ...]
     changes: Mapping[str, Change]
     _paths: dict[bytes, Paths] = field(default_factory=dict)
+
+    @cached_property
+    def alive_springs(self) -> NDArray[np.bool_]:
+        """Return which springs act, shape (spring,)."""
+        found = np.zeros(self.network.spring_count, dtype=bool)
+        found[self.alive] = True
+        return found
 
     @property
     def driven(self) -> Indices:
@@ -157,8 +165,6 @@ class Course:
 
     def until(self, time: float) -> "Course":
         """Return the part of this before a time [s], which is later than 0 s."""
-        from dataclasses import replace
-
         near = 1e-12 * self.stop
         kept = [leg for leg in self.legs if leg.start < time - near]
         if kept[-1].stop > time + near:
@@ -182,7 +188,7 @@ def leg_of(situation: Situation, stop: float, changes: Mapping[str, Change]) -> 
         situation.time,
         stop,
         situation.network,
-        np.flatnonzero(situation.alive & _acts(situation)),
+        np.flatnonzero(situation.alive),
         held,
         held,
         given,
@@ -193,11 +199,6 @@ def leg_of(situation: Situation, stop: float, changes: Mapping[str, Change]) -> 
         tuple(situation.loads.values()),
         dict(changes),
     )
-
-
-def _acts(situation: Situation) -> NDArray[np.bool_]:
-    free = ~situation.held
-    return free[situation.network.ends].any(axis=1)
 
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)

@@ -52,7 +52,9 @@ class Freezer:
         plan = self.plan
         present = self.order.network(vector, network)
         situation = Situation.start(present, gravity=plan.gravity, drag=plan.drag)
-        agenda = Timetable(SAME * plan.simulation.duration, written=[e.time for e in plan.events])
+        agenda = Timetable(
+            SAME * plan.simulation.duration, written=[e.time for e in plan.events]
+        )
         breaks = self._happenings(present, agenda)
         changes: dict[str, Change] = {}
         legs: list[Leg] = []
@@ -78,7 +80,9 @@ class Freezer:
         start = vector.copy()
         for name in ("position", "velocity"):
             self.order.array(start, name)[:] = getattr(situation, name).ravel()
-        motion = Motion(Course((leg,)), self.stepping, self.order, self.step, np.array([leg.stop]))
+        motion = Motion(
+            Course((leg,)), self.stepping, self.order, self.step, np.array([leg.stop])
+        )
         end = motion.forward(start)
         situation.position[:] = end.x[0].reshape(-1, 3)
         situation.velocity[:] = end.v[0].reshape(-1, 3)

@@ -134,7 +134,7 @@ def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLa
     law, _ = schema.build(
         kind.family[name.key], items, scope, what=f"{kind.word} {name.key}", where=where
     )
-    return WrittenLaw(name.key, law.force(), item.span)
+    return WrittenLaw(name.key, law.force(), item.span, law)
 
 
 def _free(kind: LawKind, item: s.Function, scope: Scope) -> WrittenLaw:

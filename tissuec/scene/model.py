@@ -7,6 +7,7 @@ from typing import TypeAlias
 from tissuec.core.source import Source, Span
 from tissuec.instruments import Instrument, Shape
 from tissuec.lang import syntax as s
+from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
 from tissuec.meshes import Generator
 from tissuec.network import Floats
@@ -61,11 +62,17 @@ class Fact:
 
 @dataclass(frozen=True, slots=True)
 class WrittenLaw:
-    """A law of springs or dashpots as a tissue has it."""
+    """A law of springs or dashpots as a tissue has it.
 
-    name: str  # of the law, or the formula as written
+    Attributes:
+        name: Of the law, or the formula as written.
+        law: The law with its constants, a member of its family; None for a free formula.
+    """
+
+    name: str
     force: Formula
     span: Span
+    law: SpringLaw | ViscosityLaw | None = None
 
 
 #: What replaces linear springs and dashpots, by "spring law" and "viscosity law".

@@ -1,0 +1,221 @@
+"""The search for the parameters: passes of SciPy's optimisers over growing horizons.
+
+A pass freezes what happens in all experiments where the last one came to, and begins the
+optimiser anew there. So nothing but the parameters goes from pass to pass, and a learning that
+was interrupted goes on from the last one to the same result. Where the first prediction is far
+off, the beginning of the data is learnt first: over many periods of an oscillation, an error
+function has a minimum for each period that is missed. (H. U. Voss, J. Timmer, J. Kurths, Int. J.
+Bifurcation and Chaos 14:1905, 2004.)
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from tissuec.core.errors import CompileError
+from tissuec.learn.motion import Diverged
+from tissuec.learn.problem import Problem
+from tissuec.network import Floats
+
+LEAST_SQUARES, LBFGS = "least squares", "l-bfgs-b"
+FEW = 1000  # parameters up to which every one is carried forward through the motion
+ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
+ROUNDS, ITERATIONS = 8, 60  # of either optimiser in a pass
+HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
+FAR = 0.3  # of the data's own deviation: an error from which on horizons grow
+LOOSE = 1e-3  # tolerance before the last horizon
+PERFECT = 1e-28  # of the first error: rounding is all that is left
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standing:
+    """Where a search stands between two passes.
+
+    Attributes:
+        horizon: Which of the horizons is learnt.
+        passes: How many are over, in all.
+        error: E over this horizon.
+        noise: By which residuals are measured, shape (fit,).
+        rounds: How often the noise was taken from what was left.
+        reason: Why the search is over; empty while it goes on.
+        converged: Whether that was because nothing changed any more.
+    """
+
+    theta: Floats
+    horizon: int
+    passes: int
+    error: float
+    noise: Floats
+    evaluations: int
+    rounds: int = 0
+    reason: str = ""
+    converged: bool = False
+
+
+Keep = Callable[[Standing], None]
+
+
+class Search:
+    """A search for the parameters of least error.
+
+    Args:
+        bounds: Least and greatest parameters, shape (parameter,).
+        keep: Told where the search stands after each pass.
+    """
+
+    def __init__(self, problem: Problem, bounds: tuple[Floats, Floats], keep: Keep):
+        self.problem, self.bounds, self.keep = problem, bounds, keep
+        lesson = problem.lesson
+        entries = problem.size * len(problem.data)
+        self.method = lesson.method
+        if self.method == "automatic":
+            is_small = problem.size <= FEW and entries <= ENTRIES
+            self.method = LEAST_SQUARES if is_small else LBFGS
+
+    def begin(self) -> Standing:
+        """Return where a search begins.
+
+        Raises:
+            Diverged: The first prediction has no numbers.
+        """
+        problem = self.problem
+        theta = np.clip(np.zeros(problem.size), *self.bounds)
+        problem.freeze(theta)
+        horizon = self._first_horizon(theta)
+        self._limit(horizon)
+        error = problem.error(theta)
+        return Standing(theta, horizon, 0, error, problem.noise, problem.evaluations)
+
+    def go(self, standing: Standing) -> Standing:
+        """Return where the search ends, from where it stands."""
+        self.problem.noise = standing.noise
+        self.problem.evaluations = standing.evaluations
+        while not standing.reason:
+            standing = self._pass(standing)
+            self.keep(standing)
+        self._limit(len(HORIZONS) - 1)
+        self.problem.freeze(standing.theta)
+        return standing
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _first_horizon(self, theta: Floats) -> int:
+        """Return the horizon to begin with: the whole, unless its prediction is far off."""
+        problem, last = self.problem, len(HORIZONS) - 1
+        if problem.lesson.axis.nodes is not None:
+            return last
+        try:
+            left = problem.left(theta)
+        except Diverged:
+            left = np.full(1, np.inf)
+        else:
+            spread = problem.spread[problem._fit[problem.counted]]
+            if np.sqrt(np.mean(np.square(left / spread))) < FAR:
+                return last
+        enough = [
+            k
+            for k, part in enumerate(HORIZONS)
+            if (np.isfinite(problem.data) & (problem._time <= part * problem.duration)).sum()
+            >= 4 * problem.size
+        ]
+        return min(enough, default=last)
+
+    def _limit(self, horizon: int) -> None:
+        part = HORIZONS[horizon]
+        self.problem.limit(np.inf if part == 1.0 else part * self.problem.duration)
+
+    def _pass(self, old: Standing) -> Standing:
+        """Return where one pass comes to."""
+        problem, last = self.problem, old.horizon == len(HORIZONS) - 1
+        tolerance = problem.lesson.tolerance if last else LOOSE
+        self._limit(old.horizon)
+        problem.freeze(old.theta)
+        before = problem.error(old.theta)
+        theta = self._optimised(old.theta, tolerance)
+        error = problem.error(theta)
+        if not error <= before:
+            theta, error = old.theta, before
+        new = replace(
+            old,
+            theta=theta,
+            passes=old.passes + 1,
+            error=error,
+            evaluations=problem.evaluations,
+        )
+        calm = before - error <= tolerance * before or error <= PERFECT * len(problem.data)
+        if calm and not last:
+            return replace(new, horizon=old.horizon + 1)
+        if calm and self._measures_noise(new):
+            return replace(new, noise=self._noise(theta), rounds=new.rounds + 1)
+        if calm:
+            return replace(new, reason="the error falls no further", converged=True)
+        if new.passes >= problem.lesson.passes:
+            return replace(new, reason=f"{new.passes} passes are over")
+        return new
+
+    def _measures_noise(self, standing: Standing) -> bool:
+        """Tell whether residuals are to be weighed anew by what was left of each fit."""
+        fits = self.problem.lesson.fits
+        unknown = any(fit.noise is None for fit in fits)
+        return self.problem.lesson.scaled and unknown and len(fits) > 1 and standing.rounds < 3
+
+    def _noise(self, theta: Floats) -> Floats:
+        """Return the noise that is given, or what is left, and at least rounding."""
+        problem, left = self.problem, self.problem.left(theta)
+        found = problem.noise.copy()
+        for k, fit in enumerate(problem.lesson.fits):
+            mine = left[problem.of_fit(k)]
+            if fit.noise is None and len(mine):
+                found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
+        return found
+
+    def _optimised(self, theta: Floats, tolerance: float) -> Floats:
+        if self.method == LEAST_SQUARES:
+            return self._by_least_squares(theta, tolerance)
+        return self._by_lbfgs(theta, tolerance)
+
+    def _by_least_squares(self, theta: Floats, tolerance: float) -> Floats:
+        """Return where SciPy's trust region of least squares comes to."""
+        size = len(self.problem.residuals(theta))
+
+        def residuals(at: Floats) -> Floats:
+            try:
+                return self.problem.residuals(at)
+            except (Diverged, CompileError):
+                return np.full(size, np.nan)  # SciPy takes a shorter step
+
+        low, high = self.bounds
+        inside = np.clip(theta, low, high)
+        found: Any = least_squares(
+            residuals,
+            inside,
+            self.problem.jacobian,
+            (low, high),
+            x_scale="jac",
+            ftol=max(tolerance, 1e-15),
+            xtol=1e-14,
+            gtol=None,
+            max_nfev=ROUNDS,
+        )
+        return np.asarray(found.x)
+
+    def _by_lbfgs(self, theta: Floats, tolerance: float) -> Floats:
+        """Return where SciPy's L-BFGS-B comes to."""
+        scale = max(self.problem.error(theta), 1e-300)
+
+        def value(at: Floats) -> tuple[float, Floats]:
+            try:
+                error, slope = self.problem.gradient(at)
+            except (Diverged, CompileError):
+                return 1e30, np.zeros_like(at)
+            return error / scale, slope / scale
+
+        bounds = np.stack(self.bounds, axis=1)
+        options = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
+        found: Any = minimize(
+            value, theta, jac=True, method="L-BFGS-B", bounds=bounds, options=options
+        )
+        return np.asarray(found.x)

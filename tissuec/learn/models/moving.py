@@ -1,0 +1,161 @@
+"""An experiment in time, with exact derivatives of every step."""
+
+import numpy as np
+
+from tissuec.kernels.sensitivity import Values
+from tissuec.learn.course import Course, Leg
+from tissuec.learn.data import Series
+from tissuec.learn.freezing import Freezer
+from tissuec.learn.looks import Look, View, pull, push
+from tissuec.learn.models import measured, slots_of
+from tissuec.learn.motion import Motion, Samples
+from tissuec.learn.numbers import VALUES
+from tissuec.learn.shaping import Shaping
+from tissuec.learn.stepping import Stepping
+from tissuec.network import Floats
+
+CHANGES = 256  # that are carried through the steps at once
+
+
+class Moving:
+    """Predictions of a motion.
+
+    Args:
+        looks: What each series is of.
+        step: Largest step [s].
+    """
+
+    name = "exact derivatives of every step"
+
+    def __init__(
+        self,
+        shaping: Shaping,
+        series: tuple[Series, ...],
+        looks: tuple[Look, ...],
+        stepping: Stepping,
+        step: float,
+    ):
+        self.shaping, self.series, self.looks, self.stepping = shaping, series, looks, stepping
+        self.step = step
+        self.slots = slots_of(series)
+        self.size = len(measured(series))
+        self.times = np.unique(np.concatenate([one.times for one in series]))
+        self._stop = self.stop = float(self.times[-1]) or step
+        self._course: Course | None = None
+        self._motion: Motion | None = None
+        self._known: tuple[bytes, Floats, Samples] | None = None
+
+    @property
+    def steps(self) -> int:
+        """Return how many steps a prediction takes."""
+        return self.motion.steps
+
+    @property
+    def motion(self) -> Motion:
+        """Return the motion up to the limit."""
+        if self._motion is None:
+            assert self._course is not None, "freeze comes first"
+            times = self.times[self.times <= self._stop]
+            course = self._course.until(self._stop)
+            self._motion = Motion(course, self.stepping, self.shaping.order, self.step, times)
+        return self._motion
+
+    def freeze(self, theta: Floats) -> None:
+        """Go through the script once; which springs break and who is held stays so."""
+        compiled = self.shaping.compiled
+        freezer = Freezer(compiled.plan, self.stepping, self.shaping.order, self.step)
+        vector, network = self.shaping.vector(theta), compiled.network
+        if compiled.plan.triggers or compiled.plan.breakable:
+            network = self.shaping.network(theta)
+        self._course = freezer.course(network, vector, self.stop)
+        self._motion, self._known = None, None
+
+    def limit(self, stop: float) -> None:
+        """Predict only up to a time [s]."""
+        self._stop = min(stop, self.stop)
+        self._motion, self._known = None, None
+
+    def predict(self, theta: Floats) -> Floats:
+        """Return the predictions; raises Diverged."""
+        vector, samples = self._samples(theta)
+        found = np.zeros(self.size)
+        for look, slot, rows in self._rows():
+            for row, sample in rows:
+                found[slot.of(row)] = look.at(self._view(vector, samples, sample))
+        return found
+
+    def gradient(self, theta: Floats, weights: Floats) -> Floats:
+        """Return the derivatives of Σ weights · predictions, by one pass backwards."""
+        vector, samples = self._samples(theta)
+        order = self.shaping.order
+        by_x, by_v = np.zeros((2, *samples.x.shape))
+        direct = np.zeros(order.size)
+        for look, slot, rows in self._rows():
+            for row, sample in rows:
+                weight = weights[slot.of(row)]
+                if not weight.any():
+                    continue
+                view = self._view(vector, samples, sample)
+                slope = pull(look, view, weight)
+                by_x[sample] += slope.x
+                by_v[sample] += slope.v
+                if slope.values is not None:
+                    self._add(direct, view.leg, slope.values)
+        direct += self.motion.backward(by_x, by_v)
+        return np.asarray(self.shaping.change(theta).T @ direct)
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of all predictions, by changes carried through the steps."""
+        vector, samples = self._samples(theta)
+        change = self.shaping.change(theta)
+        found = np.zeros((self.size, change.shape[1]))
+        by_sample: dict[int, list] = {}
+        for look, slot, rows in self._rows():
+            for row, sample in rows:
+                by_sample.setdefault(sample, []).append((look, slot.of(row)))
+        for first in range(0, change.shape[1], CHANGES):
+            some = change[:, first : first + CHANGES].tocsr()
+            columns = slice(first, first + some.shape[1])
+
+            def visit(sample: int, tx: Floats, tv: Floats, columns=columns, some=some) -> None:
+                view = self._view(vector, samples, sample)
+                for look, part in by_sample.get(sample, ()):
+                    moved, values = push(look, view, tx, tv)
+                    for row, slope in enumerate(values):
+                        if slope is not None:
+                            direct = np.zeros(self.shaping.order.size)
+                            self._add(direct, view.leg, slope)
+                            moved[row] += some.T @ direct
+                    found[part, columns] = moved
+
+            self.motion.forward_with(vector, some, visit)
+        return found
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _samples(self, theta: Floats) -> tuple[Floats, Samples]:
+        """Return the numbers of the net and the states that are looked at."""
+        key = theta.tobytes()
+        if self._known is None or self._known[0] != key:
+            vector = self.shaping.vector(theta)
+            self._known = key, vector, self.motion.forward(vector)
+        return self._known[1:]
+
+    def _rows(self):
+        """Yield each series' look and place, and its rows with the number of their samples."""
+        times = self.motion.times
+        for one, look, slot in zip(self.series, self.looks, self.slots, strict=True):
+            rows = np.flatnonzero(one.times <= self._stop)
+            samples = np.searchsorted(times, one.times[rows])
+            yield look, slot, list(zip(rows.tolist(), samples.tolist(), strict=True))
+
+    def _view(self, vector: Floats, samples: Samples, sample: int) -> View:
+        motion = self.motion
+        leg = motion.course.legs[motion.leg_of[sample]]
+        values = leg.present(self.shaping.order.values(vector))
+        return View(leg, values, samples.x[sample], samples.v[sample])
+
+    def _add(self, total: Floats, leg: Leg, slope: Values) -> None:
+        past = leg.past(slope)
+        for name in VALUES:
+            self.shaping.order.array(total, name)[:] += getattr(past, name)

@@ -1,0 +1,220 @@
+"""All experiments together: what is left between prediction and measurement, and its slopes.
+
+With y the predictions, p what was measured, σ the noise and w a weight of each series, the error
+is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where z is
+the unknown zero of a series, if it has one. With σ = w = 1 it is the error function of the paper
+(Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each parameter
+that has one.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.learn.data import Experiment
+from tissuec.learn.models import Model, measured, slots_of
+from tissuec.learn.shaping import Block
+from tissuec.lesson import Lesson
+from tissuec.network import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """What was expected of one parameter: its place, its value, and its standard deviation."""
+
+    place: int
+    value: float
+    spread: float
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An experiment with what predicts it."""
+
+    experiment: Experiment
+    model: Model
+
+
+class Problem:
+    """Residuals of all experiments as a function of parameters and zeros.
+
+    Parameters of the net stand first, then one zero for each fit that has one.
+
+    Attributes:
+        noise: Standard deviation by which each fit is measured, by its place in the lesson.
+    """
+
+    def __init__(
+        self, lesson: Lesson, trials: Sequence[Trial], parameters: int, priors: Sequence[Prior]
+    ):
+        self.lesson, self.trials, self.own = lesson, tuple(trials), parameters
+        self.priors = tuple(priors)
+        self.zeroed = [k for k, fit in enumerate(lesson.fits) if fit.free_zero]
+        self.size = parameters + len(self.zeroed)
+        self.data = np.concatenate([measured(t.experiment.series) for t in trials])
+        self._fit = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
+        self._time = np.concatenate([np.zeros(0), *self._of_times()])
+        self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
+        self.noise = self.first_noise()
+        self.stop = np.inf
+        self.evaluations = 0
+
+    def first_noise(self) -> Floats:
+        """Return what residuals are measured by at first, shape (fit,)."""
+        if not self.lesson.scaled:
+            return np.ones(len(self.lesson.fits))
+        given = [fit.noise for fit in self.lesson.fits]
+        return np.array(
+            [s if n is None else n for n, s in zip(given, self.spread, strict=True)]
+        )
+
+    @property
+    def duration(self) -> float:
+        """Return the last time of all experiments [s], or the greatest displacement [m]."""
+        return float(self._time.max(initial=0.0))
+
+    def limit(self, stop: float) -> None:
+        """Look only at what is measured up to a time [s]."""
+        self.stop = stop
+        for trial in self.trials:
+            trial.model.limit(stop)
+
+    def freeze(self, theta: Floats) -> None:
+        """Keep what happens in all experiments as it is for these parameters."""
+        for trial in self.trials:
+            trial.model.freeze(theta[: self.own])
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Return which numbers were measured, as far as they are looked at."""
+        return np.isfinite(self.data) & (self._time <= self.stop)
+
+    def of_fit(self, fit: int) -> NDArray[np.bool_]:
+        """Return which of the counted numbers belong to a fit."""
+        return self._fit[self.counted] == fit
+
+    def predicted(self, theta: Floats) -> Floats:
+        """Return all predictions with their zeros, in SI units, shape (number,)."""
+        self.evaluations += 1
+        parts = [trial.model.predict(theta[: self.own]) for trial in self.trials]
+        return np.concatenate(parts) + self._zeros(theta)[self._fit]
+
+    def left(self, theta: Floats) -> Floats:
+        """Return predictions less measurements in SI units, shape (counted,)."""
+        return (self.predicted(theta) - self.data)[self.counted]
+
+    def residuals(self, theta: Floats) -> Floats:
+        """Return what E is half the sum of squares of, shape (counted + priors,)."""
+        expected = [(theta[p.place] - p.value) / p.spread for p in self.priors]
+        return np.concatenate([self._scale * self.left(theta), expected])
+
+    def error(self, theta: Floats) -> float:
+        """Return E."""
+        return 0.5 * float(np.square(self.residuals(theta)).sum())
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of the residuals, shape (counted + priors, parameter)."""
+        rows = np.concatenate([t.model.jacobian(theta[: self.own]) for t in self.trials])
+        counted = self.counted
+        found = np.zeros((int(counted.sum()) + len(self.priors), self.size))
+        first = len(found) - len(self.priors)
+        found[:first, : self.own] = self._scale[:, None] * rows[counted]
+        for k, fit in enumerate(self.zeroed):
+            found[:first, self.own + k] = self._scale * (self._fit[counted] == fit)
+            found[:first, self.own + k] *= self.spread[fit]
+        for k, prior in enumerate(self.priors):
+            found[first + k, prior.place] = 1.0 / prior.spread
+        return found
+
+    def gradient(self, theta: Floats) -> tuple[float, Floats]:
+        """Return E and its derivatives, shape (parameter,)."""
+        counted, scale = self.counted, self._scale
+        left = scale * self.left(theta)
+        weights = np.zeros(len(self.data))
+        weights[counted] = scale * left
+        slope = np.zeros(self.size)
+        start = 0
+        for trial in self.trials:
+            stop = start + len(measured(trial.experiment.series))
+            slope[: self.own] += trial.model.gradient(theta[: self.own], weights[start:stop])
+            start = stop
+        for k, fit in enumerate(self.zeroed):
+            slope[self.own + k] = self.spread[fit] * weights[self._fit == fit].sum()
+        error = 0.5 * float(left @ left)
+        for prior in self.priors:
+            away = (theta[prior.place] - prior.value) / prior.spread
+            error += 0.5 * away * away
+            slope[prior.place] += away / prior.spread
+        return error, slope
+
+    def zero(self, theta: Floats, fit: int) -> float:
+        """Return the zero of a fit in SI units."""
+        return float(self._zeros(theta)[fit])
+
+    # --- parts --------------------------------------------------------------------------------
+
+    @property
+    def _scale(self) -> Floats:
+        """Return √w / σ of each counted number."""
+        fits = self.lesson.fits
+        each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
+        return each[self._fit[self.counted]]
+
+    def _zeros(self, theta: Floats) -> Floats:
+        found = np.zeros(len(self.lesson.fits))
+        found[self.zeroed] = theta[self.own :] * self.spread[self.zeroed]
+        return found
+
+    def _of_fits(self):
+        fits = self.lesson.fits
+        for trial in self.trials:
+            series = trial.experiment.series
+            for one, slot in zip(series, slots_of(series), strict=True):
+                number = next(k for k, fit in enumerate(fits) if fit.span == one.fit.span)
+                yield np.full(slot.rows * slot.width, number)
+
+    def _of_times(self):
+        for trial in self.trials:
+            for one, slot in zip(
+                trial.experiment.series, slots_of(trial.experiment.series), strict=True
+            ):
+                yield np.repeat(one.times, slot.width)
+
+    def _deviation(self, fit: int) -> float:
+        """Return how far what was measured deviates from its mean, at least a bit."""
+        mine = self.data[(self._fit == fit) & np.isfinite(self.data)]
+        if not len(mine):
+            return 1.0
+        spread = float(np.sqrt(np.mean(np.square(mine - self._means(fit)))))
+        return spread or float(np.abs(mine).max()) or 1.0
+
+    def _means(self, fit: int) -> Floats:
+        """Return the mean in time of each component that a fit measured."""
+        parts = []
+        for trial in self.trials:
+            for one in trial.experiment.series:
+                if one.fit.span == self.lesson.fits[fit].span:
+                    values = one.values.reshape(len(one.times), -1)
+                    with np.errstate(all="ignore"):
+                        mean = np.nanmean(values, axis=0)
+                    both = np.broadcast_to(mean, values.shape)[np.isfinite(values)]
+                    parts.append(both)
+        return np.concatenate(parts)
+
+
+def priors_of(blocks: Sequence[Block], place: Callable[[int], slice]) -> list[Prior]:
+    """Return what was expected of parameters."""
+    found = []
+    for number, block in enumerate(blocks):
+        if block.adjust.prior is None:
+            continue
+        value, part = block.adjust.prior
+        spread = np.log1p(part) if block.scale is None else part * abs(value) / block.scale
+        where = place(number)
+        expected = np.broadcast_to(block.theta(value), (where.stop - where.start,))
+        found += [
+            Prior(where.start + k, float(e), float(spread)) for k, e in enumerate(expected)
+        ]
+    return found
