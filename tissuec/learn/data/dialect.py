@@ -106,17 +106,25 @@ def find_dialect(text: str) -> Dialect | None:
 
 
 def _are_numbers(cells: list[str]) -> bool:
-    numbers = [as_number(cell) for cell in cells]
-    return None not in numbers and any(number == number for number in numbers)
+    """Return whether cells are numbers and gaps, and not gaps alone."""
+    return all(map(_is_number, cells)) and any(cell.lower() not in GAPS for cell in cells)
 
 
 def _of_header(header: str, row: str) -> str:
-    """Return what parts the cells of a header and of the row below it into as many."""
+    """Return what parts a header and the row below it into as many cells, most of them numbers.
+
+    Names may hold commas and blanks, and so may numbers with decimal commas.
+    """
     widths = {d: len(cells_of(header, d)) for d in _DELIMITERS}
-    for delimiter, width in widths.items():
-        if width > 1 and len(cells_of(row, delimiter)) == width:
-            return delimiter
-    return next((d for d, width in widths.items() if width > 1), BLANK)
+    found = [(cells_of(row, d), d) for d in _DELIMITERS if widths[d] > 1]
+    agree = [(cells, d) for cells, d in found if len(cells) == widths[d]]
+    if agree:
+        return max(agree, key=lambda pair: sum(map(_is_number, pair[0])))[1]
+    return found[0][1] if found else BLANK
+
+
+def _is_number(cell: str) -> bool:
+    return as_number(cell) is not None
 
 
 def _remark_above(text: str, end: int, delimiter: str, width: int) -> tuple[str, ...]:
