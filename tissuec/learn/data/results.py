@@ -3,8 +3,9 @@
 from typing import NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import alternatives, counted
 from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of
@@ -32,8 +33,9 @@ def read_result(
     if name is None and is_position(fit):
         series = _positions(fit, result, network, complaints)
         assert series.nodes is not None
-        if len(series.nodes) < len(nodes_of(fit.subjects)):
-            _reject_hidden(fit, result, complaints)
+        missing = len(nodes_of(fit.subjects)) - len(series.nodes)
+        if missing:
+            _reject_hidden(fit, missing, result, complaints)
         return Series(fit, series.times, None, as_measured(fit, series.values.mean(axis=1)))
     if name is None:
         title = title_of(fit)
@@ -63,7 +65,7 @@ def _positions(
     theirs = _in_result(nodes, network, result.network)
     shown = np.isin(theirs, result.nodes) & (theirs >= 0)
     if not shown.any():
-        _reject_hidden(fit, result, complaints)
+        _reject_hidden(fit, len(nodes), result, complaints)
     rows = _once(result.times)
     rows = rows[nearest_rows(result.times[rows], fit.every)]
     columns = np.searchsorted(result.nodes, theirs[shown])
@@ -81,7 +83,7 @@ def _in_result(nodes: Indices, network: Network, other: Network) -> Indices:
     for body in owners(network, nodes):
         if body.name not in bodies:
             continue
-        own = np.flatnonzero((nodes >= body.nodes.start) & (nodes < body.nodes.stop))
+        own = np.flatnonzero(_within(nodes, body.nodes))
         ids = other.node_ids[bodies[body.name]]
         order = np.argsort(ids, kind="stable")
         wanted = network.node_ids[nodes[own]]
@@ -91,17 +93,22 @@ def _in_result(nodes: Indices, network: Network, other: Network) -> Indices:
     return found
 
 
-def _reject_hidden(fit: Fit, result: Trajectory, complaints: Complaints) -> NoReturn:
-    """Raise that frames do not show the nodes of a fit."""
-    shown = [
-        body.name
-        for body in result.network.bodies
-        if np.isin(np.arange(body.nodes.start, body.nodes.stop), result.nodes).any()
-    ]
+def _reject_hidden(
+    fit: Fit, missing: int, result: Trajectory, complaints: Complaints
+) -> NoReturn:
+    """Raise that frames do not show so many nodes of a fit."""
+    bodies = result.network.bodies
+    counts = {body.name: int(_within(result.nodes, body.nodes).sum()) for body in bodies}
+    shown = [f"{counted(count, 'node')} of {name}" for name, count in counts.items() if count]
     names = ", ".join(one.name for one in fit.subjects)
     complaints.reject(
         "TIS301",
-        f"the frames of {complaints.file} do not show the nodes of {names}",
+        f"the frames of {complaints.file} do not show {missing} of "
+        f"{len(nodes_of(fit.subjects))} nodes of {names}",
         fit.span,
-        hint=f"they show nodes of {', '.join(shown)}" if shown else "they show no nodes",
+        hint=f"they show {', '.join(shown)}" if shown else "they show no nodes of bodies",
     )
+
+
+def _within(nodes: Indices, part: slice) -> NDArray[np.bool_]:
+    return (nodes >= part.start) & (nodes < part.stop)
