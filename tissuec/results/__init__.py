@@ -1,4 +1,5 @@
 """Result files: one HDF5 file that ParaView, H5MD readers and plain h5py all open.
 
-Only this package imports h5py; ``recording``, ``journal`` and ``mesh`` do without it.
+Only this package, and what reads measured data, imports h5py; ``recording``, ``journal`` and
+``mesh`` do without it.
 """

@@ -1,0 +1,170 @@
+"""Columns of numbers from the text of a table: fast for plain rows, exact about bad ones."""
+
+import warnings
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.learn.data.dialect import (
+    BLANK,
+    Dialect,
+    as_number,
+    cells_of,
+    is_row,
+    lines_of,
+)
+from tissuec.network import Floats
+
+#: Characters that are converted at a time, so that memory holds numbers rather than cells.
+_BLOCK = 1 << 23
+#: How gaps are mostly written; others take the longer way.
+_WORDS = ("NA", "-")
+
+
+class BadRow(Exception):
+    """A row is wrong.
+
+    Attributes:
+        row: From 0, counted without header, remarks and empty lines.
+        column: Among the wanted ones; None if it is the row as a whole.
+        problem: What is wrong, behind the name of the line.
+    """
+
+    def __init__(self, row: int, column: int | None, problem: str):
+        self.row, self.column, self.problem = row, column, problem
+        super().__init__(problem)
+
+
+class Cells(NamedTuple):
+    """What a block of rows holds: numbers, shape (row, wanted), and signs of decimals."""
+
+    numbers: Floats
+    signs: frozenset[str]
+
+
+def read_columns(text: str, dialect: Dialect, wanted: Sequence[int]) -> Floats:
+    """Return some columns of a table, shape (row, wanted); NaN where there is a gap.
+
+    Raises:
+        BadRow: It has another number of cells than there are columns, one of the wanted cells
+            holds no finite number, or decimals have points here and commas there.
+    """
+    parts: list[Floats] = []
+    signs: frozenset[str] = frozenset()
+    row = 0
+    for block in _blocks(text, dialect.start):
+        cells = _plain(block, dialect, wanted) or _by_cell(block, dialect, wanted, row)
+        if len(signs | cells.signs) > 1:
+            raise BadRow(
+                *_mixed(text, dialect, wanted),
+                "decimals have points in some rows and commas in others",
+            )
+        signs |= cells.signs
+        parts.append(cells.numbers)
+        row += len(cells.numbers)
+    return np.concatenate(parts) if parts else np.zeros((0, len(wanted)))
+
+
+def line_number(text: str, dialect: Dialect, row: int) -> int:
+    """Return the number of the line, from 1, that holds a row."""
+    for number, line in enumerate(lines_of(text, dialect.start)):
+        if number == row:
+            return text.count("\n", 0, line.start) + 1
+    raise IndexError(row)
+
+
+def _blocks(text: str, start: int) -> Iterator[str]:
+    """Yield whole lines, about as many as a block holds."""
+    while start < len(text):
+        end = text.find("\n", start + _BLOCK)
+        end = len(text) if end < 0 else end
+        yield text[start:end]
+        start = end + 1
+
+
+# --- rows of nothing but numbers --------------------------------------------------------------
+
+
+def _plain(block: str, dialect: Dialect, wanted: Sequence[int]) -> Cells | None:
+    """Return the cells by one conversion of the whole block, or None if it is not so plain."""
+    width = len(dialect.names)
+    if width < 2 or '"' in block or "#" in block or not block.isascii():
+        return None
+    point, comma = "." in block, "," in block and dialect.delimiter != ","
+    if point and comma:
+        return None
+    signs = frozenset("." if point else ("," if comma else ""))
+    rows = _canonical(block.replace(",", ".") if comma else block, dialect.delimiter)
+    marks = np.frombuffer(f"{rows}\n".encode(), dtype=np.uint8)
+    ends = marks[(marks == ord(",")) | (marks == ord("\n"))] == ord("\n")
+    if ends.size % width:
+        return None
+    ends = ends.reshape(-1, width)
+    if not ends[:, -1].all() or ends[:, :-1].any():
+        return None
+    numbers = _converted(rows, ends.size)
+    return None if numbers is None else Cells(numbers.reshape(-1, width)[:, wanted], signs)
+
+
+def _canonical(block: str, delimiter: str) -> str:
+    """Return rows with one comma between cells; only whole-text replacements are fast."""
+    if delimiter != BLANK:
+        return block.replace(delimiter, ",").rstrip("\n")
+    block = block.replace("\t", " ")
+    # Runs of blanks halve in each round.
+    while "  " in block:
+        block = block.replace("  ", " ")
+    return block.replace(" \n", "\n").replace("\n ", "\n").strip(" \n").replace(" ", ",")
+
+
+def _converted(rows: str, count: int) -> Floats | None:
+    """Return all numbers of canonical rows, or None if one of the cells is none."""
+    cells = f",{rows},".replace("\n", ",")
+    for gap in ("", *_WORDS):
+        for _ in range(2):  # the second time for every other gap of several side by side
+            cells = cells.replace(f",{gap},", ",nan,")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)
+            # Blanks in the separator match any number of blanks.
+            numbers = np.fromstring(cells[1:-1], sep=" , ")
+    except (ValueError, DeprecationWarning):
+        return None
+    return None if numbers.size != count or np.isinf(numbers).any() else numbers
+
+
+# --- rows of anything -------------------------------------------------------------------------
+
+
+def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) -> Cells:
+    """Return the cells one by one; ``first`` is the number of the first row of the block."""
+    width = len(dialect.names)
+    rows = [cells_of(line, dialect.delimiter) for line in block.split("\n") if is_row(line)]
+    for number, row in enumerate(rows, first):
+        if len(row) != width:
+            cells = f"{len(row)} cell{'' if len(row) == 1 else 's'}"
+            raise BadRow(number, None, f"{cells} where there are {width} columns")
+    numbers = np.empty((len(rows), len(wanted)))
+    signs: set[str] = set()
+    for place, column in enumerate(wanted):
+        cells = [row[column] for row in rows]
+        values = [as_number(cell) for cell in cells]
+        if None in values:
+            bad = values.index(None)
+            raise BadRow(first + bad, place, f'"{cells[bad]}" is no finite number')
+        numbers[:, place] = values
+        signs |= set("".join(cells)) & {".", ","}
+    return Cells(numbers, frozenset(signs))
+
+
+def _mixed(text: str, dialect: Dialect, wanted: Sequence[int]) -> tuple[int, int | None]:
+    """Return row and wanted column of the first decimal with another sign than one before."""
+    seen: set[str] = set()
+    for row, line in enumerate(lines_of(text, dialect.start)):
+        for column, cell in enumerate(cells_of(line.text, dialect.delimiter)):
+            if as_number(cell) is not None:
+                seen |= set(cell) & {".", ","}
+            if len(seen) > 1:
+                return row, wanted.index(column) if column in wanted else None
+    return 0, None

@@ -1,0 +1,50 @@
+"""How mistakes in data are told: with the file and row, at the place that asked for them."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.source import Span
+from tissuec.lesson import Data
+
+#: More names would hide the message.
+_MOST_NAMED = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Complaints:
+    """Everything that is wrong with one file."""
+
+    data: Data
+    found: list[Diagnostic] = field(default_factory=list)
+
+    @property
+    def file(self) -> str:
+        return self.data.path.name
+
+    def reject(
+        self, code: str, message: str, span: Span | None = None, hint: str = ""
+    ) -> NoReturn:
+        """Raise a finding, at the name of the file where no other place is given."""
+        raise CompileError([Diagnostic(code, message, span or self.data.span, hint)])
+
+    @contextmanager
+    def part(self) -> Iterator[None]:
+        """Keep what is wrong with one part, and go on with the next."""
+        try:
+            yield
+        except CompileError as error:
+            told = {(one.message, one.span) for one in self.found}
+            self.found.extend(d for d in error.diagnostics if (d.message, d.span) not in told)
+
+    def settle(self) -> None:
+        """Raise all findings, if there are any."""
+        if self.found:
+            raise CompileError(self.found)
+
+
+def first_few(names: Sequence[str]) -> list[str]:
+    """Return names for a hint, not more than can be read."""
+    return [*names[:_MOST_NAMED], *(["…"] if len(names) > _MOST_NAMED else [])]

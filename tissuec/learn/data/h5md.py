@@ -1,0 +1,192 @@
+"""H5MD files of others: positions of particles, and observables.
+
+De Buyl, Colberg and Höfling, "H5MD: a structured, efficient, and portable file format for
+molecular data", Comput. Phys. Commun. 185 (2014) 1546. Without a unit, numbers are in SI units.
+"""
+
+from typing import NoReturn
+
+import h5py
+import numpy as np
+
+from tissuec.core.errors import alternatives
+from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, parse_unit
+from tissuec.learn.data.complaints import Complaints, first_few
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of
+from tissuec.learn.data.nodes import nodes_of, owners
+from tissuec.learn.data.thinning import nearest_rows
+from tissuec.lesson import Fit
+from tissuec.network import Floats, Indices, Network
+from tissuec.results import access
+
+PARTICLES, OBSERVABLES = "particles", "observables"
+GROUPS = (PARTICLES, OBSERVABLES)
+#: Units of molecular dynamics beside our own.
+_SMALL = {
+    "ps": Unit(1e-12, TIME),
+    "fs": Unit(1e-15, TIME),
+    "pm": Unit(1e-12, LENGTH),
+    "fm": Unit(1e-15, LENGTH),
+    **dict.fromkeys(("A", "Angstrom", "angstrom", "Å"), Unit(1e-10, LENGTH)),
+}
+
+
+def read_h5md(fit: Fit, file: h5py.File, network: Network, complaints: Complaints) -> Series:
+    """Return what an H5MD file holds of a fit.
+
+    Positions of nodes are those of the particles with their ids. Anything else is the
+    observable of its name; where a position has none, it is the mean of the particles.
+
+    Raises:
+        CompileError: There is no such observable, or there are no such particles.
+    """
+    reader = _Reader(fit, file, network, complaints)
+    if fit.measure is None:
+        return reader.positions()
+    found = reader.observables()
+    name = find_log(fit, found)
+    if name is not None:
+        return reader.observable(found[name])
+    if is_position(fit) and PARTICLES in file:
+        series = reader.positions()
+        if series.nodes is not None and len(series.nodes) == len(nodes_of(fit.subjects)):
+            return Series(fit, series.times, None, as_measured(fit, series.values.mean(axis=1)))
+        reader.reject(f"not all nodes of {title_of(fit)} are particles of {complaints.file}")
+    title = title_of(fit)
+    hint = alternatives(title, first_few(list(found)), what="its observables")
+    reader.reject(f'{complaints.file} has no observable "{title}"', hint)
+
+
+class _Reader:
+    """One fit in one file."""
+
+    def __init__(self, fit: Fit, file: h5py.File, network: Network, complaints: Complaints):
+        self.fit, self.file, self.network = fit, file, network
+        self.complaints = complaints
+
+    def reject(self, message: str, hint: str = "", code: str = "TIS301") -> NoReturn:
+        self.complaints.reject(code, message, self.fit.span, hint)
+
+    # --- observables --------------------------------------------------------------------------
+
+    def observables(self) -> dict[str, h5py.Group]:
+        """Return all observables that have times, by their paths in the group."""
+        found: dict[str, h5py.Group] = {}
+
+        def visit(name: str, member: h5py.Group | h5py.Dataset) -> None:
+            if isinstance(member, h5py.Group) and "value" in member:
+                found[name] = member
+
+        if OBSERVABLES in self.file:
+            access.group(self.file, OBSERVABLES).visititems(visit)
+        return found
+
+    def observable(self, group: h5py.Group) -> Series:
+        """Return one observable."""
+        value = access.dataset(group, "value")
+        times, rows = self.times(group, len(value))
+        components = self.numbers(value, self.fit.dimension)[rows].reshape(len(rows), -1)
+        return Series(self.fit, times, None, as_measured(self.fit, components))
+
+    # --- particles ----------------------------------------------------------------------------
+
+    def positions(self) -> Series:
+        """Return the places of those nodes that are particles."""
+        nodes = nodes_of(self.fit.subjects)
+        group = self.particles(nodes)
+        position = access.group(group, "position")
+        value = access.dataset(position, "value")
+        times, rows = self.times(position, len(value))
+        particles = self.numbers(value, LENGTH)[rows]
+        places = np.full((len(rows), len(nodes), 3), np.nan)
+        frame, node, particle = self.matches(group, nodes, value.shape[1], rows)
+        axes = particles.shape[2]
+        places[frame, node, :axes] = particles[frame, particle]
+        seen = ~np.isnan(places).all(axis=(0, 2))
+        if not seen.any():
+            names = ", ".join(one.name for one in self.fit.subjects)
+            self.reject(f"no node of {names} is a particle of {self.complaints.file}")
+        return Series(self.fit, times, nodes[seen], places[:, seen])
+
+    def particles(self, nodes: Indices) -> h5py.Group:
+        """Return the group of particles that the nodes are among."""
+        every = access.group(self.file, PARTICLES) if PARTICLES in self.file else {}
+        groups = {str(name): every[name] for name in every if f"{name}/position/value" in every}
+        bodies = [body.name for body in owners(self.network, nodes)]
+        names = [*(one.name for one in self.fit.subjects), *bodies, "all"]
+        names += list(groups) if len(groups) == 1 else []
+        for name in names:
+            if name in groups:
+                return access.group(self.file, f"{PARTICLES}/{name}")
+        hint = alternatives(names[0], groups, what="its groups of particles")
+        self.reject(f'{self.complaints.file} has no particles "{names[0]}" that move', hint)
+
+    def matches(
+        self, group: h5py.Group, nodes: Indices, count: int, rows: Indices
+    ) -> tuple[Indices, Indices, Indices]:
+        """Return which particle is which node: frames, nodes and particles, shape (match,)."""
+        ids = self.ids(group, nodes, count, rows)
+        own = self.network.node_ids[nodes]
+        order = np.argsort(own, kind="stable")
+        if (np.diff(own[order]) == 0).any():
+            self.reject(f"nodes of {self.fit.text} have the same ids", code="TIS313")
+        place = np.minimum(np.searchsorted(own[order], ids), len(own) - 1)
+        frame, particle = np.nonzero(own[order][place] == ids)
+        return frame, order[place[frame, particle]], particle
+
+    def ids(self, group: h5py.Group, nodes: Indices, count: int, rows: Indices) -> Indices:
+        """Return the ids of particles in chosen frames, shape (row, particle)."""
+        if "id/value" in group:  # they change, as the order of particles does
+            return access.array(group, "id/value")[rows]
+        if "id" in group:
+            return np.broadcast_to(access.array(group, "id"), (len(rows), count))
+        # Without ids they are those of the set, or of its body, in their order.
+        bodies = [np.arange(b.nodes.start, b.nodes.stop) for b in owners(self.network, nodes)]
+        for whole in (nodes, *bodies):
+            if len(whole) == count:
+                return np.broadcast_to(self.network.node_ids[whole], (len(rows), count))
+        self.reject(
+            f"the {count} particles of {self.complaints.file} have no ids",
+            f"without ids, there is one for each of the {len(nodes)} nodes of {self.fit.text}",
+        )
+
+    # --- times and units ----------------------------------------------------------------------
+
+    def times(self, group: h5py.Group, count: int) -> tuple[Floats, Indices]:
+        """Return the times that are used [s], and which rows they are."""
+        if "time" not in group:
+            self.reject(f'"{group.name}" of {self.complaints.file} has no times')
+        member = access.dataset(group, "time")
+        times = self.numbers(member, TIME)
+        if not times.ndim:  # the time between rows, and perhaps that of the first one
+            factor = self.unit(member, TIME)
+            times = float(member.attrs.get("offset", 0.0)) * factor + times * np.arange(count)
+        wrong = np.flatnonzero(~(np.diff(times[:count]) > 0.0))
+        if len(wrong) or len(times) < count or np.isnan(times).any():
+            where = f'"{group.name}" in {self.complaints.file}'
+            row = f" at row {wrong[0] + 2}" if len(wrong) else ""
+            self.reject(f"the times of {where} do not ascend{row}", code="TIS313")
+        rows = nearest_rows(times[:count], self.fit.every)
+        return times[rows], rows
+
+    def numbers(self, member: h5py.Dataset, dimension: Dimension) -> Floats:
+        """Return the numbers of a dataset in SI units."""
+        if member.dtype.kind not in "fiu":
+            self.reject(f'"{member.name}" of {self.complaints.file} holds no numbers')
+        return np.asarray(member[()], dtype=float) * self.unit(member, dimension)
+
+    def unit(self, member: h5py.Dataset, dimension: Dimension) -> float:
+        """Return what one of the unit of a dataset is in SI."""
+        written = member.attrs.get("unit", "")
+        text = written.decode() if isinstance(written, bytes) else str(written)
+        if not text.strip():
+            return 1.0
+        where = f'"{member.name}" of {self.complaints.file} is in {text}'
+        try:
+            unit = _SMALL.get(text.strip()) or parse_unit(text)
+        except UnitError:
+            self.reject(f"{where}, an unknown unit", code="TIS104")
+        if unit.dimension != dimension:
+            self.reject(f"{where}; {describe(dimension)} is needed", code="TIS502")
+        return unit.factor

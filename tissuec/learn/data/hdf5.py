@@ -1,0 +1,51 @@
+"""HDF5 files: results of tissuec, and H5MD files of others."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import h5py
+
+from tissuec.learn.data.complaints import Complaints
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.data.h5md import GROUPS, read_h5md
+from tissuec.learn.data.results import read_result
+from tissuec.lesson import Fit
+from tissuec.network import Network
+from tissuec.results.errors import ResultError
+from tissuec.results.trajectory import Trajectory
+
+
+def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> list[Series]:
+    """Return what a file holds of every fit; what is wrong with one stays in ``complaints``.
+
+    Raises:
+        CompileError: It is damaged, or neither a result nor H5MD.
+    """
+    path, series = complaints.data.path, list[Series]()
+    kind = _kind(path)
+    if kind == "other":
+        message = f"{complaints.file} is an HDF5 file, but no result of tissuec and no H5MD"
+        hint = "H5MD has the groups particles or observables"
+        complaints.reject("TIS604", message, hint=hint)
+    try:
+        with Trajectory(path) if kind == "result" else h5py.File(path, "r") as file:
+            for fit in fits:
+                with complaints.part():
+                    if isinstance(file, Trajectory):
+                        series.append(read_result(fit, file, network, complaints))
+                    else:
+                        series.append(read_h5md(fit, file, network, complaints))
+    except (ResultError, OSError, KeyError) as error:
+        complaints.reject("TIS604", f"{complaints.file} cannot be read: {error}")
+    return series
+
+
+def _kind(path: Path) -> str:
+    """Return whose a file is; one that cannot be opened is left to what mends results."""
+    try:
+        with h5py.File(path, "r") as file:
+            if "tissuec" in file or "tissuec_view" in file.attrs:
+                return "result"
+            return "h5md" if any(name in file for name in GROUPS) else "other"
+    except OSError:
+        return "result"

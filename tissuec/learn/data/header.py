@@ -1,0 +1,120 @@
+"""Which columns of a table are read."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
+from tissuec.learn.data.complaints import Complaints, first_few
+from tissuec.learn.data.dialect import Dialect
+from tissuec.learn.data.naming import unit_of
+from tissuec.lesson import Axis, Column, Fit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wanted:
+    """The columns that are read; the first of them is the axis.
+
+    Attributes:
+        numbers: Of them in the table, from 0, each once.
+        spans: Where each is asked for.
+        factor: What one of the unit of the axis is in SI.
+        places: Of the columns of fits among these.
+    """
+
+    numbers: Sequence[int]
+    spans: Sequence[Span]
+    factor: float
+    places: Mapping[Column, int]
+
+
+def find_columns(
+    dialect: Dialect, axis: Axis, fits: Sequence[Fit], complaints: Complaints
+) -> Wanted:
+    """Return the columns that an axis and fits name.
+
+    Raises:
+        CompileError: The table has not all of them; every one that is missing is told.
+    """
+    header = _Header(dialect, complaints)
+    numbers, spans, factor = [0], [complaints.data.span], 1.0
+    places: dict[Column, int] = {}
+    with complaints.part():
+        if axis.column is None:
+            factor = header.first_unit(axis)
+        else:
+            numbers[0], spans[0] = header.find(axis.column), axis.column.span
+            factor = axis.column.unit
+    for fit in fits:
+        with complaints.part():
+            if not fit.columns:
+                header.reject_unnamed(fit)
+        for column in fit.columns:
+            with complaints.part():
+                number = header.find(column)
+                if number not in numbers:
+                    numbers.append(number)
+                    spans.append(column.span)
+                places[column] = numbers.index(number)
+    complaints.settle()
+    return Wanted(numbers, spans, factor, places)
+
+
+class _Header:
+    """The names of the columns of a table."""
+
+    def __init__(self, dialect: Dialect, complaints: Complaints):
+        self.names, self.is_named = dialect.names, dialect.named
+        self.complaints = complaints
+
+    def find(self, column: Column) -> int:
+        """Return the number of a column; one that no name is may be its number from 1."""
+        name = column.name.strip()
+        count = self.names.count(name)
+        if count > 1:
+            self.complaints.reject(
+                "TIS307", f'{self.complaints.file} has {count} columns "{name}"', column.span
+            )
+        if count:
+            return self.names.index(name)
+        if name.isdecimal() and 1 <= int(name) <= len(self.names):
+            return int(name) - 1
+        listed = first_few([one for one in self.names if one])
+        what = "columns" if self.is_named else "there is no header; columns are numbered"
+        self.complaints.reject(
+            "TIS301",
+            f'{self.complaints.file} has no column "{name}"',
+            column.span,
+            hint=alternatives(name, listed, what=what),
+        )
+
+    def first_unit(self, axis: Axis) -> float:
+        """Return what one of the unit of the first column is in SI, as its name says."""
+        wanted = TIME if axis.nodes is None else LENGTH
+        name = self.names[0]
+        entry = "time" if axis.nodes is None else "displacement of …"
+        hint = f'write, with its own unit: {entry} using column "NAME" in {si_unit(wanted)}'
+        first = f'the first column of {self.complaints.file}, "{name}",'
+        try:
+            unit = unit_of(name)
+        except UnitError as error:
+            message = f"{first} has an unknown unit: {error}"
+            self.complaints.reject("TIS104", message, hint=hint)
+        if unit is None:
+            return 1.0
+        if unit.dimension != wanted:
+            message = f"{first} ends with the unit of {describe(unit.dimension)}"
+            problem = f"{message}; {describe(wanted)} is needed"
+            self.complaints.reject("TIS502", problem, hint=hint)
+        return unit.factor
+
+    def reject_unnamed(self, fit: Fit) -> NoReturn:
+        listed = ", ".join(first_few([one for one in self.names if one]))
+        self.complaints.reject(
+            "TIS304",
+            f"{self.complaints.file} is a table; which column holds {fit.text} is not written",
+            fit.span,
+            hint=f'write behind it: using column "NAME" in UNIT  columns: {listed}',
+        )

@@ -1,0 +1,37 @@
+"""Units at the ends of names of columns: ``t_ms``, ``time [us]``, ``t/s``, ``u (mm)``."""
+
+import re
+
+from tissuec.core.units import TIME, Unit, UnitError, parse_unit
+
+_BRACKETS = re.compile(r"[\[(]\s*([^\])]*?)\s*[\])]$")
+_BEHIND = re.compile(r"(?:^|[\s_/])([^\W\d_]+)$")
+#: Names of times beside the symbols.
+_SPELLED = {
+    "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
+    "msec": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3,
+    "usec": 1e-6, "microsecond": 1e-6, "microseconds": 1e-6,
+    "minute": 60.0, "minutes": 60.0,
+    "h": 3600.0, "hr": 3600.0, "hour": 3600.0, "hours": 3600.0,
+}  # fmt: skip
+
+
+def unit_of(name: str) -> Unit | None:
+    """Return the unit that the name of a column ends with; None if it ends with none.
+
+    Raises:
+        UnitError: What stands in brackets is none.
+    """
+    if bracketed := _BRACKETS.search(name.strip()):
+        return _unit(bracketed[1])
+    behind = _BEHIND.search(name.strip())
+    try:
+        return _unit(behind[1]) if behind else None
+    except UnitError:
+        return None
+
+
+def _unit(text: str) -> Unit:
+    if text.lower() in _SPELLED:
+        return Unit(_SPELLED[text.lower()], TIME)
+    return parse_unit(text)

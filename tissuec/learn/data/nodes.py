@@ -1,0 +1,23 @@
+"""Which nodes a fit is about, and whose they are."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.measures import Subject
+from tissuec.network import BodyPart, Indices, Network
+
+
+def nodes_of(subjects: Sequence[Subject]) -> Indices:
+    """Return the nodes of all subjects, ascending, shape (node,); tools have none."""
+    parts = [one.nodes for one in subjects if one.nodes is not None]
+    return np.unique(np.concatenate(parts)) if parts else np.zeros(0, dtype=np.int64)
+
+
+def owners(network: Network, nodes: Indices) -> list[BodyPart]:
+    """Return the bodies that have some of the nodes."""
+    return [
+        body
+        for body in network.bodies
+        if ((nodes >= body.nodes.start) & (nodes < body.nodes.stop)).any()
+    ]

@@ -1,0 +1,111 @@
+"""From a file of data to an experiment."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tissuec.core.errors import Diagnostic
+from tissuec.core.nearby import nearby
+from tissuec.core.units import TIME, show
+from tissuec.learn.data.complaints import Complaints
+from tissuec.learn.data.experiment import Experiment, Series
+from tissuec.learn.data.tables import read_table
+from tissuec.learn.digest import digest_of
+from tissuec.lesson import Axis, Data, Fit, Lesson
+from tissuec.network import Network
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+#: Where its mark may stand: at the start, or behind a block of the user.
+_PLACES = (0, 512, 1024, 2048)
+#: Times of the last row that are later by rounding only.
+_ROUNDING = 1e-9
+
+
+def read_experiment(data: Data, lesson: Lesson, network: Network) -> Experiment:
+    """Return what was measured in one experiment, for every fit of a lesson.
+
+    A file is a table as text, a result of tissuec or an H5MD file, whatever it is called.
+
+    Args:
+        data: One of those of the lesson.
+        network: Of the scene as it is set for this experiment.
+
+    Raises:
+        CompileError: The file cannot be read, or does not hold what is fitted; every finding
+            stands at the name of the file or at the column.
+    """
+    complaints = Complaints(data)
+    try:
+        digest = digest_of(data.path)
+        is_hdf5 = _is_hdf5(data.path)
+    except OSError as error:
+        reason = (error.strerror or type(error).__name__).lower()
+        hint = "" if data.path.exists() else nearby(data.path, data.path.suffix)
+        complaints.reject("TIS604", f'cannot read "{data.path}": {reason}', hint=hint)
+    if is_hdf5:
+        series = _read_hdf5(lesson.axis, lesson.fits, network, complaints)
+    else:
+        series = read_table(lesson.axis, lesson.fits, network, complaints)
+    for one in series:
+        if not one.known.any():
+            complaints.found.append(_empty(one, complaints))
+    complaints.settle()
+    timed = lesson.axis.nodes is None
+    return Experiment(complaints.file, digest, tuple(series), data, timed)
+
+
+def check_times(experiment: Experiment, duration: float) -> None:
+    """Make sure that a run reaches everything that was measured.
+
+    Args:
+        duration: Of the run [s].
+
+    Raises:
+        CompileError: Something was measured before the start of the run or after its end.
+    """
+    if not experiment.timed:
+        return
+    complaints = Complaints(experiment.data)
+    first = min((float(s.times[0]) for s in experiment.series if len(s.times)), default=0.0)
+    name, last = experiment.name, experiment.duration
+    if first < 0.0:
+        complaints.reject(
+            "TIS703",
+            f"{name} begins at {show(first, TIME)}, and a run begins at 0 s",
+            hint="leave out what was measured before, or count its times from the start",
+        )
+    if last > duration * (1 + _ROUNDING):
+        complaints.reject(
+            "TIS703",
+            f"{name} ends at {show(last, TIME)}, and the run at {show(duration, TIME)}",
+            hint=f"simulate {show(last, TIME, digits=6)}, or leave out what was measured later",
+        )
+
+
+def _is_hdf5(path: Path) -> bool:
+    """Return whether a file is HDF5, by what stands in it."""
+    with path.open("rb") as file:
+        head = file.read(_PLACES[-1] + len(_HDF5))
+    return any(head.startswith(_HDF5, place) for place in _PLACES)
+
+
+def _read_hdf5(
+    axis: Axis, fits: Sequence[Fit], network: Network, complaints: Complaints
+) -> list[Series]:
+    if axis.nodes is not None:
+        complaints.reject(
+            "TIS313",
+            f"{complaints.file} has times, and rows are sorted by a displacement here",
+            hint="measure over time, or give a table of displacements",
+        )
+    from tissuec.learn.data.hdf5 import read_hdf5  # late: tables need no h5py
+
+    return read_hdf5(fits, network, complaints)
+
+
+def _empty(one: Series, complaints: Complaints) -> Diagnostic:
+    """Return the finding about a fit of which nothing was measured."""
+    message = f"{complaints.file} holds no value of {one.fit.text}"
+    if one.fit.columns:
+        span = one.fit.columns[0].span.to(one.fit.columns[-1].span)
+        return Diagnostic("TIS313", message, span, "every cell of its column is a gap")
+    return Diagnostic("TIS313", message, one.fit.span)

@@ -1,0 +1,140 @@
+"""The rows of a table that count: by time or by displacement, each known by its line."""
+
+from dataclasses import dataclass, replace
+from typing import NoReturn
+
+import numpy as np
+
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, TIME, show
+from tissuec.learn.data.columns import line_number
+from tissuec.learn.data.complaints import Complaints
+from tissuec.learn.data.dialect import Dialect
+from tissuec.lesson import Fit
+from tissuec.network import Floats, Indices
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Text:
+    """A table as it was read, so that its lines can be named."""
+
+    text: str
+    dialect: Dialect
+    complaints: Complaints
+
+    @property
+    def file(self) -> str:
+        return self.complaints.file
+
+    def line(self, row: int) -> str:
+        """Return how messages call a row."""
+        return f"line {line_number(self.text, self.dialect, row)} of {self.file}"
+
+    def lines(self, row: int, other: int) -> str:
+        """Return how messages call two rows, the upper one first."""
+        numbers = sorted(line_number(self.text, self.dialect, r) for r in (row, other))
+        return f"lines {numbers[0]} and {numbers[1]} of {self.file}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """The rows of a table.
+
+    Attributes:
+        places: Times [s], or displacements [m] if there is no time, shape (row,).
+        values: As they are written, shape (row, column); the first column is that of
+            ``places``.
+        number: Of each row in the text, from 0, shape (row,).
+        span: Where the column of ``places`` is named.
+        timed: Whether there is a time.
+    """
+
+    table: Text
+    places: Floats
+    values: Floats
+    number: Indices
+    span: Span
+    timed: bool
+
+    @classmethod
+    def of(cls, table: Text, places: Floats, values: Floats, span: Span, timed: bool) -> "Rows":
+        """Return the rows that say something.
+
+        Raises:
+            CompileError: There is none, or one with values but without a time.
+        """
+        no_place = np.isnan(places)
+        says = ~np.isnan(values[:, 1:]).all(axis=1)
+        if (no_place & says).any():
+            row = int(np.flatnonzero(no_place & says)[0])
+            what = "time" if timed else "displacement"
+            table.complaints.reject("TIS313", f"{table.line(row)} has no {what}", span)
+        rows = np.flatnonzero(~no_place)
+        if not len(rows):
+            hint = f"the columns are {', '.join(table.dialect.names)}"
+            message = f"{table.file} holds no row of numbers"
+            table.complaints.reject("TIS313", message, span, hint)
+        return cls(table, places[rows], values[rows], rows, span, timed)
+
+    def in_order(self) -> "Rows":
+        """Return the rows of a table that has one for each time; displacements are sorted.
+
+        Raises:
+            CompileError: The times do not ascend.
+        """
+        if not self.timed:
+            order = np.argsort(self.places, kind="stable")
+            parts = {
+                name: getattr(self, name)[order] for name in ("places", "values", "number")
+            }
+            return replace(self, **parts)
+        wrong = np.flatnonzero(np.diff(self.places) <= 0.0)
+        if len(wrong):
+            self._reject_order(int(wrong[0]))
+        return self
+
+    def _reject_order(self, row: int) -> NoReturn:
+        before, behind = self.places[row], self.places[row + 1]
+        if before == behind:
+            problem = f"have the same time, {self._shown(row)}"
+            hint = "leave one of them out; for a row per node, name the column of the nodes too"
+        else:
+            problem = f"do not ascend: {show(behind, TIME)} comes after {show(before, TIME)}"
+            hint = "sort the rows by time, each time once"
+        where = self.table.lines(*self.number[[row, row + 1]].tolist())
+        self.table.complaints.reject("TIS313", f"{where} {problem}", self.span, hint)
+
+    def _shown(self, row: int) -> str:
+        return show(float(self.places[row]), TIME if self.timed else LENGTH, digits=6)
+
+    def once(self, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
+        """Return each time once with what its rows say, in a table of several rows for each.
+
+        Args:
+            columns: Of the fit, shape (column, row).
+
+        Returns:
+            Times, shape (time,), and columns, shape (column, time).
+
+        Raises:
+            CompileError: Two rows of one time say different things.
+        """
+        times, at = np.unique(self.places, return_inverse=True)
+        merged = np.full((len(columns), len(times)), np.nan)
+        for line, column in zip(merged, columns, strict=True):
+            known = np.flatnonzero(~np.isnan(column))
+            first = np.full(len(times), -1)
+            # Of several that are put into one place the last one stays: the uppermost.
+            first[at[known[::-1]]] = known[::-1]
+            line[first >= 0] = column[first[first >= 0]]
+            differs = known[column[known] != line[at[known]]]
+            if len(differs):
+                self.reject_twice(int(first[at[differs[0]]]), int(differs[0]), fit.text)
+        return times, merged
+
+    def reject_twice(self, row: int, other: int, what: str) -> NoReturn:
+        """Raise that two rows say something of the same thing at the same time."""
+        where = self.table.lines(*self.number[[row, other]].tolist())
+        message = f"{where} both give {what} at {self._shown(row)}"
+        hint = "leave one of them out"
+        self.table.complaints.reject("TIS313", message, self.span, hint)

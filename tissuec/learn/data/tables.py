@@ -1,0 +1,114 @@
+"""Tables as text: which columns are read, and what becomes of their rows."""
+
+import codecs
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.learn.data.columns import BadRow, read_columns
+from tissuec.learn.data.complaints import Complaints
+from tissuec.learn.data.dialect import find_dialect
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.data.header import Wanted, find_columns
+from tissuec.learn.data.long import LONG, is_long, read_long
+from tissuec.learn.data.nodes import nodes_of
+from tissuec.learn.data.rows import Rows, Text
+from tissuec.learn.data.thinning import nearest_rows
+from tissuec.lesson import Axis, Fit
+from tissuec.network import Floats, Network
+
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_table(
+    axis: Axis, fits: Sequence[Fit], network: Network, complaints: Complaints
+) -> list[Series]:
+    """Return what a table holds of every fit; what is wrong with one stays in ``complaints``.
+
+    Raises:
+        CompileError: No fit can be read.
+    """
+    text = _text(complaints)
+    dialect = find_dialect(text)
+    if dialect is None:
+        complaints.reject("TIS313", f"{complaints.file} is empty")
+    wanted = find_columns(dialect, axis, fits, complaints)
+    rows = _rows(Text(text, dialect, complaints), wanted, timed=axis.nodes is None)
+    is_once = not any(map(is_long, fits))
+    if is_once:
+        rows = rows.in_order()
+    series: list[Series] = []
+    for fit in fits:
+        with complaints.part():
+            columns = np.array([rows.values[:, wanted.places[c]] * c.unit for c in fit.columns])
+            one = _series(fit, columns, rows, network, is_once=is_once)
+            series.append(_thinned(one) if rows.timed else one)
+    return series
+
+
+def _text(complaints: Complaints) -> str:
+    """Return the text of a file; its lines end with one sign."""
+    raw = complaints.data.path.read_bytes()
+    if raw.startswith(_UTF16):
+        text = raw.decode("utf-16", errors="replace")
+    else:
+        raw = raw.removeprefix(codecs.BOM_UTF8)
+        try:
+            text = raw.decode()
+        except UnicodeDecodeError:  # names of columns with letters of older instruments
+            text = raw.decode("latin-1")
+    if "\0" in text:
+        message = f"{complaints.file} is neither text nor HDF5"
+        hint = "data is a table as text, a result of tissuec or an H5MD file"
+        complaints.reject("TIS604", message, hint=hint)
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+
+
+def _rows(table: Text, wanted: Wanted, *, timed: bool) -> Rows:
+    """Return the rows that say something, with the wanted columns."""
+    try:
+        numbers = read_columns(table.text, table.dialect, wanted.numbers)
+    except BadRow as error:
+        where, span, hint = table.line(error.row), None, "remarks begin with #"
+        if error.column is not None:
+            name = table.dialect.names[wanted.numbers[error.column]]
+            where += f', column "{name}"'
+            span = wanted.spans[error.column]
+            hint = "a gap is left empty, or is written nan, NA or -"
+        table.complaints.reject("TIS313", f"{where}: {error.problem}", span, hint)
+    return Rows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
+
+
+def _series(
+    fit: Fit, columns: Floats, rows: Rows, network: Network, *, is_once: bool
+) -> Series:
+    """Return the series of one fit from its columns in SI units, shape (column, row).
+
+    Args:
+        is_once: Whether no time has several rows.
+    """
+    if is_long(fit):
+        return read_long(fit, columns, rows, network)
+    times, columns = (rows.places, columns) if is_once else rows.once(fit, columns)
+    if fit.measure is None:
+        nodes = nodes_of(fit.subjects)
+        if len(nodes) != 1:
+            rows.table.complaints.reject(
+                "TIS313",
+                f"{fit.text} is about {len(nodes)} nodes; x, y and z are those of one",
+                fit.columns[0].span.to(fit.columns[-1].span),
+                hint=f'write a row for each node and time, and: using columns "{LONG}"',
+            )
+        return Series(fit, times, nodes, columns.T[:, None, :].copy())
+    if len(columns) == 1:
+        return Series(fit, times, None, columns[0])
+    values = columns.T.copy() if fit.along is None else fit.along @ columns
+    return Series(fit, times, None, values)
+
+
+def _thinned(one: Series) -> Series:
+    """Return the rows that are used; gaps are none where only some are."""
+    if one.fit.every is None:
+        return one
+    known = np.flatnonzero(one.known)
+    return one.at(known[nearest_rows(one.times[known], one.fit.every)])
