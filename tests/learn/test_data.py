@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.learn.lessons import NET, column, data, fit, lesson
@@ -250,6 +250,7 @@ SIGNS = st.text(st.sampled_from('0123456789.,;:\t \r\n"#-+eENAnaninf_µ[('), max
 
 @settings(max_examples=300, deadline=None)
 @given(st.sampled_from(["", "t,a\n", "t;a\n0;1\n", "t a\n0 1\n"]), SIGNS | st.binary())
+@example("", '"')
 def test_whatever_stands_in_a_file_is_read_or_refused(folder, head, rest):
     text = head.encode() + (rest if isinstance(rest, bytes) else rest.encode())
     try:
@@ -262,6 +263,9 @@ def test_whatever_stands_in_a_file_is_read_or_refused(folder, head, rest):
 
 @settings(max_examples=300, deadline=None)
 @given(st.text(st.sampled_from("0123456789.,; \t\n-eNAnan"), max_size=40))
+@example(" ,")
+@example("0,1 2\n1,")
+@example("0, -nan\n1 ,2")
 def test_rows_the_fast_way_takes_are_those_the_exact_way_takes(folder, rest):
     text = "t,a\n" + rest
     with pytest.MonkeyPatch.context() as patch:
