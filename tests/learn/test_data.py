@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.learn.lessons import NET, column, data, fit, lesson
@@ -193,17 +193,17 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s,force_N\n\n0,1\n1,soft\n",
             'line 4 of bench.csv, column "force_N": "soft" is no finite number; '
-            "a gap is left empty, or is written nan, NA or -",
+            "a gap is left empty, or is written nan, NA or -; remarks begin with #",
         ),
         (
             "t_s,force_N\n0,1\n1,1e999\n",
             'line 3 of bench.csv, column "force_N": "1e999" is no finite number; '
-            "a gap is left empty, or is written nan, NA or -",
+            "a gap is left empty, or is written nan, NA or -; remarks begin with #",
         ),
         (
             "t_s,force_N\n0,1_0\n",
             'line 2 of bench.csv, column "force_N": "1_0" is no finite number; '
-            "a gap is left empty, or is written nan, NA or -",
+            "a gap is left empty, or is written nan, NA or -; remarks begin with #",
         ),
         (
             "t_s,force_N\n0,1\n1\n",
@@ -231,17 +231,55 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s;force_N\n0;1,5\n1;1.5\n",
             'line 3 of bench.csv, column "force_N": decimals have points in some rows and '
-            "commas in others; a gap is left empty, or is written nan, NA or -",
+            "commas in others; a gap is left empty, or is written nan, NA or -; "
+            "remarks begin with #",
         ),
         (
             "t\0_s",
             "bench.csv is neither text nor HDF5; "
-            "data is a table as text, a result of tissuec or an H5MD file",
+            "data is a table as text (CSV), a result of tissuec or an H5MD file",
         ),
     ],
 )
 def test_a_table_that_cannot_be_read_is_refused_at_its_row(folder, text, message):
     assert refused(folder, text) == [message]
+
+
+SIGNS = st.text(st.sampled_from('0123456789.,;:\t \r\n"#-+eENAnaninf_µ[('), max_size=60)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(["", "t,a\n", "t;a\n0;1\n", "t a\n0 1\n"]), SIGNS | st.binary())
+@example("", '"')
+def test_whatever_stands_in_a_file_is_read_or_refused(folder, head, rest):
+    text = head.encode() + (rest if isinstance(rest, bytes) else rest.encode())
+    try:
+        (one,) = read(folder, text, fit("distance", "2")).series
+    except CompileError:
+        return
+    assert (np.diff(one.times) > 0).all() and one.known.any()
+    assert not np.isinf(one.values).any()
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.text(st.sampled_from("0123456789.,; \t\n-eNAnan"), max_size=40))
+@example(" ,")
+@example("0,1 2\n1,")
+@example("0, -nan\n1 ,2")
+def test_rows_the_fast_way_takes_are_those_the_exact_way_takes(folder, rest):
+    text = "t,a\n" + rest
+    with pytest.MonkeyPatch.context() as patch:
+        outcomes = []
+        for _ in range(2):
+            try:
+                (one,) = read(folder, text, fit("distance", "a")).series
+                outcomes.append(
+                    (one.times.tolist(), np.nan_to_num(one.values, nan=7e77).tolist())
+                )
+            except CompileError as error:
+                outcomes.append(str(error))
+            patch.setattr(columns, "_plain", lambda *_: None)
+    assert outcomes[0] == outcomes[1]
 
 
 def test_every_missing_column_is_told(folder):
@@ -336,6 +374,13 @@ def test_what_stands_beside_nodes_is_read_once_for_each_time(folder):
     np.testing.assert_array_equal(force.values, [5.0, 6.0])
     (told,) = refused(folder, LONG.replace("0,0,5\n1", "0,0,7\n1"), NODES, FORCE)
     assert told.startswith("lines 2 and 3 of bench.csv both give force(net) at 0 s")
+
+
+def test_ids_have_no_unit(folder):
+    places = replace(NODES, columns=tuple(column(one.name, 1e-3) for one in NODES.columns))
+    (one,) = read(folder, LONG, places).series
+    np.testing.assert_array_equal(one.nodes, [0, 1])
+    np.testing.assert_array_equal(one.values[:, :, 0], [[0, 1e-3], [3e-3, 2e-3]])
 
 
 def test_nodes_of_a_body_that_are_not_in_the_set_are_left_aside(folder):

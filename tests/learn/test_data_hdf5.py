@@ -233,6 +233,24 @@ def test_what_an_h5md_file_does_not_hold_is_told(foreign):
     assert told == "no node of net is a particle of sim.h5; "
 
 
+@pytest.mark.parametrize(
+    ("shape", "times", "ids", "message"),
+    [
+        ((4, 4), TIME, None, "has no frames of vectors"),
+        ((4, 4, 5), TIME, None, "has no frames of vectors"),
+        ((0, 4, 3), TIME[:0], None, "holds no values"),
+        ((4, 4, 3), TIME[:2], None, "do not ascend"),
+        ((4, 4, 3), TIME * np.nan, None, "do not ascend"),
+        ((4, 4, 3), TIME, [100, 101], "has not one id for each particle"),
+        ((4, 4, 3), 0.0, None, "do not ascend"),
+    ],
+)
+def test_an_h5md_file_of_another_shape_is_refused(foreign, shape, times, ids, message):
+    path = foreign().write(np.ones(shape), times, ids=ids)
+    (told,) = refused(path, POSITIONS)
+    assert message in told
+
+
 def test_several_groups_of_particles_are_told_apart_by_name(foreign):
     foreign("net").write(places(4, 4), TIME)
     path = foreign("water").write(2 * places(4, 4), TIME)

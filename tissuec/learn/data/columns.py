@@ -20,6 +20,8 @@ from tissuec.network import Floats
 _BLOCK = 1 << 23
 #: How gaps are mostly written; others take the longer way.
 _WORDS = ("NA", "-")
+#: Characters of rows of numbers and gaps, shape (256,).
+_PLAIN = np.isin(np.arange(256), list(b"0123456789+-.eEnaNA, \n"))
 
 
 class BadRow(Exception):
@@ -97,6 +99,8 @@ def _plain(block: str, dialect: Dialect, wanted: Sequence[int]) -> Cells | None:
     signs = frozenset("." if point else ("," if comma else ""))
     rows = _canonical(block.replace(",", ".") if comma else block, dialect.delimiter)
     marks = np.frombuffer(f"{rows}\n".encode(), dtype=np.uint8)
+    if not _PLAIN[marks].all():
+        return None
     ends = marks[(marks == ord(",")) | (marks == ord("\n"))] == ord("\n")
     if ends.size % width:
         return None
@@ -121,14 +125,18 @@ def _canonical(block: str, delimiter: str) -> str:
 def _converted(rows: str, count: int) -> Floats | None:
     """Return all numbers of canonical rows, or None if one of the cells is none."""
     cells = f",{rows},".replace("\n", ",")
+    for blank in (" ,", ", "):
+        while blank in cells:
+            cells = cells.replace(blank, ",")
+    if " " in cells:  # which NumPy would pass over
+        return None
     for gap in ("", *_WORDS):
         for _ in range(2):  # the second time for every other gap of several side by side
             cells = cells.replace(f",{gap},", ",nan,")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)
-            # Blanks in the separator match any number of blanks.
-            numbers = np.fromstring(cells[1:-1], sep=" , ")
+            numbers = np.fromstring(cells[1:-1], sep=",")
     except (ValueError, DeprecationWarning):
         return None
     return None if numbers.size != count or np.isinf(numbers).any() else numbers

@@ -14,9 +14,9 @@ from typing import NamedTuple
 BLANK = " "
 _DELIMITERS = ("\t", ";", ",", BLANK)
 #: What stands where nothing was measured.
-GAPS = frozenset(("", "nan", "na", "n/a", "-", "null"))
+GAPS = frozenset(("", "nan", "-nan", "+nan", "na", "n/a", "-", "null"))
 # A unit in brackets belongs to the name before it.
-_CELL = re.compile(r'"[^"]*"|[^\s"]+(?:\s+[\[(][^\])]*[\])])?')
+_CELL = re.compile(r'"[^"]*"?|[^\s"]+(?:\s+[\[(][^\])]*[\])])?')
 
 
 class Dialect(NamedTuple):

@@ -75,8 +75,10 @@ class _Reader:
         found: dict[str, h5py.Group] = {}
 
         def visit(name: str, member: h5py.Group | h5py.Dataset) -> None:
-            if isinstance(member, h5py.Group) and "value" in member:
-                found[name] = member
+            if isinstance(member, h5py.Group):
+                value = member.get("value")
+                if isinstance(value, h5py.Dataset) and value.ndim:
+                    found[name] = member
 
         if OBSERVABLES in self.file:
             access.group(self.file, OBSERVABLES).visititems(visit)
@@ -97,6 +99,8 @@ class _Reader:
         group = self.particles(nodes)
         position = access.group(group, "position")
         value = access.dataset(position, "value")
+        if value.ndim != 3 or not 1 <= value.shape[2] <= 3:
+            self.reject(f'"{value.name}" of {self.complaints.file} has no frames of vectors')
         times, rows = self.times(position, len(value))
         particles = self.numbers(value, LENGTH)[rows]
         places = np.full((len(rows), len(nodes), 3), np.nan)
@@ -137,10 +141,12 @@ class _Reader:
 
     def ids(self, group: h5py.Group, nodes: Indices, count: int, rows: Indices) -> Indices:
         """Return the ids of particles in chosen frames, shape (row, particle)."""
-        if "id/value" in group:  # they change, as the order of particles does
-            return access.array(group, "id/value")[rows]
+        changing = "id/value" in group  # as the order of particles does
         if "id" in group:
-            return np.broadcast_to(access.array(group, "id"), (len(rows), count))
+            ids = access.array(group, "id/value" if changing else "id")
+            if ids.shape[-1] != count or (changing and len(ids) <= rows[-1]):
+                self.reject(f"{self.complaints.file} has not one id for each particle")
+            return ids[rows] if changing else np.broadcast_to(ids, (len(rows), count))
         # Without ids they are those of the set, or of its body, in their order.
         bodies = [np.arange(b.nodes.start, b.nodes.stop) for b in owners(self.network, nodes)]
         for whole in (nodes, *bodies):
@@ -163,6 +169,8 @@ class _Reader:
             factor = self.unit(member, TIME)
             times = float(member.attrs.get("offset", 0.0)) * factor + times * np.arange(count)
         wrong = np.flatnonzero(~(np.diff(times[:count]) > 0.0))
+        if not count:
+            self.reject(f'"{group.name}" of {self.complaints.file} holds no values')
         if len(wrong) or len(times) < count or np.isnan(times).any():
             where = f'"{group.name}" in {self.complaints.file}'
             row = f" at row {wrong[0] + 2}" if len(wrong) else ""

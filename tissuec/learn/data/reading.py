@@ -16,7 +16,7 @@ from tissuec.network import Network
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 #: Where its mark may stand: at the start, or behind a block of the user.
 _PLACES = (0, 512, 1024, 2048)
-#: Times of the last row that are later by rounding only.
+#: By which part of a run a time may be outside of it: by rounding only.
 _ROUNDING = 1e-9
 
 
@@ -67,7 +67,7 @@ def check_times(experiment: Experiment, duration: float) -> None:
     complaints = Complaints(experiment.data)
     first = min((float(s.times[0]) for s in experiment.series if len(s.times)), default=0.0)
     name, last = experiment.name, experiment.duration
-    if first < 0.0:
+    if first < -_ROUNDING * duration:
         complaints.reject(
             "TIS703",
             f"{name} begins at {show(first, TIME)}, and a run begins at 0 s",
@@ -77,7 +77,8 @@ def check_times(experiment: Experiment, duration: float) -> None:
         complaints.reject(
             "TIS703",
             f"{name} ends at {show(last, TIME)}, and the run at {show(duration, TIME)}",
-            hint=f"simulate {show(last, TIME, digits=6)}, or leave out what was measured later",
+            hint=f"write in simulate: duration = {show(last, TIME, digits=6)}, or leave out "
+            "what was measured later",
         )
 
 

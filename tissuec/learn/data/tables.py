@@ -40,8 +40,8 @@ def read_table(
     series: list[Series] = []
     for fit in fits:
         with complaints.part():
-            columns = np.array([rows.values[:, wanted.places[c]] * c.unit for c in fit.columns])
-            one = _series(fit, columns, rows, network, is_once=is_once)
+            columns = np.array([rows.values[:, wanted.places[c]] for c in fit.columns])
+            one = _series(fit, columns * _units(fit), rows, network, is_once=is_once)
             series.append(_thinned(one) if rows.timed else one)
     return series
 
@@ -59,7 +59,7 @@ def _text(complaints: Complaints) -> str:
             text = raw.decode("latin-1")
     if "\0" in text:
         message = f"{complaints.file} is neither text nor HDF5"
-        hint = "data is a table as text, a result of tissuec or an H5MD file"
+        hint = "data is a table as text (CSV), a result of tissuec or an H5MD file"
         complaints.reject("TIS604", message, hint=hint)
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
@@ -74,9 +74,16 @@ def _rows(table: Text, wanted: Wanted, *, timed: bool) -> Rows:
             name = table.dialect.names[wanted.numbers[error.column]]
             where += f', column "{name}"'
             span = wanted.spans[error.column]
-            hint = "a gap is left empty, or is written nan, NA or -"
+            hint = f"a gap is left empty, or is written nan, NA or -; {hint}"
         table.complaints.reject("TIS313", f"{where}: {error.problem}", span, hint)
     return Rows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
+
+
+def _units(fit: Fit) -> Floats:
+    """Return what one of the unit of each column is in SI, shape (column, 1); ids have none."""
+    units = np.array([[column.unit] for column in fit.columns])
+    units[: is_long(fit)] = 1.0
+    return units
 
 
 def _series(

@@ -14,8 +14,9 @@ def nearest_rows(times: Floats, every: float | None) -> Indices:
     """Return the rows whose times are nearest to the multiples of a time, ascending.
 
     Each row belongs to the multiple that it is nearest to, the lower one of two; of those of
-    one multiple the nearest is taken, so none twice, and a multiple with no row near has none. Nothing is interpolated
-    and nothing averaged: the values are those that were measured, with their noise.
+    one multiple the nearest is taken, so none twice, and a multiple with no row near has none.
+    Nothing is interpolated and nothing averaged: the values are those that were measured, with
+    their noise.
 
     Args:
         times: Ascending [s], shape (row,).
