@@ -25,7 +25,7 @@ FEW = 1000  # parameters up to which every one is carried forward through the mo
 ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
 ROUNDS, ITERATIONS = 8, 60  # of either optimiser in a pass
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
-FAR = 0.3  # of the data's own deviation: an error from which on horizons grow
+FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
 LOOSE = 1e-3  # tolerance before the last horizon
 PERFECT = 1e-28  # of the first error: rounding is all that is left
 
@@ -194,7 +194,6 @@ class Search:
             inside,
             self.problem.jacobian,
             (low, high),
-            x_scale="jac",
             ftol=max(tolerance, 1e-15),
             xtol=1e-14,
             gtol=None,

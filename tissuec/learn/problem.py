@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.learn.data import Experiment
+from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.models import Model, measured, slots_of
 from tissuec.learn.shaping import Block
 from tissuec.lesson import Lesson

@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from tissuec.learn.data import Series
+from tissuec.learn.data.experiment import Series
 from tissuec.network import Floats, Indices
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.kernels.sensitivity import Values
 from tissuec.learn.course import Course, Leg
-from tissuec.learn.data import Series
+from tissuec.learn.data.experiment import Series
 from tissuec.learn.freezing import Freezer
 from tissuec.learn.looks import Look, View, pull, push
 from tissuec.learn.models import measured, slots_of
