@@ -27,6 +27,7 @@ ROUNDS, ITERATIONS = 8, 60  # of either optimiser in a pass
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
 FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
 LOOSE = 1e-3  # tolerance before the last horizon
+FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
 PERFECT = 1e-28  # of the first error: rounding is all that is left
 
 
@@ -112,14 +113,13 @@ class Search:
         except Diverged:
             left = np.full(1, np.inf)
         else:
-            spread = problem.spread[problem._fit[problem.counted]]
+            spread = problem.spread[problem.fits]
             if np.sqrt(np.mean(np.square(left / spread))) < FAR:
                 return last
         enough = [
             k
             for k, part in enumerate(HORIZONS)
-            if (np.isfinite(problem.data) & (problem._time <= part * problem.duration)).sum()
-            >= 4 * problem.size
+            if problem.many_until(part * problem.duration) >= 4 * problem.size
         ]
         return min(enough, default=last)
 
@@ -167,7 +167,7 @@ class Search:
         problem, left = self.problem, self.problem.left(theta)
         found = problem.noise.copy()
         for k, fit in enumerate(problem.lesson.fits):
-            mine = left[problem.of_fit(k)]
+            mine = left[problem.fits == k]
             if fit.noise is None and len(mine):
                 found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
         return found
@@ -179,7 +179,11 @@ class Search:
 
     def _by_least_squares(self, theta: Floats, tolerance: float) -> Floats:
         """Return where SciPy's trust region of least squares comes to."""
-        size = len(self.problem.residuals(theta))
+        problem = self.problem
+        problem.faint = 0.0
+        columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
+        problem.faint = FAINT * float(columns.max(initial=0.0))
+        size = len(problem.residuals(theta))
 
         def residuals(at: Floats) -> Floats:
             try:

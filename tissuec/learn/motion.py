@@ -1,7 +1,8 @@
 """The motion of a net as a function of its numbers, with derivatives in both directions.
 
-Steps are those of a frozen course: equal ones on each leg. Between steps, places follow the
-cubic through places and velocities at both ends. Backwards, only every √N-th state is kept; the
+Steps are those of a frozen course: equal ones on each leg, or, where a method takes large ones,
+equal ones between the times that are looked at. Between steps, places follow the cubic through
+places and velocities at both ends. Backwards, only every √N-th state is kept; the
 rest is stepped again, one stretch after the other, so that N steps need the memory of 2 √N.
 (A. Griewank, A. Walther, Evaluating Derivatives, 2008, chapter 12.)
 """
@@ -76,13 +77,11 @@ class Motion:
         self, course: Course, stepping: Stepping, order: Order, step: float, times: Floats
     ):
         self.course, self.stepping, self.order, self.times = course, stepping, order, times
-        counts = [
-            max(1, ceil((leg.stop - leg.start) / step * (1 - 1e-12))) for leg in course.legs
-        ]
-        self.steps = sum(counts)
         self.leg_of = course.leg_at(times)
+        grids = [self._grid(k, leg, step) for k, leg in enumerate(course.legs)]
+        self.steps = sum(len(grid) - 1 for grid in grids)
         length = max(1, ceil(sqrt(self.steps)))
-        self.stretches = tuple(self._divide(counts, length))
+        self.stretches = tuple(self._divide(grids, length))
         self._kept: list[State] = []
         self._trail: Trail | None = None
 
@@ -170,22 +169,36 @@ class Motion:
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _divide(self, counts: list[int], length: int) -> Iterator[Stretch]:
+    def _divide(self, grids: list[Floats], length: int) -> Iterator[Stretch]:
         """Yield stretches of at most some steps, with the samples on each."""
-        for number, (leg, count) in enumerate(zip(self.course.legs, counts, strict=True)):
-            grid = np.linspace(leg.start, leg.stop, count + 1)
+        for number, (leg, grid) in enumerate(zip(self.course.legs, grids, strict=True)):
+            count = len(grid) - 1
             mine = np.flatnonzero(self.leg_of == number)
-            step = (leg.stop - leg.start) / count
-            place = np.clip((self.times[mine] - leg.start) / step, 0.0, count)
-            place = np.where(np.abs(place - np.round(place)) < 1e-9, np.round(place), place)
-            row = np.minimum(place.astype(np.int64), count - 1)
+            times = np.clip(self.times[mine], leg.start, leg.stop)
+            row = np.clip(np.searchsorted(grid, times, side="right") - 1, 0, count - 1)
+            part = (times - grid[row]) / (grid[row + 1] - grid[row])
+            part = np.where(np.abs(part - np.round(part)) < 1e-9, np.round(part), part)
             for first in range(0, count, length):
                 last = min(first + length, count)
                 chosen = (row >= first) & (row < last)
-                between = _between(
-                    mine[chosen], row[chosen] - first, (place - row)[chosen], step
-                )
+                step = (grid[row + 1] - grid[row])[chosen]
+                between = _between(mine[chosen], row[chosen] - first, part[chosen], step)
                 yield Stretch(number, grid[first : last + 1], between, first == 0)
+
+    def _grid(self, number: int, leg: Leg, step: float) -> Floats:
+        """Return the ends of all steps of a leg [s]; on samples, if the method needs that."""
+        anchors = np.array([leg.start, leg.stop])
+        if self.stepping.lands:
+            mine = self.times[self.leg_of == number]
+            near = 1e-9 * step
+            inner = mine[(mine > leg.start + near) & (mine < leg.stop - near)]
+            anchors = np.concatenate([anchors[:1], np.unique(inner), anchors[1:]])
+        counts = np.maximum(1, np.ceil(np.diff(anchors) / step * (1.0 - 1e-12))).astype(int)
+        parts = [
+            np.linspace(a, b, n + 1)[:-1]
+            for a, b, n in zip(anchors, anchors[1:], counts, strict=False)
+        ]
+        return np.concatenate([*parts, anchors[-1:]])
 
     def _trails(self, vector: Floats, *, keep: bool) -> Iterator[tuple[Stretch, Trail]]:
         """Yield all stretches with their states, from the first to the last."""
@@ -236,7 +249,7 @@ class Motion:
         return self.stepping.change(act, trail, seeds, state, at)
 
 
-def _between(samples: Indices, rows: Indices, part: Floats, step: float) -> Between:
+def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Between:
     """Return the weights of Hermite's cubic at parts of steps."""
     s, h = part, step
     of_x = [

@@ -4,7 +4,7 @@ With y the predictions, p what was measured, σ the noise and w a weight of each
 is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where z is
 the unknown zero of a series, if it has one. With σ = w = 1 it is the error function of the paper
 (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each parameter
-that has one.
+that has one; a faint one for all others keeps where they are those that the data does not tell.
 """
 
 from collections.abc import Callable, Sequence
@@ -44,6 +44,7 @@ class Problem:
 
     Attributes:
         noise: Standard deviation by which each fit is measured, by its place in the lesson.
+        faint: Weight of every parameter that begins at 0.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class Problem:
         self._time = np.concatenate([np.zeros(0), *self._of_times()])
         self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
         self.noise = self.first_noise()
-        self.stop = np.inf
+        self.stop, self.faint = np.inf, 0.0
         self.evaluations = 0
 
     def first_noise(self) -> Floats:
@@ -91,9 +92,14 @@ class Problem:
         """Return which numbers were measured, as far as they are looked at."""
         return np.isfinite(self.data) & (self._time <= self.stop)
 
-    def of_fit(self, fit: int) -> NDArray[np.bool_]:
-        """Return which of the counted numbers belong to a fit."""
-        return self._fit[self.counted] == fit
+    @property
+    def fits(self) -> NDArray[np.int64]:
+        """Return the place in the lesson of the fit of each counted number."""
+        return self._fit[self.counted]
+
+    def many_until(self, time: float) -> int:
+        """Return how many numbers were measured up to a time [s]."""
+        return int((np.isfinite(self.data) & (self._time <= time)).sum())
 
     def predicted(self, theta: Floats) -> Floats:
         """Return all predictions with their zeros, in SI units, shape (number,)."""
@@ -108,24 +114,25 @@ class Problem:
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
         expected = [(theta[p.place] - p.value) / p.spread for p in self.priors]
-        return np.concatenate([self._scale * self.left(theta), expected])
+        return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
 
     def error(self, theta: Floats) -> float:
         """Return E."""
         return 0.5 * float(np.square(self.residuals(theta)).sum())
 
     def jacobian(self, theta: Floats) -> Floats:
-        """Return the derivatives of the residuals, shape (counted + priors, parameter)."""
+        """Return the derivatives of the residuals, shape (residual, parameter)."""
         rows = np.concatenate([t.model.jacobian(theta[: self.own]) for t in self.trials])
         counted = self.counted
-        found = np.zeros((int(counted.sum()) + len(self.priors), self.size))
-        first = len(found) - len(self.priors)
+        first = int(counted.sum())
+        found = np.zeros((first + len(self.priors) + self.size, self.size))
         found[:first, : self.own] = self._scale[:, None] * rows[counted]
         for k, fit in enumerate(self.zeroed):
             found[:first, self.own + k] = self._scale * (self._fit[counted] == fit)
             found[:first, self.own + k] *= self.spread[fit]
         for k, prior in enumerate(self.priors):
             found[first + k, prior.place] = 1.0 / prior.spread
+        found[first + len(self.priors) :] = self.faint * np.eye(self.size)
         return found
 
     def gradient(self, theta: Floats) -> tuple[float, Floats]:
@@ -147,7 +154,8 @@ class Problem:
             away = (theta[prior.place] - prior.value) / prior.spread
             error += 0.5 * away * away
             slope[prior.place] += away / prior.spread
-        return error, slope
+        error += 0.5 * self.faint**2 * float(theta @ theta)
+        return error, slope + self.faint**2 * theta
 
     def zero(self, theta: Floats, fit: int) -> float:
         """Return the zero of a fit in SI units."""

@@ -7,8 +7,6 @@ of what ``run`` computes, discretisation included.
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from tissuec.kernels.sensitivity import Links, Seeds, Values
 from tissuec.learn.course import Leg
 from tissuec.network import Floats
@@ -51,9 +49,14 @@ class Act(NamedTuple):
 
 
 class Stepping(Protocol):
-    """A method of integration."""
+    """A method of integration.
+
+    Attributes:
+        lands: Whether its steps are so large that they must end where one looks.
+    """
 
     name: str
+    lands: bool
 
     def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
         """Return the accelerations at the beginning of a leg, shape (3 node,)."""

@@ -14,6 +14,7 @@ class Verlet:
     """One force a step, second order; its adjoint is the backpropagation of the paper."""
 
     name = "velocity verlet"
+    lands = False
 
     def __init__(self, kernels: Kernels):
         self.kernels = kernels

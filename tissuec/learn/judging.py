@@ -1,0 +1,185 @@
+"""How sure what was learnt is: intervals, and which combinations the data cannot tell.
+
+With J the derivatives of what was measured, in units of its noise, by the parameters, no
+unbiased estimate has a smaller covariance than (JᵀJ)⁻¹: the bound of Cramér and Rao. Least
+squares come to it where the noise is Gaussian and small enough for the model to be linear.
+Singular vectors of J whose singular values are as good as none are combinations that the data
+does not tell. (A. Raue et al., Bioinformatics 25:1923, 2009, on identifiability.)
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr, svd
+from scipy.stats import t as student
+
+from tissuec.core.errors import counted
+from tissuec.learn.outcome import Blind
+from tissuec.learn.problem import Problem
+from tissuec.network import Floats
+
+ROUNDING = 1e-7  # of the largest singular value: derivatives are no better than that
+VAGUE = 1.0  # standard deviation of a logarithm from which nothing is known: a factor e
+SHARE = 1e-3  # of a parameter's square in blind combinations: less says it is known
+SURE = 0.95
+SHOWN = 6  # names or factors in a sentence
+SCALED = ("mass", "spring constant", "viscosity")
+
+
+class Sureness(NamedTuple):
+    """How sure parameters are.
+
+    Attributes:
+        singular: Singular values of J, descending, shape (parameter,).
+        spread: Standard deviations of the parameters, shape (parameter,).
+        quantile: By how many of them the interval reaches to either side.
+        identified: Whether the data tells a parameter, shape (parameter,).
+        blind: Combinations that it does not tell.
+        noise: Standard deviation of each fit in SI units, shape (fit,).
+    """
+
+    singular: Floats
+    spread: Floats
+    quantile: float
+    identified: NDArray[np.bool_]
+    blind: tuple[Blind, ...]
+    noise: Floats
+
+
+def judge(
+    problem: Problem, theta: Floats, names: Sequence[str], kinds: Sequence[str]
+) -> Sureness:
+    """Return how sure some parameters are.
+
+    Args:
+        theta: Where the search ended, its whole horizon in use.
+        names: Of the parameters.
+        kinds: What each is, such as "spring constant".
+    """
+    left, before = problem.left(theta), problem.noise
+    rows = problem.jacobian(theta)
+    noise, freedom = _noise(problem, left, problem.size)
+    weighed = len(left)
+    own = rows[:weighed] * (before / noise)[problem.fits][:, None]
+    others = rows[weighed : weighed + len(problem.priors)]
+    _, singular, turned = svd(np.concatenate([own, others]), full_matrices=False)
+    singular = np.pad(singular, (0, problem.size - len(singular)))
+    turned = np.concatenate([turned, _completed(turned, problem.size)])
+    is_blind = (singular <= ROUNDING * singular[0]) | (singular * VAGUE <= 1.0)
+    unseen = np.square(turned[is_blind]).sum(axis=0)
+    seen = turned[~is_blind]
+    spread = np.sqrt(np.square(seen / singular[~is_blind, None]).sum(axis=0))
+    identified = unseen < SHARE
+    spread[~identified] = np.inf
+    blind = tuple(_blind(turned[is_blind], singular[is_blind], names, kinds))
+    quantile = float(student.ppf(0.5 + 0.5 * SURE, max(freedom, 1)))
+    return Sureness(singular, spread, quantile, identified, blind, noise)
+
+
+def _noise(problem: Problem, left: Floats, parameters: int) -> tuple[Floats, int]:
+    """Return the noise of each fit, and from how many free numbers it was found."""
+    total = max(len(left), 1)
+    freedom = max(len(left) - parameters, 1)
+    noise, known = np.empty(len(problem.lesson.fits)), True
+    for k, fit in enumerate(problem.lesson.fits):
+        mine = left[problem.fits == k]
+        found = np.sqrt(np.sum(mine**2) / max(len(mine) * freedom / total, 1e-300))
+        floor = 1e-13 * problem.spread[k]
+        noise[k] = max(float(found), floor) if fit.noise is None else fit.noise
+        known &= fit.noise is not None
+    return noise, (10**9 if known else freedom)
+
+
+def _completed(turned: Floats, size: int) -> Floats:
+    """Return further directions, at right angles to those that there are."""
+    if len(turned) == size:
+        return turned[:0]
+    whole, _ = qr(turned.T, mode="full")
+    return whole[:, len(turned) :].T
+
+
+def _blind(
+    space: Floats, singular: Floats, names: Sequence[str], kinds: Sequence[str]
+) -> list[Blind]:
+    """Return the combinations that a space of parameters is made of, the plainest first.
+
+    Args:
+        space: Orthonormal, shape (direction, parameter).
+    """
+    spread = float(1.0 / singular.max()) if len(singular) and singular.max() > 0 else np.inf
+    found: list[Blind] = []
+    alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
+    if len(alone):
+        found.append(_alone([names[k] for k in alone], spread))
+        space = _without(space, np.eye(space.shape[1])[alone])
+    together = np.array([kind in SCALED for kind in kinds], dtype=float)
+    if together.sum() > 1:
+        together /= np.linalg.norm(together)
+        if np.square(space @ together).sum() > 1.0 - SHARE:
+            found.append(_scale([kind for kind in SCALED if kind in kinds], spread))
+            space = _without(space, together[None])
+    found += [_mixture(row, names, spread) for row in _plain(space)]
+    return found
+
+
+def _without(space: Floats, known: Floats) -> Floats:
+    """Return what is left of a space at right angles to some directions."""
+    rest = space - (space @ known.T) @ known
+    _, sizes, rows = svd(rest, full_matrices=False)
+    return rows[sizes > 0.5]
+
+
+def _plain(space: Floats) -> Floats:
+    """Return a basis in which every direction has few parameters, each scaled to 1."""
+    if not len(space):
+        return space
+    _, upper, order = qr(space, mode="economic", pivoting=True)
+    count = len(space)
+    plain = np.zeros_like(space)
+    plain[:, order] = np.linalg.solve(upper[:, :count], upper)
+    return plain
+
+
+def _alone(names: Sequence[str], spread: float) -> Blind:
+    shown = ", ".join(names[:SHOWN])
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    verb = "has" if len(names) == 1 else "have"
+    return Blind(
+        f"{counted(len(names), 'number')} {verb} no influence on what was measured: "
+        f"{shown}{more}",
+        "leave them out of adjust, or measure where they act",
+        spread,
+    )
+
+
+_PLURALS = {
+    "mass": "masses",
+    "spring constant": "spring constants",
+    "viscosity": "viscosities",
+}
+
+
+def _scale(kinds: Sequence[str], spread: float) -> Blind:
+    *first, last = [_PLURALS[kind] for kind in kinds]
+    every = f"{', '.join(first)} and {last}" if first else last
+    return Blind(
+        f"multiplying all {every} by one number changes nothing that was measured: only their "
+        "ratios are known",
+        "give one mass (leave it out of adjust) or fit a measured force",
+        spread,
+    )
+
+
+def _mixture(row: Floats, names: Sequence[str], spread: float) -> Blind:
+    strongest = np.argsort(-np.abs(row), kind="stable")
+    parts = [k for k in strongest if abs(row[k]) > 0.05][: SHOWN + 1]
+    shown = ", ".join(f"{names[k]} ({row[k]:+.2f})" for k in parts[:SHOWN])
+    more = ", …" if len(parts) > SHOWN else ""
+    return Blind(
+        f"the data does not tell these apart, whose logarithms can change in this ratio: "
+        f"{shown}{more}",
+        "give one of them, or measure something else as well",
+        spread,
+    )
