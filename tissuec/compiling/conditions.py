@@ -22,6 +22,13 @@ from tissuec.scene.values import unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
+#: What could be taken for a measure, and what to write instead.
+NOT_MEASURED = {
+    "track": "in a learn block write: fit = positions(A) using columns …, "
+    "and then: expect error(held out) < 8 %",
+    "error": "it is known when a learning is over: expect error(held out) < 8 %",
+    "positions": "it stands in learn blocks: fit = positions(A); of one place, position(A)",
+}
 
 
 class Conditions:
@@ -77,6 +84,12 @@ class Conditions:
 
         return Expectation(decide, describe, start, stop, pinned, item.span)
 
+    def reading(self, node: s.Call | s.Name) -> Reading:
+        """Return what one measure is taken of, or reject it."""
+        if isinstance(node, s.Call):
+            return self._read(node.function.key, node, node.arguments)
+        return self._read(node.key, node, ())
+
     def log_subjects(
         self, measure: type[Measure], names: Sequence[s.Name]
     ) -> tuple[Subject, ...]:
@@ -111,6 +124,11 @@ class Conditions:
             key, arguments = self._counted(node, arguments)
         if key not in MEASURES:
             name = node.function if isinstance(node, s.Call) else node
+            if key in NOT_MEASURED:
+                self.findings.reject(
+                    "TIS701", f'"{name.text}" is not a measure', name.span,
+                    hint=NOT_MEASURED[key],
+                )  # fmt: skip
             self.findings.reject(
                 "TIS701",
                 f'"{name.text}" is not a measure',
