@@ -16,9 +16,9 @@ from tissuec.lesson import START_POSITION, START_VELOCITY, WORDS, Adjust, Per
 from tissuec.scene.declarations import without
 from tissuec.scene.given import limits_of
 from tissuec.scene.learn_clauses import Clauses
-from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
+from tissuec.scene.learn_entries import BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import LISTED, QUANTITIES
 
 ADJUST = "adjust"
 NONE = np.zeros(0, dtype=np.int64)
@@ -161,13 +161,14 @@ class AdjustReader:
             return Found(key, tissue.name, "tissue", NONE, limits_of(QUANTITIES[key]))
         constants = constants_of(tissue, self.scene)
         if key not in constants:
-            known = (*(one for one in ADJUSTED if one not in PLACED), *constants)
+            quantities = (one for one in LISTED if one not in BREAKING)
+            known = (*quantities, *constants)
             self.findings.pass_over_doubtful(key)
             self.findings.reject(
                 "TIS301",
                 f'there is nothing called "{name.text}" that {tissue.name} could have adjusted',
                 name.span,
-                hint=alternatives(key, known, what="can be"),
+                hint=alternatives(key, known, what="it has"),
             )
         found: Constant = constants[key]
         if found.kind is None:

@@ -124,11 +124,7 @@ class Conditions:
             key, arguments = self._counted(node, arguments)
         if key not in MEASURES:
             name = node.function if isinstance(node, s.Call) else node
-            if key in NOT_MEASURED:
-                self.findings.reject(
-                    "TIS701", f'"{name.text}" is not a measure', name.span,
-                    hint=NOT_MEASURED[key],
-                )  # fmt: skip
+            self._refuse_mistaken(name)
             self.findings.reject(
                 "TIS701",
                 f'"{name.text}" is not a measure',
@@ -143,6 +139,8 @@ class Conditions:
         measure = MEASURES[key]
         time, along, subjects = None, None, list[Subject]()
         for argument in arguments:
+            if isinstance(argument.value, s.Call):
+                self._refuse_mistaken(argument.value.function)
             if isinstance(argument.value, s.Name) and self._is_subject(argument.value):
                 subjects.append(self._subject(measure, argument.value))
                 along = self._along(argument, key) if argument.clauses else along
@@ -153,6 +151,12 @@ class Conditions:
         if len(subjects) != measure.subjects:
             self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
         return Reading(measure, tuple(subjects), time, along)
+
+    def _refuse_mistaken(self, name: s.Name) -> None:
+        """Reject what could be taken for a measure, and is none."""
+        if name.key in NOT_MEASURED:
+            message = f'"{name.text}" is not a measure'
+            self.findings.reject("TIS701", message, name.span, hint=NOT_MEASURED[name.key])
 
     def _counted(
         self, node: s.Call | s.Name, arguments: Sequence[s.Argument]

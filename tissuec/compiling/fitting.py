@@ -47,7 +47,7 @@ class FitReader:
         names, dimension = clauses.names("using"), LENGTH if self.is_timeless else TIME
         if not names:
             clauses.reject("TIS304", f"the column of the {entry} is not written")
-        (column, *more) = clauses.columns(names, dimension, what=f"the {entry}")
+        (column, *more) = clauses.columns(names, dimension, what="the column")
         if more:
             clauses.reject("TIS802", f"a {entry} is in one column", names[0].span)
         if not self.is_timeless:

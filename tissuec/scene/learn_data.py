@@ -107,12 +107,12 @@ class DataReader:
         return source.path.parent / path
 
     def _find(self, node: s.Name) -> Path:
-        name = node.quoted or ""
-        place = self._inside(name, node.span)
-        library = self.scope.library
+        name, source = node.quoted or "", node.span.source
+        place, library = self._inside(name, node.span), self.scope.library
         if (library is not None and library.kept is not None) or os.path.isfile(place):
             return place
-        hint = nearby(place, place.suffix).replace(f"{place.parent}/", "")
+        folder = source.path.parent if source.path else Path()
+        hint = nearby(place, place.suffix).replace(f"{folder}/", "")
         self.findings.reject(
             "TIS604", f'there is no file "{name}"', node.span, hint=hint,
             notes=(Note(f"searched {place.parent}"),),

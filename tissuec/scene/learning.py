@@ -21,6 +21,7 @@ from tissuec.scene.vocabulary import Vocabulary
 
 FIT, AGAINST, ADJUST = "fit", "against column", "adjust"
 AXES = ("time", "displacement")
+MOST_FORMS = 2  # of a sentence, in a hint
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,9 +178,10 @@ class LessonReader:
         self.places[entry] = item.span
 
     def _wrong_form(self, entry: str, item: s.Item) -> None:
-        forms = " or ".join(f"{form}" for form in SENTENCES[entry].forms)
+        forms = SENTENCES[entry].forms
+        shown = " or ".join(forms) if len(forms) <= MOST_FORMS else forms[0]
         message = f'"{entry}" is written in another form'
-        self.findings.reject("TIS312", message, item.span, hint=f"write: {forms}")
+        self.findings.reject("TIS312", message, item.span, hint=f"write: {shown}")
 
     # --- entries ------------------------------------------------------------------------------
 
