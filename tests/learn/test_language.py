@@ -449,6 +449,37 @@ def test_errors_can_be_joined_and_compared_with_numbers_of_the_scene(lesson):
     assert [demand.holds({"data": error}) for error in (0.05, 0.06, 1.0)] == [True, False, True]
 
 
+# --- mistakes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "code"),
+    [
+        ("learn fat", "lear fat", "TIS303"),  # expectations of learning follow from it
+        ("body liver", "bdy liver", "TIS303"),
+        ("set pressed = nodes", "set pressed = nods", "TIS312"),
+        ("tissue gum {", "tissue gum { mas = 3 mg; ", "TIS303"),
+        ("springs of cart", "springs of crt", "TIS301"),
+        ("x > 12 mm", "x > 12 s", "TIS502"),
+        ("param depth = 3 mm", "param depth = 3 s + 3 mm", "TIS502"),
+        ('use "fuzzy/soft_tissue"', 'use "fuzzy/soft_tisue"', "TIS601"),
+        ("duration = 0.5 s", "duration = 0.5 mm", "TIS502"),
+        ("fit = force(front)", "let fit = force(front)", "TIS303"),
+        ('column "t_s"', 'columns " "', "TIS312"),
+        ("{ depth = 2 mm }", "{ param depth = 2 mm }", "TIS303"),
+    ],
+)
+def test_what_only_follows_from_a_mistake_is_not_told(compiled, tmp_path, right, wrong, code):
+    compiled("")  # puts the data there
+    path, text = tmp_path / "scene.tis", SCENE + GOOD
+    assert right in text
+    path.write_text(text.replace(right, wrong, 1), encoding="utf-8")
+    with pytest.raises(CompileError) as error:
+        compile_request(Request(read_source(path, "scene.tis")))
+    errors = [one for one in error.value.diagnostics if one.severity == "error"]
+    assert [one.code for one in errors] == [code]
+
+
 # --- the table of entries ---------------------------------------------------------------------
 
 

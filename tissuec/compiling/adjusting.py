@@ -191,6 +191,8 @@ class AdjustReader:
         division = self._division(key, target, per)
         members = target.springs if "spring" in PARTED[key] else target.nodes
         if members is None or not len(members):
+            if self.findings.errors:
+                self.findings.stop()  # such as a table of springs that was found wrong
             needed = "springs" if "spring" in PARTED[key] else "nodes"
             message = f"{target.name} has no {needed}, and a {key} is one of {needed}"
             self.findings.reject("TIS801", message, name.span)

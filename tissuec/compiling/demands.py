@@ -103,7 +103,7 @@ class DemandReader:
     def read(self, item: s.Expect) -> dict[str, Demand]:
         """Return what is expected of each lesson that has what is asked for, by its name."""
         if not self.lessons:
-            if self.findings.is_doubtful("learn"):
+            if self.findings.may_be_misspelt("learn"):
                 self.findings.stop()
             self.findings.reject(
                 "TIS803", "there is no learn block whose error could be told",

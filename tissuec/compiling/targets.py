@@ -54,6 +54,8 @@ class Targets:
     @property
     def _is_whole(self) -> bool:
         declared = self.scene.declarations
+        if any(map(self.findings.may_be_misspelt, ("body", "joint"))):
+            return False
         return len(self.scene.bodies) == len(declared.of("body")) and len(
             self.scene.joints
         ) == len(declared.of("joint"))

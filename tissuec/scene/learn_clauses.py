@@ -127,7 +127,7 @@ class Clauses:
             return ()
         name = names[0]
         kind = s.key_of(name.words)
-        if kind not in (COLUMN, COLUMNS) or not name.quoted:
+        if kind not in (COLUMN, COLUMNS) or not (name.quoted or "").strip():
             self.reject("TIS312", "a column is written in another form", name.span)
         unit, texts = self._unit(dimension, what), [name.quoted or ""]
         if kind == COLUMNS:

@@ -124,11 +124,12 @@ class DataReader:
         with self.findings.together():
             for inner in item.items:
                 with self.findings.item():
-                    if not isinstance(inner, s.Assign) or inner.clauses or inner.bounds:
+                    if not _is_plain(inner):
                         self.findings.reject(
                             "TIS303", "only params of the scene can stand here", inner.span,
                             hint=f"for example: {SENTENCES[DATA].forms[1]}",
                         )  # fmt: skip
+                    assert isinstance(inner, s.Assign)
                     if inner.name.key in found:
                         message = f'"{inner.name.text}" is written twice'
                         self.findings.reject("TIS307", message, inner.name.span)
@@ -192,3 +193,10 @@ class DataReader:
                 hint="write to another file",
             )  # fmt: skip
         return place
+
+
+def _is_plain(item: s.Item) -> bool:
+    """Return whether an item sets something, and no more."""
+    if not isinstance(item, s.Assign):
+        return False
+    return not (item.keyword or item.bounds or item.clauses)

@@ -161,6 +161,7 @@ class LessonReader:
         known = (*SENTENCES, *schema.entries_of(LearnSettings))
         for entry in known:
             if words == entry or words.startswith(f"{entry} "):
+                self._refuse_binding(item)
                 return entry if entry in SENTENCES else None
         key = words if did_you_mean(words, known) else words.partition(" ")[0]
         self.findings.reject(
@@ -169,6 +170,11 @@ class LessonReader:
             item.name.span,
             hint=alternatives(key, known, what="entries"),
         )
+
+    def _refuse_binding(self, item: s.Assign | s.Sentence | s.Block) -> None:
+        if isinstance(item, s.Assign) and (item.keyword or item.bounds):
+            message = "a param or let stands outside of blocks"
+            self.findings.reject("TIS303", message, item.span)
 
     def _once(self, entry: str, item: s.Item) -> None:
         if entry in self.places:
@@ -201,6 +207,8 @@ class LessonReader:
 
     def _against(self, item: s.Sentence, previous: s.Item | None) -> None:
         if not self.fits or self.fits[-1][0] is not previous:
+            if isinstance(previous, s.Assign) and previous.name.key == FIT:
+                self.findings.stop()  # the fit was found wrong itself
             self.findings.reject(
                 "TIS306", "a column stands against no fit: the line above is none", item.span,
                 hint="put it on the line behind its fit, or write: fit = … using column …",
