@@ -12,7 +12,7 @@ from tissuec.measures import MEASURES, Measure, Subject
 from tissuec.measures.vector import Vector
 from tissuec.network import Floats
 from tissuec.scene.learn_clauses import Clauses
-from tissuec.scene.learning import AGAINST, FIT
+from tissuec.scene.learn_model import AGAINST, FIT
 
 #: Endings of results, which know what is what; all else is a table.
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".h5md")

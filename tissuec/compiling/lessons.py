@@ -16,7 +16,7 @@ from tissuec.lang import syntax as s
 from tissuec.lesson import REST_LENGTH, WORDS, Adjust, Axis, Demand, Fit, Lesson
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_entries import SCALED
-from tissuec.scene.learning import WrittenLesson
+from tissuec.scene.learn_model import WrittenLesson
 from tissuec.scene.model import Scene
 from tissuec.scene.quantities import QUANTITIES
 

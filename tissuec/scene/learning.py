@@ -1,7 +1,6 @@
 """Learn blocks, as far as they need no mesh: data, what is held out, and how is learnt."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 from tissuec.core.errors import Note, alternatives, did_you_mean
@@ -9,44 +8,17 @@ from tissuec.core.fields import Measure
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
-from tissuec.lesson import Data
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared, without
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_data import DataReader
 from tissuec.scene.learn_entries import SENTENCES, LearnSettings
+from tissuec.scene.learn_model import ADJUST, AXES, FIT, WrittenLesson
 from tissuec.scene.parameters import Constants
 from tissuec.scene.vocabulary import Vocabulary
 
-FIT, AGAINST, ADJUST = "fit", "against column", "adjust"
-AXES = ("time", "displacement")
 MOST_FORMS = 2  # of a sentence, in a hint
-
-
-@dataclass(frozen=True, slots=True)
-class WrittenLesson:
-    """A learn block whose sentences about nodes and springs are still to be read.
-
-    Attributes:
-        axis: What rows of tables are sorted by, if that is written.
-        fits: Each with the ``against column`` behind it, if there is one.
-        names: Of the data, as written, by the names of the files.
-        is_whole: Whether all of this could be read.
-    """
-
-    name: s.Name
-    data: tuple[Data, ...]
-    names: Mapping[str, str]
-    axis: s.Sentence | None
-    fits: tuple[tuple[s.Assign, s.Sentence | None], ...]
-    adjusts: tuple[s.Assign | s.Sentence, ...]
-    last_part: float
-    revise: tuple[str, ...]
-    settings: LearnSettings
-    write: Path | None
-    is_whole: bool
-    span: Span
 
 
 def read_lessons(
