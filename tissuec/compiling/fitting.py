@@ -15,7 +15,7 @@ from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_model import AGAINST, FIT
 
 #: Endings of results, which know what is what; all else is a table.
-RESULTS = (".vtkhdf", ".h5", ".hdf5", ".h5md")
+RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf", ".h5md")
 #: What jumps, or is none of the motion: no slope leads to it.
 JUMPING = ("nodes", "springs", "pieces", "count", "ruptured", "energy drift")
 FREE_ZERO = "free zero"
