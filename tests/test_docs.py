@@ -5,7 +5,7 @@ Every fenced block of a page is taken in order, in a folder of the page's own:
 - ``tis NAME`` is a file of that name, ``tis + NAME`` more lines of it, ``tis`` a file without a
   name; all are checked. A ``tis`` block that does not begin with "language" is a part of a
   scene: what it leaves out is taken from ``SCAFFOLD``.
-- ``wrong NAME`` is a file with mistakes.
+- ``wrong NAME`` is a file with mistakes, ``csv NAME`` a table.
 - ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
   line, and for any lines where it stands alone. ``VARYING`` parts need not agree, such as
   what the clock, or the last digits of the processor, decide.
@@ -131,6 +131,9 @@ class Reader:
         path = Path(block.name)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(block.text, encoding="utf-8")
+
+    def csv(self, block: Block) -> None:
+        self.wrong(block)
 
     def console(self, block: Block) -> None:
         commands = re.split(r"^\$ ", block.text, flags=re.MULTILINE)

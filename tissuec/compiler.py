@@ -17,15 +17,16 @@ from tissuec.compiling.drawing import Drawing, draw
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
 from tissuec.compiling.joints import JointArrays, build_joints
+from tissuec.compiling.lessons import compile_lessons, split_expectations
 from tissuec.compiling.outputs import OutputReader
-from tissuec.compiling.readings import asks_for_learning
 from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
 from tissuec.compiling.threads import renumbered
 from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.integrators import INTEGRATORS
-from tissuec.lang.syntax import key_of
+from tissuec.lang.syntax import Expect, key_of
 from tissuec.laws import LINEAR
+from tissuec.lesson import Lesson
 from tissuec.meshes import Celled
 from tissuec.network import BodyPart, Indices, JointPart, Network, Provenance
 from tissuec.plan import RELAXATION, Event, Expectation, Plan, Simulation
@@ -46,12 +47,14 @@ class Compiled:
 
     Attributes:
         groups: Sets and bodies by name, for checks and reports.
+        lessons: The learn blocks, in the order of the text.
     """
 
     scene: Scene
     network: Network
     plan: Plan
     groups: Groups
+    lessons: tuple[Lesson, ...] = ()
 
     def named_groups(self) -> Iterator[NamedGroup]:
         """Yield sets, regions, and the nodes that carry the shapes of tools."""
@@ -100,10 +103,14 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     network = with_memory(with_tools(joined, tools, scene.environment))
     _refuse_method(scene, network, findings)
     groups.choose_all()
-    plan = _plan(scene, network, groups, findings, is_whole=is_whole)
+    duration = scene.simulation.duration
+    conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
+    expects, of_learning = split_expectations(scene.declarations.expects)
+    plan = _plan(scene, network, conditions, expects, is_whole=is_whole)
+    lessons = compile_lessons(scene, conditions, of_learning)
     findings.raise_errors()
     assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
-    return Compiled(scene, network, plan, groups)
+    return Compiled(scene, network, plan, groups, lessons)
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
@@ -248,15 +255,20 @@ def _adds_energy(simulation: Simulation) -> bool:
 
 
 def _plan(
-    scene: Scene, network: Network, groups: Groups, findings: Findings, *, is_whole: bool
+    scene: Scene,
+    network: Network,
+    conditions: Conditions,
+    expects: Sequence[Expect],
+    *,
+    is_whole: bool,
 ) -> Plan:
     """Return what happens in a scene.
 
     Args:
-        is_whole: Whether ``network`` has all bodies that ``groups`` know.
+        expects: What is expected of the run.
+        is_whole: Whether ``network`` has all bodies that the groups of ``conditions`` know.
     """
-    duration = scene.simulation.duration
-    conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
+    groups, findings, duration = conditions.groups, conditions.findings, conditions.duration
     single = scene.declarations.single
     script = Script()
     if "script" in single:
@@ -280,12 +292,7 @@ def _plan(
     )
     output = outputs.read(single["output"].items if "output" in single else ())
     expectations: list[Expectation] = []
-    learns = scene.declarations.of("learn") or findings.is_doubtful("learn")
-    for item in scene.declarations.expects:
-        if learns and asks_for_learning(item.condition):
-            text = "this expectation is about learning and is not judged by this version"
-            findings.add("W701", text, item.span)
-            continue
+    for item in expects:
         with findings.item():
             expectations.append(conditions.expectation(item))
     return Plan(

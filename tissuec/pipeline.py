@@ -22,6 +22,7 @@ from tissuec.core.source import Source
 from tissuec.plan import Plan
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import DISK, Files, Program, load, read_source
+from tissuec.scene.learning import refuse_without_scene
 from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
@@ -93,7 +94,10 @@ def check_request(
     program = _loaded(request, findings)
     if program.is_scene:
         return _compile(program, request, findings, thorough=thorough)
-    return None, read_words(request)[1]
+    words, warnings = read_words(request)
+    refuse_without_scene(words.declarations, findings)
+    findings.raise_errors()
+    return None, warnings
 
 
 def _loaded(request: Request, findings: Findings) -> Program:

@@ -46,6 +46,24 @@ def test_a_number_is_said_in_si_units(written, value):
     assert at(text, written) == f"`{written}` is {value}"
 
 
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("adjust", "What may change"), ("stiffening", "to be learnt"), ("passes", "optimiser"),
+        ("positions", "each for itself"), ("free zero", "unknown constant"),
+        ("node", "number of its own"), ("least squares", ""),
+    ],
+)  # fmt: skip
+def test_entries_of_learn_blocks_are_explained(place, words):
+    text = (
+        'language 1\nlearn t { fit = positions(A) using columns "a" in mm with free zero\n'
+        "adjust stiffening\nadjust mass of A per node; passes = 3; method is least squares }\n"
+    )
+    found = at(text, place)
+    assert found
+    assert words in found
+
+
 def test_the_unit_of_a_vector_is_what_one_of_it_is():
     assert "`mm` is `0.001 m`" in said("language 1\nlet a = (1, 2, 3) m‸m\n")
 

@@ -22,6 +22,13 @@ from tissuec.scene.values import unit_vector
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
+#: What could be taken for a measure, and what to write instead.
+NOT_MEASURED = {
+    "track": "in a learn block write: fit = positions(A) using columns …, "
+    "and then: expect error(held out) < 8 %",
+    "error": "it is known when a learning is over: expect error(held out) < 8 %",
+    "positions": "it stands in learn blocks: fit = positions(A); of one place, position(A)",
+}
 
 
 class Conditions:
@@ -77,6 +84,12 @@ class Conditions:
 
         return Expectation(decide, describe, start, stop, pinned, item.span)
 
+    def reading(self, node: s.Call | s.Name) -> Reading:
+        """Return what one measure is taken of, or reject it."""
+        if isinstance(node, s.Call):
+            return self._read(node.function.key, node, node.arguments)
+        return self._read(node.key, node, ())
+
     def log_subjects(
         self, measure: type[Measure], names: Sequence[s.Name]
     ) -> tuple[Subject, ...]:
@@ -111,6 +124,7 @@ class Conditions:
             key, arguments = self._counted(node, arguments)
         if key not in MEASURES:
             name = node.function if isinstance(node, s.Call) else node
+            self._refuse_mistaken(name)
             self.findings.reject(
                 "TIS701",
                 f'"{name.text}" is not a measure',
@@ -125,6 +139,8 @@ class Conditions:
         measure = MEASURES[key]
         time, along, subjects = None, None, list[Subject]()
         for argument in arguments:
+            if isinstance(argument.value, s.Call):
+                self._refuse_mistaken(argument.value.function)
             if isinstance(argument.value, s.Name) and self._is_subject(argument.value):
                 subjects.append(self._subject(measure, argument.value))
                 along = self._along(argument, key) if argument.clauses else along
@@ -135,6 +151,12 @@ class Conditions:
         if len(subjects) != measure.subjects:
             self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
         return Reading(measure, tuple(subjects), time, along)
+
+    def _refuse_mistaken(self, name: s.Name) -> None:
+        """Reject what could be taken for a measure, and is none."""
+        if name.key in NOT_MEASURED:
+            message = f'"{name.text}" is not a measure'
+            self.findings.reject("TIS701", message, name.span, hint=NOT_MEASURED[name.key])
 
     def _counted(
         self, node: s.Call | s.Name, arguments: Sequence[s.Argument]

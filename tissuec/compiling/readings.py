@@ -7,7 +7,6 @@ import numpy as np
 
 from tissuec.core.units import NUMBER, show
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import walk
 from tissuec.measures import Measure, Subject
 from tissuec.measures.moment import Moment
 from tissuec.network import Floats
@@ -15,7 +14,6 @@ from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
 
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
-LEARNED = ("error", "track")  # measures of learning, which only a learn block can fill
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,8 +104,3 @@ def _sides(node: s.Expression) -> list[s.Expression]:
         case _:
             sides = [node]
     return [side for side in sides if not isinstance(side, s.Number | s.Quantity)]
-
-
-def asks_for_learning(node: s.Expression) -> bool:
-    """Return whether a condition measures what only a learn block has."""
-    return any(isinstance(part, s.Call) and part.function.key in LEARNED for part in walk(node))

@@ -34,6 +34,8 @@ def inside(head: Statement, outer: Block) -> Block:
             return Block(" ".join(words[:2]), _behind_is(head))
         case "output", "surface":
             return Block("surface", _chosen(head.items, "kind"))
+        case "learn", "data":
+            return Block("data")
         case "script", _:
             return Block("script", "inner")
         case _:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from tissuec.compiling.fitting import RESULTS
 from tissuec.core.units import (
     SYMBOLS,
     Dimension,
@@ -28,6 +29,8 @@ from tissuec.scene.meanings import RESERVED as MEANINGS
 MOST_FILES = 1000
 #: Endings of files with numbers.
 TABLES = (".csv",)
+#: Of files with measurements; all of them hold tables, or are results.
+MEASURED = (".csv", ".tsv", ".txt", *RESULTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,7 +242,9 @@ def _used(view: View) -> Iterator[tuple[str, str]]:
 def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
     """Yield mesh files, or tables, beside a scene and in libraries."""
     library = Library.of(view.source, view.desk.libraries)
-    endings = TABLES if kind == "table" else tuple(FORMATS)
+    endings = {"table": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
+        kind, tuple(FORMATS)
+    )
     for folder in dict.fromkeys((library.beside, *library.folders)):
         for path in _some_files(folder):
             if path.suffix.lower() in endings:

@@ -24,5 +24,9 @@ FOLLOWING: dict[tuple[str, str], tuple[str, ...]] = {
     ("rules", ""): ("is",),
     ("quantity", ""): ("to", "is", "from", "until", "of"),
     ("property", ""): ("from", "to", "until"),
+    ("learn", ""): (
+        "using", "in", "every", "to", "weighing", "with", "along", "of", "from", "around", "by",
+        "per", "is",
+    ),
     ("script", ""): ("to", "every", "and", "or", "not", "between", "along"),
 }  # fmt: skip

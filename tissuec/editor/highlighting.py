@@ -200,7 +200,7 @@ def _inside(kind: str) -> list[Rule]:
         case "script":
             return _include("orders")
         case "learn":
-            return _include("measures")
+            return _block(*_learning(known))
         case "rules":
             chosen = {name: term for name, term in known.items() if name not in RESERVED}
             return _block(_entries(chosen), *_rules())
@@ -226,6 +226,34 @@ def _block(*rules: Rule) -> list[Rule]:
 def _entries(known: Mapping[str, Term]) -> Rule:
     """Return the rule of the entries of a block."""
     return _rule(rf"{_START}({_any(known)})", {1: "entry"})
+
+
+def _learning(known: Mapping[str, Term]) -> list[Rule]:
+    """Return what stands in a learn block."""
+    return [
+        _rule(rf"{_START}(adjust)\s+({_any(terms.adjusted())})", {1: "entry", 2: "entry"}),
+        _entries(known),
+        *_called({name: term for name, term in terms.fitted().items() if term.behind == "("}),
+        _listed_behind("using", terms.COLUMN, "entry"),
+        _listed_behind("with", terms.FREE_ZERO, "word"),
+        _listed_behind("per", terms.DIVISIONS, "word"),
+        {
+            "begin": r"(?<=adjust)\s*(=)\s*(\[)",
+            "beginCaptures": _captures({1: "sign", 2: "sign"}),
+            "end": r"\]|$",
+            "endCaptures": {"0": {"name": SCOPES["sign"]}},
+            "patterns": [
+                _rule(rf"\b({_any(terms.adjusted())})", {1: "entry"}),
+                *_include("basics", "expression"),
+            ],
+        },
+        _braces([*_include("basics", "expression")]),
+    ]
+
+
+def _listed_behind(word: str, found: Mapping[str, Term], kind: str) -> Rule:
+    """Return the rule of words that stand behind a joining word."""
+    return _rule(rf"\b({word})\s+({_any(found)})", {1: "keyword", 2: kind})
 
 
 def _logged(known: Mapping[str, Term]) -> Rule:
@@ -346,7 +374,11 @@ def _measured() -> list[Rule]:
             rf"\b((?i:count))\s*(\()\s*({_any(terms.COUNTED)})",
             {1: "measure", 2: "sign", 3: "word"},
         ),
-        *_called(terms.measures()),
+        _rule(
+            rf"\b({_any(terms.errors())})\s*(\()\s*({_any(terms.ERRORS_OF)})",
+            {1: "measure", 2: "sign", 3: "word"},
+        ),
+        *_called({**terms.measures(), **terms.errors()}),
         _listed(terms.RUN, r"(?<=\bover)\s+"),
     ]
 

@@ -29,6 +29,8 @@ SUBJECTS = ("set", "body", "joint", "tool")
 #: All of these differ from one another, so that a name tells which of them it is.
 ONE_NAMESPACE = (*NUMBERS, *SUBJECTS)
 
+#: What is written like a measure, too.
+_MEASURED = ("count", "positions", "error")
 _CLAUSES = frozenset((*TIME_WORDS, *JOINING_WORDS))
 
 
@@ -217,7 +219,7 @@ class _Reading:
         return key_of(" ".join(part.text for part in self.parts[start:index]))
 
     def _in_measure(self) -> bool:
-        return any(call in MEASURES or call == "count" for call in self.calls)
+        return any(call in MEASURES or call in _MEASURED for call in self.calls)
 
     # --- runs of words ------------------------------------------------------------------------
 
@@ -270,7 +272,9 @@ class _Reading:
                 yield from self._part(start, stop)
             case "script":
                 yield from self._order(start, stop)
-            case "table" | "learn" | "unknown":
+            case "data":
+                yield self._phrase(start, stop, Expected(names=("param",)))
+            case "table" | "unknown":
                 yield self._phrase(start, stop, Expected())
             case _:
                 yield from self._entry(start, stop)
@@ -318,7 +322,9 @@ class _Reading:
                 self.subject = phrase.key
                 yield phrase
                 if self._is_open(end, stop):
-                    yield self._phrase(end, stop, self._named_with(phrase.key))
+                    named = self._phrase(end, stop, self._named_with(phrase.key))
+                    self.object = named.key
+                    yield named
                 return
         self.subject = typed.key
         yield typed
@@ -326,6 +332,10 @@ class _Reading:
     def _named_with(self, entry: str) -> Expected:
         if entry == "region":
             return Expected(declares="region")
+        if entry == "adjust":
+            return Expected((t.adjusted(),), ("param",))
+        if self.block.kind == "learn" and entry in ("against column", "write"):
+            return Expected()
         takes_file = t.entries(self.block)[entry].behind == t.IN_QUOTES
         return Expected(files=entry) if takes_file else Expected()
 
@@ -411,8 +421,16 @@ class _Reading:
                 return Expected(names=SUBJECTS) if call == "[" else Expected((t.CHOSEN_FROM,))
             case "", "hedge":
                 return self._number(t.HEDGE_TERMS)
-            case ("", "expect") | ("script", "when") | ("learn", _):
+            case ("", "expect"):
+                return self._number(t.measures(), t.errors())
+            case ("script", "when"):
                 return self._number(t.measures())
+            case ("learn", _) if self.subject in ("data", "hold out") and self.behind_equal:
+                return Expected(files="data")
+            case ("learn", _) if self.subject == "adjust":
+                return Expected((t.adjusted(),), ("param",))
+            case ("learn", _) if self.subject == "fit":
+                return self._number(t.fitted())
             case "", "table":
                 return Expected((t.CHOSEN_FROM,))
             case (("property" | "quantity"), _):
@@ -427,6 +445,8 @@ class _Reading:
 
     def _argument(self, before: Lexeme, call: str) -> Expected:
         """Return what a measure is taken of, or where and when."""
+        if call == "error":
+            return Expected((t.ERRORS_OF,))
         if before.text == "along":
             return self._number()
         if call == "count" and before.text == "(":
@@ -453,6 +473,8 @@ class _Reading:
                 return self._number()._replace(dimension=units.LENGTH)
             case "joint":
                 return Expected(names=("set", "body"))
+            case "learn":
+                return self._in_learning(word)
             case "output" if word in ("of", "to"):
                 return Expected(names=SUBJECTS)
             case "output":
@@ -461,6 +483,30 @@ class _Reading:
                 return Expected((t.SPREADS,))
             case "mesh" if word == "in":
                 return Expected(unit=True, dimension=units.LENGTH)
+            case _:
+                return self._number()
+
+    def _in_learning(self, word: str) -> Expected:
+        """Return what stands behind a joining word of a learn block."""
+        match self.subject, word:
+            case _, "using":
+                return Expected((t.COLUMN,))
+            case _, "with":
+                return Expected((t.FREE_ZERO,))
+            case _, "in":
+                return Expected(unit=True, dimension=self.measure)
+            case _, "per":
+                return Expected((t.DIVISIONS,))
+            case "revise rules", "of":
+                return Expected(names=("rules",))
+            case "adjust", "of" if self.object == "words":
+                return Expected(names=("quantity", "property"))
+            case "adjust", "of":
+                return Expected(names=("tissue", "set", "body", "joint", "region"))
+            case _, "of":
+                return Expected(names=("set", "body"))
+            case _, "every":
+                return self._number()._replace(dimension=units.TIME)
             case _:
                 return self._number()
 

@@ -9,13 +9,15 @@ from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from tissuec.compiling.courses import PROFILES
+from tissuec.compiling.demands import ALL, ERROR, HELD_OUT
 from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several
-from tissuec.core.markdown import code, described, fenced, summary
-from tissuec.core.units import PRESSURE, Dimension, describe, show
+from tissuec.core.markdown import code, described, fenced, paragraphs, summary
+from tissuec.core.units import LENGTH, NUMBER, PRESSURE, Dimension, describe, show
 from tissuec.fuzzy.operators import CHOICES
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.lesson import POSITIONS, WORDS
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.plan import RELAXATION
@@ -26,6 +28,15 @@ from tissuec.scene.entries import default_in_words, form_of, kind_in_words
 from tissuec.scene.expressions import FUNCTIONS
 from tissuec.scene.joints import JOINT_ENTRIES
 from tissuec.scene.laws import LAW_KINDS
+from tissuec.scene.learn_entries import (
+    ADJUSTED,
+    DIMENSIONS,
+    DIVIDED,
+    METHODS,
+    SENTENCES,
+    STEPPING,
+    LearnSettings,
+)
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.scales import SHAPES
@@ -172,6 +183,8 @@ def entries(block: Block) -> Terms:
             return _meant("rules", {"if": " "}, **chosen)
         case Block("output"):
             return _of_output()
+        case Block("learn"):
+            return _of_learning()
         case _:
             return {}
 
@@ -224,6 +237,26 @@ def _of_output() -> Terms:
         if name in MEASURES
     }
     return logged | own
+
+
+def _of_learning() -> Terms:
+    """Return the entries of a learn block: sentences, and settings by their schema."""
+    behind = dict.fromkeys(("data", "hold out", "against column", "write"), IN_QUOTES)
+    behind |= {"fit": " = ", "time": " using ", "displacement": " of ", "revise rules": " of "}
+    behind["against column"] = IN_QUOTES
+    sentences: dict[str, Term] = {}
+    for name, entry in SENTENCES.items():
+        forms = fenced("\n".join(entry.forms), "tis")
+        about = f"{forms}\n\n{paragraphs(entry.about)}"
+        sentences[name] = Term(name, ENTRY, about, entry.forms[0], behind.get(name, " "))
+    settings_of = {name: _entry(entry) for name, entry in entries_of(LearnSettings).items()}
+    settings_of["integrator"] = _entry(
+        entries_of(LearnSettings)["integrator"],
+        {name: term for name, term in integrators().items() if name in STEPPING},
+    )
+    dashed = {name: Term(f'"{name}"' if "-" in name else name, CHOICE) for name in METHODS}
+    settings_of["method"] = _entry(entries_of(LearnSettings)["method"], dashed)
+    return sentences | settings_of
 
 
 def _rupture() -> Terms:
@@ -302,6 +335,36 @@ def measures() -> Terms:
 
 
 @cache
+def fitted() -> Terms:
+    """Return what a learn block can compare with data."""
+    about = "The places of all nodes of a set, each for itself."
+    places = Term(POSITIONS, MEASURE, about, "positions(A)", "(", LENGTH)
+    return {**measures(), POSITIONS: places}
+
+
+@cache
+def errors() -> Terms:
+    """Return what is expected of a learning."""
+    about = "How far the scene is from what was measured, relative to it, after a learning."
+    return _by_label([Term(ERROR, MEASURE, about, "error(held out)", "(", NUMBER)])
+
+
+@cache
+def adjusted() -> Terms:
+    """Return what a learn block can adjust, of which constants of laws are the last."""
+    found = {
+        name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learnt", "", " of ")
+        for name in ADJUSTED
+        if name in DIMENSIONS
+    }
+    found[WORDS] = Term(WORDS, ENTRY, "The words of a quantity or property.", "", " of ")
+    laws = (law for family in (SPRING_LAWS, VISCOSITY_LAWS) for law in family.values())
+    constants = (name for law in laws for name in entries_of(law))
+    about = "A constant of a law, to be learnt."
+    return {name: Term(name, ENTRY, about, "", " of ") for name in constants} | found
+
+
+@cache
 def conditions() -> Terms:
     """Return what nodes and springs are chosen by."""
     return _by_label(Term(name, MEASURE, about) for name, about in meanings.CONDITIONS.items())
@@ -350,6 +413,10 @@ HEDGE_TERMS = _by_label(
     )
 )
 DIRECTION_TERMS = plain(CHOICE, DIRECTIONS)
+FREE_ZERO = plain(CHOICE, ["free zero"], "An unknown constant was added to what was measured.")
+DIVISIONS = plain(CHOICE, DIVIDED, "Each has a number of its own.")
+ERRORS_OF = plain(CHOICE, [HELD_OUT, ALL], "Whose error is meant.")
+COLUMN = plain(ENTRY, ["column", "columns"], 'Of a table: column "force_N", columns "x y z".')
 LOG_SCALE = plain(CHOICE, ["log scale"], "All that follows happens in the logarithm.")
 CHOSEN_FROM = plain(CHOICE, ["nodes", "springs"])
 COUNTED = plain(CHOICE, ["nodes", "springs", "pieces"])

@@ -6,7 +6,7 @@ from math import isfinite
 from tissuec.compiling.courses import PROFILES
 from tissuec.compiling.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
-from tissuec.core.markdown import code, described, fenced, summary, table
+from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
 from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.instruments import INSTRUMENTS
@@ -21,6 +21,14 @@ from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.entries import entry_table
 from tissuec.scene.expressions import FUNCTIONS
 from tissuec.scene.joints import JOINT_ENTRIES
+from tissuec.scene.learn_entries import (
+    ADJUSTED,
+    DIMENSIONS,
+    PARTED,
+    PLACED,
+    SENTENCES,
+    LearnSettings,
+)
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES, Quantity
 from tissuec.scene.schema import entries_of
@@ -54,6 +62,9 @@ def parts() -> dict[str, str]:
         "surfaces": law_sections("kind", SURFACES),
         "measures": measure_table(),
         "integrators": integrator_table(),
+        "learn sentences": sentence_sections(),
+        "learn settings": entry_table(entries_of(LearnSettings)),
+        "adjusted": adjusted_table(),
     }
 
 
@@ -219,6 +230,31 @@ def verb_sections() -> str:
         f"#### `{name}`\n\n{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}"
         for name, verb in VERBS.items()
     )
+
+
+def sentence_sections() -> str:
+    """Return a section for each kind of sentence of a learn block."""
+    sections = []
+    for name, entry in SENTENCES.items():
+        needed = " Needed." if entry.is_needed else ""
+        forms, about = fenced("\n".join(entry.forms)), paragraphs(entry.about)
+        sections.append(f"#### `{name}` of learning\n\n{forms}\n\n{about}{needed}")
+    return "\n\n".join(sections)
+
+
+def adjusted_table() -> str:
+    """Return what of tissues and what of nodes and springs can be adjusted."""
+    rows = [
+        (
+            code(name),
+            describe(DIMENSIONS[name]),
+            "no" if name in PLACED else "yes",
+            " or ".join(code(f"per {one}") for one in PARTED.get(name, ())),
+        )
+        for name in ADJUSTED
+        if name in DIMENSIONS
+    ]
+    return table(("quantity", "is", "of a tissue", "of a set, body or region"), rows)
 
 
 def measure_table() -> str:

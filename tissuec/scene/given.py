@@ -6,7 +6,16 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Given
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import QUANTITIES, Quantity
+
+
+def limits_of(quantity: Quantity) -> Measure:
+    """Return between which limits a quantity can be written."""
+    if quantity.name == "prestress":
+        return Measure(quantity.dimension, above=-10.0, at_most=0.99)
+    if quantity.may_be_zero:
+        return Measure(quantity.dimension, at_least=0.0)
+    return Measure(quantity.dimension, above=0.0)
 
 
 def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
@@ -15,11 +24,7 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
     ``per 1 mm`` behind it makes it a value for springs of that length.
     """
     quantity = QUANTITIES[name]
-    low = {"at_least": 0.0} if quantity.may_be_zero and name != "prestress" else {"above": 0.0}
-    limits = {"above": -10.0, "at_most": 0.99} if name == "prestress" else low
-    value = schema.read_value(
-        Measure(quantity.dimension, **limits), item.value, scope, what=name
-    )
+    value = schema.read_value(limits_of(quantity), item.value, scope, what=name)
     length = None
     for clause in item.clauses:
         if clause.word != "per" or not quantity.scales:

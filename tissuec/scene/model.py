@@ -13,6 +13,7 @@ from tissuec.meshes import Generator
 from tissuec.network import Floats
 from tissuec.plan import Simulation
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.learn_model import WrittenLesson
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import Quantity, Spread
 from tissuec.scene.vocabulary import Vocabulary
@@ -256,3 +257,4 @@ class Scene:
     tools: Mapping[str, Tool]
     environment: Environment
     simulation: Simulation
+    lessons: Mapping[str, WrittenLesson]

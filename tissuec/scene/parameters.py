@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NoReturn
 
 from tissuec.core.errors import CompileError, Note, alternatives
 from tissuec.lang import syntax as s
@@ -76,6 +77,20 @@ class Constants(Scope):
             and (value := self.definitions.values.get(key)) is not None
         ]
 
+    def try_override(self, item: s.Assign) -> None:
+        """Reject what could not be set on the command line in the place of a param."""
+        params = {p.item.name.key: p.item.name.text for p in self.parameters()}
+        key = item.name.key
+        if key not in params:
+            self.findings.pass_over_doubtful(key)
+            if key in self.declared and self.declared[key].keyword == "param":
+                self.findings.stop()  # it was found wrong itself
+            refuse_override(item, list(params.values()), self.findings, key in self.declared)
+        declared = self.declared[key]
+        value = self._overridden(item.name.text, self.definitions.find(key), item.value)
+        if declared.bounds is not None:
+            self._check_bounds(declared, declared.bounds, value, item)
+
     def _needs(self, key: str) -> Iterator[s.Name]:
         """Yield the names in a definition that are params or lets."""
         item = self.declared[key]
@@ -139,16 +154,22 @@ def read_overrides(
             if item.name.key not in declarations.of("param"):
                 findings.pass_over_doubtful(item.name.key)
                 is_let = item.name.key in declarations.of("let")
-                what = "it is a let, which is computed" if is_let else "there is no such param"
-                findings.reject(
-                    "TIS505",
-                    f'"{item.name.text}" cannot be set: {what}',
-                    item.name.span,
-                    hint=alternatives(item.name.text, known, what="params")
-                    or "the scene has no param",
-                )
+                refuse_override(item, known, findings, is_let)
             overrides[item.name.key] = item
     return overrides
+
+
+def refuse_override(
+    item: s.Assign, known: Sequence[str], findings: Findings, is_let: bool
+) -> NoReturn:
+    """Reject an assignment to what is none of the params."""
+    what = "it is a let, which is computed" if is_let else "there is no such param"
+    findings.reject(
+        "TIS505",
+        f'"{item.name.text}" cannot be set: {what}',
+        item.name.span,
+        hint=alternatives(item.name.text, known, what="params") or "the scene has no param",
+    )
 
 
 def _read_override(text: str, findings: Findings) -> s.Assign:

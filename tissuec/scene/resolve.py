@@ -13,6 +13,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
 from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
+from tissuec.scene.learning import read_lessons
 from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
 from tissuec.scene.parameters import Constants, read_overrides
 from tissuec.scene.settings import AUTOMATIC, read_environment, read_simulation, read_tool
@@ -71,11 +72,13 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     with findings.item():
         simulation = read_simulation(declarations, program.main, scope)
     scope.evaluate_all()
+    sources = tuple(module.source for module in program.modules)
+    lessons = read_lessons(declarations, scope, words.vocabulary, sources)
     if not declarations.of("body"):
         findings.doubt_all()  # sets and the script name what no body is there for
     return Scene(
         source=program.main.source,
-        imports=tuple(module.source for module in program.modules[:-1]),
+        imports=sources[:-1],
         about=declarations.about,
         declarations=declarations,
         constants=scope,
@@ -86,21 +89,15 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         tools=tools,
         environment=environment,
         simulation=simulation,
+        lessons=lessons,
     )
 
 
 def _check_parts(program: Program, declarations: Declarations, findings: Findings) -> None:
-    """Report a scene without a body, tables without one, and what is not carried out."""
+    """Report a scene without a body, and tables without one."""
     if not declarations.of("body") and not findings.may_be_misspelt("body"):
         hint = "for example: body vessel { mesh is tube { … }; tissue is … }"
         findings.add("TIS304", "the scene has no body", whole(program.main), hint=hint)
     for table in declarations.tables:
         with findings.item():
             check_table(table, declarations, findings)
-    for declared in declarations.of("learn").values():
-        findings.add(
-            "W701",
-            f"the learn block {declared.name.text} is not carried out by this version",
-            declared.name.span,
-            hint="run, check and validate look at the rest of the scene",
-        )

@@ -1,0 +1,79 @@
+"""Constants of the laws of a tissue that learning can change."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+
+from tissuec.core.fields import Measure
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in
+from tissuec.laws.formula import variables
+from tissuec.scene.laws import LAW_KINDS
+from tissuec.scene.model import Scene, Tissue, WrittenLaw
+from tissuec.scene.schema import entries_of
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number in a law.
+
+    Attributes:
+        name: Of the entry, or of the param.
+        kind: Its dimension and limits; None if it is no single number.
+    """
+
+    name: str
+    kind: Measure | None
+
+
+def uses(tissue: Tissue, quantity: str) -> str | None:
+    """Return which law of a tissue makes no use of a quantity that laws use; None if all do."""
+    for kind in LAW_KINDS:
+        law = tissue.laws.get(kind.word)
+        if law is None or quantity not in kind.names:
+            continue
+        if kind.names[quantity][0] not in variables(law.force):
+            return kind.word
+    return None
+
+
+def constants_of(tissue: Tissue, scene: Scene) -> dict[str, Constant]:
+    """Return the constants of a tissue's laws, and params of its formulas, by key."""
+    found: dict[str, Constant] = {}
+    for kind in LAW_KINDS:
+        law = tissue.laws.get(kind.word)
+        if law is None:
+            continue
+        if (formula := _formula(law, scene)) is not None:
+            found |= {s.key_of(one.name): one for one in _params(formula, scene)}
+        elif law.name in kind.family:
+            for entry in entries_of(kind.family[law.name]).values():
+                number = entry.kind if isinstance(entry.kind, Measure) else None
+                found[entry.name] = Constant(entry.name, number)
+    return found
+
+
+def _formula(law: WrittenLaw, scene: Scene) -> s.Function | None:
+    """Return the free formula that a law was written as, wherever it was inherited from."""
+    for declared in scene.declarations.of("tissue").values():
+        if isinstance(declared.item, s.Block):
+            for item in declared.item.items:
+                if isinstance(item, s.Function) and item.span == law.span:
+                    return item
+    return None
+
+
+def _params(formula: s.Function, scene: Scene) -> Iterator[Constant]:
+    """Yield the params of a formula, with the limits that they were declared with."""
+    constants = scene.constants
+    for parameter in constants.parameters():
+        names = (name.key for name in names_in(formula.value))
+        if parameter.item.name.key not in names:
+            continue
+        low, high = -inf, inf
+        if (bounds := parameter.item.bounds) is not None:
+            low, high = (
+                float(constants.number(bound).amount) for bound in (bounds.low, bounds.high)
+            )
+        limits = Measure(parameter.value.dimension, at_least=low, at_most=high)
+        yield Constant(parameter.name, limits)

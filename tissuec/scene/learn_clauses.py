@@ -1,0 +1,161 @@
+"""Clauses of the sentences of a learn block: each word once, columns with their units."""
+
+from collections.abc import Sequence
+from typing import NoReturn
+
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension, UnitError, describe, parse_unit
+from tissuec.lang import syntax as s
+from tissuec.lesson import Column
+from tissuec.network import Floats
+from tissuec.scene.expressions import Scope
+from tissuec.scene.learn_entries import SENTENCES
+from tissuec.scene.values import unit_vector
+
+COLUMN, COLUMNS = "column", "columns"
+
+
+class Clauses:
+    """The clauses of one sentence, by their words.
+
+    Args:
+        entry: One of ``SENTENCES``, whose first form is the example in hints.
+        allowed: Words that can stand; those twice in it can stand twice.
+        where: The sentence.
+
+    Raises:
+        Rejected: Another word stands there, or one too often.
+    """
+
+    def __init__(
+        self,
+        entry: str,
+        clauses: Sequence[s.Clause],
+        scope: Scope,
+        *,
+        allowed: Sequence[str],
+        where: Span,
+    ):
+        self.entry, self.scope, self.where = entry, scope, where
+        self.findings = scope.findings
+        self.all = tuple(clauses)
+        self.example = f"for example: {SENTENCES[entry].forms[0]}"
+        for place, clause in enumerate(clauses):
+            earlier = [one for one in clauses[:place] if one.word == clause.word]
+            if clause.word not in allowed:
+                self.reject("TIS303", f'"{clause.word}" cannot stand here', clause.span)
+            if len(earlier) >= allowed.count(clause.word):
+                self.findings.reject(
+                    "TIS307",
+                    f'"{clause.word}" is written twice',
+                    clause.span,
+                    notes=(Note("first here", earlier[0].span),),
+                )
+
+    def reject(self, code: str, message: str, span: Span | None = None) -> NoReturn:
+        """Reject the sentence, and show how it is written."""
+        self.findings.reject(code, message, span or self.where, hint=self.example)
+
+    def get(self, word: str) -> s.Clause | None:
+        """Return the first clause with a word, if there is one."""
+        return next(iter(self.named(word)), None)
+
+    def named(self, word: str) -> list[s.Clause]:
+        """Return all clauses with a word."""
+        return [clause for clause in self.all if clause.word == word]
+
+    def names(self, word: str) -> list[s.Name]:
+        """Return the names behind a word, or reject what is none."""
+        found: list[s.Name] = []
+        for clause in self.named(word):
+            if not isinstance(clause.value, s.Name):
+                self.reject("TIS312", f'behind "{word}" stands a name', clause.value.span)
+            found.append(clause.value)
+        return found
+
+    def number(self, word: str, dimension: Dimension, *, what: str) -> float | None:
+        """Return the number behind a word; None without it."""
+        clause = self.get(word)
+        if clause is None:
+            return None
+        value = self.scope.number(clause.value)
+        self.scope.expect(value, dimension, clause.value.span, what=what)
+        return float(value.amount)
+
+    def above_zero(self, word: str, dimension: Dimension, *, what: str) -> float | None:
+        """Return the number behind a word, which must be above zero; None without it."""
+        number, clause = self.number(word, dimension, what=what), self.get(word)
+        if number is not None and clause is not None and number <= 0.0:
+            self.findings.reject(
+                "TIS308", f"{what} must be above 0, not {clause.value.span.one_line}",
+                clause.value.span,
+            )  # fmt: skip
+        return number
+
+    def direction(self, word: str = "along") -> Floats | None:
+        """Return the unit vector behind a word, shape (3,); None without it."""
+        clause = self.get(word)
+        if clause is None:
+            return None
+        value = self.scope.evaluate(clause.value)
+        found = None
+        if value.is_vector and value.dimension == NUMBER:
+            found = unit_vector(value.amount)
+        if found is None:
+            self.findings.reject(
+                "TIS312", f'behind "{word}" stands a direction', clause.value.span,
+                hint=f"for example: {word} (0, 0, 1)",
+            )  # fmt: skip
+        return found
+
+    # --- columns ------------------------------------------------------------------------------
+
+    def columns(
+        self, names: Sequence[s.Name], dimension: Dimension, *, what: str
+    ) -> tuple[Column, ...]:
+        """Return the columns that were named, with the unit behind ``in``.
+
+        Args:
+            names: ``column "force_N"``, or ``columns "x y z"``; none, or one.
+            dimension: Of what they hold.
+            what: That, in messages.
+        """
+        if not names:
+            if (unit := self.get("in")) is not None:
+                self.reject("TIS304", "a unit, and no column that it is of", unit.span)
+            return ()
+        name = names[0]
+        kind = s.key_of(name.words)
+        if kind not in (COLUMN, COLUMNS) or not (name.quoted or "").strip():
+            self.reject("TIS312", "a column is written in another form", name.span)
+        unit, texts = self._unit(dimension, what), [name.quoted or ""]
+        if kind == COLUMNS:
+            texts = texts[0].split()
+        for text in texts:
+            if texts.count(text) > 1:
+                self.findings.reject("TIS307", f'column "{text}" is named twice', name.span)
+        # What comes before x, y and z is the number of a node.
+        units = [1.0 if len(texts) == 4 and place == 0 else unit for place in range(len(texts))]
+        return tuple(Column(*one, name.span) for one in zip(texts, units, strict=True))
+
+    def _unit(self, dimension: Dimension, what: str) -> float:
+        """Return what one of the unit behind ``in`` is in SI units."""
+        clause = self.get("in")
+        if clause is None:
+            if dimension == NUMBER:
+                return 1.0
+            self.reject("TIS304", "the unit of the column is not written")
+        span = clause.value.span
+        if isinstance(clause.value, s.Quantity):  # in 1 %, for no unit stands alone there
+            value = self.scope.number(clause.value)
+            self.scope.expect(value, dimension, span, what=what)
+            return float(value.amount)
+        try:
+            unit = parse_unit(span.text)
+        except UnitError as error:
+            self.findings.reject("TIS104", str(error), span)
+        if unit.dimension != dimension:
+            wanted, found = describe(dimension), describe(unit.dimension)
+            self.findings.reject("TIS502", f"{what} is {wanted}; {span.text} is {found}", span)
+        return unit.factor

@@ -1,0 +1,202 @@
+"""The data of a learn block: which files there are, and how the scene was set for each."""
+
+import os.path
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+
+from tissuec.core.errors import Note, alternatives
+from tissuec.core.nearby import nearby
+from tissuec.core.source import Source, Span
+from tissuec.lang import syntax as s
+from tissuec.lesson import Data
+from tissuec.scene.declarations import without
+from tissuec.scene.learn_entries import SENTENCES
+from tissuec.scene.library import SUFFIX
+from tissuec.scene.parameters import Constants
+
+DATA = "data"
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A file that is held out, and where that is written."""
+
+    name: str
+    span: Span
+
+
+class DataReader:
+    """Collects the data of one learn block.
+
+    Attributes:
+        files: The data, by the name as written.
+    """
+
+    def __init__(self, block: s.Block, scope: Constants):
+        self.block, self.scope, self.findings = block, scope, scope.findings
+        self.files: dict[str, Data] = {}
+        self.held: list[Held] = []
+        self.is_complete = True  # whether every file that is named is among them
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Return the names as written by those of the files."""
+        return {data.path.name: name for name, data in self.files.items()}
+
+    def read(self, item: s.Assign | s.Sentence | s.Block) -> bool:
+        """Take in the files that an item names; returns False for another form."""
+        failures = self.findings.failures
+        try:
+            return self._read(item)
+        finally:
+            self.is_complete &= failures == self.findings.failures
+
+    def _read(self, item: s.Assign | s.Sentence | s.Block) -> bool:
+        overrides: tuple[str, ...] = ()
+        if isinstance(item, s.Assign):
+            value, extra = item.value, (*item.clauses, *((item.bounds,) if item.bounds else ()))
+            names = list(value.items) if isinstance(value, s.Listing) else [value]
+        else:
+            name, extra = without(item.name, DATA), item.clauses
+            names = [name] if name is not None else []
+        if not names or extra or (not isinstance(item, s.Assign) and item.phrase is not None):
+            return False
+        if isinstance(item, s.Block):
+            overrides = self._overrides(item)
+        with self.findings.together():
+            for one in names:
+                with self.findings.item():
+                    self._enter(one, overrides)
+        return True
+
+    def _enter(self, node: s.Expression, overrides: tuple[str, ...]) -> None:
+        if not isinstance(node, s.Name) or not node.quoted or node.words:
+            self.findings.reject(
+                "TIS312", "the name of a file stands in quotes", node.span,
+                hint=f"for example: {SENTENCES[DATA].forms[0]}",
+            )  # fmt: skip
+        for name, data in self.files.items():
+            if name == node.quoted:
+                notes = (Note("first here", data.span),)
+                message = f'"{name}" is written twice'
+                self.findings.reject("TIS307", message, node.span, notes=notes)
+            if data.path.name == PurePosixPath(node.quoted).name:
+                self.findings.reject(
+                    "TIS307", f'"{name}" and "{node.quoted}" have one name', node.span,
+                    hint="what is told of data is told by the names of files; rename one",
+                )  # fmt: skip
+        self.files[node.quoted] = Data(self._find(node), overrides, False, node.span)
+
+    def _inside(self, name: str, span: Span) -> Path:
+        """Return the place of a file beside the text, which need not be there."""
+        path = PurePosixPath(name)
+        if path.is_absolute() or ".." in path.parts or set("\\:\0") & set(name):
+            self.findings.reject(
+                "TIS603", f'"{name}" leads outside of the folder of the text', span,
+                hint="name a place beside the text, or in a folder there",
+            )  # fmt: skip
+        library, source = self.scope.library, span.source
+        if library is not None and library.kept is not None:
+            return Path(path)  # the text of a result, which is not learnt from again
+        if source.path is None:
+            self.findings.reject(
+                "TIS604", f'"{name}": a text that is no file has no data beside it', span,
+                hint="save the text to a file",
+            )  # fmt: skip
+        return source.path.parent / path
+
+    def _find(self, node: s.Name) -> Path:
+        name, source = node.quoted or "", node.span.source
+        place, library = self._inside(name, node.span), self.scope.library
+        if (library is not None and library.kept is not None) or os.path.isfile(place):
+            return place
+        folder = source.path.parent if source.path else Path()
+        hint = nearby(place, place.suffix).replace(f"{folder}/", "")
+        self.findings.reject(
+            "TIS604", f'there is no file "{name}"', node.span, hint=hint,
+            notes=(Note(f"searched {place.parent}"),),
+        )  # fmt: skip
+
+    def _overrides(self, item: s.Block) -> tuple[str, ...]:
+        """Return what was different for one file, as texts of ``--set``."""
+        found: dict[str, str] = {}
+        with self.findings.together():
+            for inner in item.items:
+                with self.findings.item():
+                    if not _is_plain(inner):
+                        self.findings.reject(
+                            "TIS303", "only params of the scene can stand here", inner.span,
+                            hint=f"for example: {SENTENCES[DATA].forms[1]}",
+                        )  # fmt: skip
+                    assert isinstance(inner, s.Assign)
+                    if inner.name.key in found:
+                        message = f'"{inner.name.text}" is written twice'
+                        self.findings.reject("TIS307", message, inner.name.span)
+                    self.scope.try_override(inner)
+                    name, value = inner.name.span.one_line, inner.value.span.one_line
+                    found[inner.name.key] = f"{name} = {value}"
+        return tuple(found.values())
+
+    # --- what is held out ---------------------------------------------------------------------
+
+    def hold_out(self, names: Sequence[s.Expression]) -> None:
+        """Remember that files are held out; whether there are such is known in the end."""
+        for name in names:
+            if not isinstance(name, s.Name) or not name.quoted or name.words:
+                self.findings.reject(
+                    "TIS312", "the name of a file stands in quotes", name.span,
+                    hint=f"write: {' or '.join(SENTENCES['hold out'].forms)}",
+                )  # fmt: skip
+            self.held.append(Held(name.quoted, name.span))
+
+    def all(self, last_part: float) -> tuple[Data, ...]:
+        """Return the data, of which some may be held out; reports what cannot be."""
+        for held in self.held:
+            with self.findings.item():
+                self._hold(held)
+        data = tuple(self.files.values())
+        if data and self.is_complete and all(one.held_out for one in data):
+            self.findings.add(
+                "TIS306", "all data is held out, so that nothing is left to learn from",
+                self.held[-1].span, hint="add data, or write: hold out = 20 %",
+            )  # fmt: skip
+        return data
+
+    def _hold(self, held: Held) -> None:
+        if held.name not in self.files:
+            if not self.is_complete:
+                self.findings.stop()
+            self.findings.reject(
+                "TIS301", f'"{held.name}" is none of the data', held.span,
+                hint=alternatives(held.name, self.files, what="data"),
+            )  # fmt: skip
+        if self.files[held.name].held_out:
+            self.findings.reject("TIS307", f'"{held.name}" is held out twice', held.span)
+        self.files[held.name] = replace(self.files[held.name], held_out=True)
+
+    # --- what is written ----------------------------------------------------------------------
+
+    def place_to_write(self, item: s.Sentence, sources: Sequence[Source]) -> Path:
+        """Return where a preset goes; rejects a text of the scene itself."""
+        name = item.name.quoted or ""
+        if not name.endswith(SUFFIX):
+            self.findings.reject(
+                "TIS312", "what is written is a preset, whose name ends in .tis", item.span,
+                hint=f'write "{name.partition(".")[0]}{SUFFIX}"',
+            )  # fmt: skip
+        place = self._inside(name, item.name.span)
+        same = os.path.abspath(place)
+        if any(one.path is not None and os.path.abspath(one.path) == same for one in sources):
+            self.findings.reject(
+                "TIS306", f'"{name}" is a text of this scene, which would be lost', item.span,
+                hint="write to another file",
+            )  # fmt: skip
+        return place
+
+
+def _is_plain(item: s.Item) -> bool:
+    """Return whether an item sets something, and no more."""
+    if not isinstance(item, s.Assign):
+        return False
+    return not (item.keyword or item.bounds or item.clauses)

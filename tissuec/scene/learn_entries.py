@@ -1,0 +1,149 @@
+"""The entries of a learn block: one table for checks, editors and the reference."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Measure, OneOf, Whole
+from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
+from tissuec.scene.quantities import QUANTITIES
+
+#: Where steps are learnt through: the methods that can be.
+STEPPING = ("automatic", "velocity verlet", "trbdf2", "esdirk43", "dop853")
+METHODS = ("automatic", "least squares", "l-bfgs-b")
+SCALED, ABSOLUTE = "scaled", "absolute"
+
+
+@dataclass(frozen=True, slots=True)
+class Sentences:
+    """One kind of sentence of a learn block.
+
+    Attributes:
+        forms: How it is written; capital words stand for names.
+        about: What it says.
+        is_needed: Whether there must be one.
+        is_single: Whether there can only be one.
+    """
+
+    forms: tuple[str, ...]
+    about: str
+    is_needed: bool = False
+    is_single: bool = False
+
+
+SENTENCES: dict[str, Sentences] = {
+    "data": Sentences(
+        ('data = ["one.csv", "two.csv"]', 'data "three.csv" { NAME = 2 mm }'),
+        "Files of measurements beside the text: tables, results of runs (HDF5), or H5MD. A"
+        " block behind the name holds the params of the scene that were different then.",
+        is_needed=True,
+    ),
+    "time": Sentences(
+        ('time using column "t_ms" in ms',),
+        "The column of tables that holds times. Without it, the first one is taken, in seconds"
+        " or in the unit that its name ends with.",
+        is_single=True,
+    ),
+    "displacement": Sentences(
+        ('displacement of SET using column "u_mm" in mm',),
+        "Instead of a time: how far the set was moved in each row, in which the net is in"
+        " equilibrium.",
+        is_single=True,
+    ),
+    "fit": Sentences(
+        (
+            'fit = force(SET) using column "force_N" in N every 10 ms to 2 mN weighing 0.5',
+            'fit = position(SET) along (1, 0, 0) using column "x_mm" in mm with free zero',
+            'fit = positions(SET) using columns "node x y z" in mm',
+        ),
+        "What was measured: a measure, or the places of all nodes of a set, and the columns"
+        " that hold it; of results of runs none are named. ``every`` leaves out what is closer"
+        " in time, ``to`` gives the standard deviation of the measured values, ``weighing``"
+        " counts them for more or less, and ``with free zero`` lets an unknown constant be in"
+        " them.",
+        is_needed=True,
+    ),
+    "against column": Sentences(
+        ('against column "force_N" in N every 10 ms',),
+        "The column of the fit on the line above, where that names none.",
+    ),
+    "adjust": Sentences(
+        (
+            "adjust = [spring constant, viscosity]",
+            "adjust spring constant of TISSUE from 1 N/m to 1 kN/m around 20 N/m by 30 %",
+            "adjust spring constant of SET per spring",
+            "adjust start position of SET along (1, 0, 0)",
+            "adjust words of QUANTITY",
+        ),
+        "What may change: a quantity of a tissue (of the one that the block has the name of, if"
+        " none is named), a constant of its laws, or a param in their formulas; a spring"
+        " constant, viscosity, mass or rest length of a set, body or region by one factor, or"
+        " ``per spring``, ``per node`` or ``per region``; where a set starts, and how fast; or"
+        " the words of a quantity or property, whose order is kept. ``from … to …`` are limits,"
+        " ``around … by …`` is what was expected before, and by which part the truth may differ"
+        " (one standard deviation).",
+        is_needed=True,
+    ),
+    "revise rules": Sentences(
+        ("revise rules of RULES",),
+        "Rules of which some may be changed, added or dropped, where that foretells what was"
+        " held out better.",
+    ),
+    "hold out": Sentences(
+        ('hold out "three.csv"', "hold out = 20 %"),
+        "What is not learnt from, but judged by: some of the data, or the last part of each"
+        " experiment.",
+    ),
+    "write": Sentences(
+        ('write "learned/fat.tis"',),
+        "The file that the preset goes to, beside the text.",
+        is_single=True,
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class LearnSettings:
+    """How is learnt.
+
+    Attributes:
+        passes: how often the optimiser may begin again from where it came to
+        seed: of what is left to chance
+        tolerance: relative change of the error at which the learning is over
+        step: fixed time step of the motion that is learnt through; chosen if not written
+        integrator: method whose steps are learnt through
+        method: how the error is made small; a name with dashes stands in quotes
+        error: scaled by the noise of what was measured, or absolute, as in the paper
+    """
+
+    passes: Annotated[int, Whole(at_least=1, at_most=1_000_000)] = 100
+    seed: Annotated[int, Whole(at_least=0)] = 0
+    tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = 1e-9
+    step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
+    integrator: Annotated[str, OneOf(STEPPING)] = STEPPING[0]
+    method: Annotated[str, OneOf(METHODS)] = METHODS[0]
+    error: Annotated[str, OneOf((SCALED, ABSOLUTE))] = SCALED
+
+
+#: What limits forces at which springs break: there is no slope to follow.
+BREAKING = ("fraction force", "crushing force")
+#: What a set, body or region can have adjusted, and by what it can be divided.
+PARTED: dict[str, tuple[str, ...]] = {
+    "spring constant": ("spring", "region"),
+    "viscosity": ("spring", "region"),
+    "mass": ("node", "region"),
+    REST_LENGTH: ("spring", "region"),
+    START_POSITION: ("node",),
+    START_VELOCITY: ("node",),
+}
+DIVIDED = ("spring", "node", "region")
+#: Of sets alone, for tissues have none.
+PLACED = (REST_LENGTH, START_POSITION, START_VELOCITY)
+DIMENSIONS = {
+    **{name: quantity.dimension for name, quantity in QUANTITIES.items()},
+    REST_LENGTH: units.LENGTH,
+    START_POSITION: units.LENGTH,
+    START_VELOCITY: units.VELOCITY,
+}
+#: What can be adjusted, beside constants of laws and params.
+ADJUSTED = (*(name for name in QUANTITIES if name not in BREAKING), *PLACED, WORDS)
