@@ -80,6 +80,11 @@ def read_form(declared: Declared, named: NamedScale, scope: Scope) -> ScaleForm:
     return ScaleForm(declared.name.key, named, tuple(words), evenly, block)
 
 
+def spelt(name: s.Name) -> str:
+    """Return a name as a text has it, with its quotes."""
+    return name.words if name.quoted is None else f'{name.words} "{name.quoted}"'.strip()
+
+
 def _is_no_word(item: s.Item, block: s.Block) -> bool:
     """Tell whether an entry of a quantity says something else than words do."""
     if not block.name.key.startswith("quantity ") or not isinstance(item, s.Sentence):
@@ -110,7 +115,7 @@ def _placed(name: s.Name, named: NamedScale, numbers: tuple[Written, ...], span:
     true = [i for i, y in enumerate(shape.ys) if y > 0.0]
     own = slice(max(true[0] - 1, 0), true[-1] + 2)
     xs, ys = shape.xs[own], shape.ys[own]
-    return Form(name.key, name.span.text, xs, ys, None, numbers, None, span)
+    return Form(name.key, spelt(name), xs, ys, None, numbers, None, span)
 
 
 def _shape(item: s.Assign, named: NamedScale, scope: Scope) -> Form:
@@ -118,7 +123,7 @@ def _shape(item: s.Assign, named: NamedScale, scope: Scope) -> Form:
     assert isinstance(call, s.Call)
     nodes, kind = [argument.value for argument in call.arguments], call.function.key
     shape = named.scale.words[item.name.key]
-    name, span = item.name.span.text, call.span
+    name, span = spelt(item.name), call.span
     if isinstance(shape, Gaussian):
         numbers = tuple(_written(nodes[:1], named, scope))
         return Form(item.name.key, name, (shape.mean,), (1.0,), shape, numbers, nodes[1], span)

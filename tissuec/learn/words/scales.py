@@ -2,7 +2,8 @@
 
 Degrees of corners stay as the expert wrote them. A scale whose degrees sum to 1 keeps that
 sum, because every slope of its words has a corner at every knot: between two knots all degrees
-are straight, and at the knots they are what they were.
+are straight, and at the knots they are what they were. Words keep their order; only of two
+words of which one is fully true within the core of the other, either middle may be the higher.
 """
 
 import math
