@@ -5,11 +5,12 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
-from tests.learn.wordy import everything, random_scene, scene_of, words_of
+from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.sets import Gaussian
 from tissuec.learn.words.knots import FLOOR, Knots
 from tissuec.learn.words.model import WordsModel
+from tissuec.learn.words.scales import WIDEST
 
 
 def one_scale(words: str) -> WordsModel:
@@ -21,9 +22,7 @@ def one_scale(words: str) -> WordsModel:
         "rules simple { if hardness is soft then mass is low }\n"
         "body net { mesh is tube { axis from (0, 0, 0) cm to (4, 0, 0) cm; radius = 3 mm\n"
         "  rings = 3; sides = 4; diagonals is both; interior is none }; tissue is flesh }\n"
-        "tissue flesh { described in simple; hardness is soft }\n"
-        "environment { gravity = (0, 0, 0) m/s^2; contact is off; damping = 0 N*s/m }\n"
-        "simulate { duration = 1 ms; integrator is automatic; tolerance = 1e-3 }\n"
+        "tissue flesh { described in simple; hardness is soft }\n" + SETTING
     )
     return WordsModel(scene, [words_of("Hardness")])
 
@@ -116,7 +115,7 @@ def test_widths_of_bells_stay_between_a_part_of_theirs_and_the_range():
     assert model.size == 3  # a bell as wide as the range stays so
     for theta in (-1e4, -10.0, 10.0, 1e4):
         sigma = moved(model, np.array([0, 0, theta])).words["soft"].sigma
-        assert 0.05 * FLOOR * (1 - 1e-12) <= sigma <= 1
+        assert 0.05 * FLOOR * (1 - 1e-12) <= sigma <= WIDEST
 
 
 def test_frozen_words_stay_where_they_are():

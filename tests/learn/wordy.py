@@ -24,11 +24,9 @@ body part {k} {{
   tissue is flesh {k}
 }}
 """
-END = """
+SETTING = """
 environment { gravity = (0, 0, 0) m/s^2; contact is off; damping = 0 N*s/m }
-script { }
 simulate { duration = 1 ms; integrator is automatic; tolerance = 1e-3 }
-output { trajectory of part P every 1 ms }
 """
 
 
@@ -62,7 +60,7 @@ def random_scene(seed: int) -> Scene:
     source = random.Random(seed)
     tissues = "".join(tissue(one, k, source) for k in LETTERS)
     bodies = "".join(BODY.format(k=k) for k in LETTERS)
-    return scene_of(one.text + tissues + bodies + END)
+    return scene_of(one.text + tissues + bodies + SETTING)
 
 
 def tissue(one, letter: str, source: random.Random) -> str:

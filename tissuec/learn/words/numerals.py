@@ -28,25 +28,27 @@ class Numerals:
     def __init__(self, axis: Axis, dimension: Dimension, gap: float):
         self._axis = axis
         self._dimension = dimension
-        self._near = CLOSE * gap
-        self._values: dict[float, float] = {}
+        self._near = max(CLOSE * gap, axis.rounding)
+        #: Numerals with the sizes of their units, by place.
+        self._written: dict[float, tuple[str, float]] = {}
 
     def place(self, place: float, node: s.Expression | None = None) -> str:
         """Return a coordinate as a number with its unit, that of ``node`` if it has one."""
         value = math.exp(place) if self._axis.log else place
         factor, unit = self._unit(value, node)
-        if place not in self._values:
+        if place not in self._written:
             texts = _numerals(value / factor)
             close = (t for t in texts if self._is_close(float(t) * factor, place))
-            text = next(close, texts[-1])
-            self._values[place] = float(text) * factor
-        else:
-            text = f"{self._values[place] / factor:.{_SAME}g}"
+            self._written[place] = next(close, texts[-1]), factor
+        text, written_in = self._written[place]
+        if written_in != factor:
+            text = f"{float(text) * written_in / factor:.{_SAME}g}"
         return text + unit
 
     def value(self, place: float) -> float:
         """Return the number that the numeral of a place stands for."""
-        return self._values[place]
+        text, factor = self._written[place]
+        return float(text) * factor
 
     def width(self, value: float, node: s.Expression) -> str:
         """Return a positive number with its unit, to nearly all digits."""

@@ -21,6 +21,9 @@ from tissuec.learn.words.forms import Form, ScaleForm
 from tissuec.learn.words.knots import FLOOR, Knots
 from tissuec.network import Floats
 
+WIDEST = 0.99
+"""Part of the range that the sigma of a bell grows up to."""
+
 _WHOLE = 1e-9  # a sum of degrees this close to 1 is meant to be 1
 
 
@@ -43,13 +46,13 @@ class MovingScale:
         #: Words that have further corners, where their slopes pass over others.
         self.added = {new.word for old, new in pairs if new is not old}
         self.start = start
-        #: Bells whose width may change; one as wide as the range stays so.
+        #: Bells whose width may change; one nearly as wide as the range stays so.
         self.bells = [
             word
             for word in form.words
             if word.bell is not None
             and word.word not in frozen
-            and word.bell.sigma < axis.bounds[1] - axis.bounds[0]
+            and word.bell.sigma < WIDEST * (axis.bounds[1] - axis.bounds[0])
         ]
         title = form.named.name
         self.names = tuple(f"{title}: {name}" for name in self._names())
@@ -91,12 +94,12 @@ class MovingScale:
         ]
 
     def _widths(self, theta: Floats, total: int | None) -> Iterator[tuple[str, float]]:
-        """Yield the width of each bell: between a part of the expert's and the whole range."""
+        """Yield the width of each bell: from a part of the expert's to most of the range."""
         low, high = self.form.named.scale.axis.bounds
         for number, word in enumerate(self.bells, self.knots.size):
             assert word.bell is not None
             least = FLOOR * word.bell.sigma
-            most = (high - low) - least
+            most = WIDEST * (high - low) - least
             part = (word.bell.sigma - least) / most
             share, slope = _logistic(part, float(theta[number]))
             width = word.bell.sigma + most * (share - part)
