@@ -75,8 +75,9 @@ def other_conclusions(texts: RuleTexts) -> Iterator[Candidate]:
             shape = conclusion.word.shape
             old = part.phrase.words[0]
             for word in _neighbours(shape.middle, named):
+                new = spelling[word].replace('"', "")
                 what = (
-                    f'the rule in line {node.span.line} concludes "{word}" instead of '
+                    f'the rule in line {node.span.line} concludes "{new}" instead of '
                     f'"{old.text}" for the {part.quantity.text}'
                 )
                 yield Candidate("conclusion", Edit(old.span, spelling[word]), what)
