@@ -13,7 +13,7 @@ from tissuec.learn.words.model import WordsModel
 from tissuec.learn.words.scales import WIDEST
 
 
-def one_scale(words: str) -> WordsModel:
+def one_scale(words: str, **options) -> WordsModel:
     """Return the model of a property whose words are written so."""
     scene = scene_of(
         f"language 1\nproperty hardness from 0 to 1 {{\n{words}\n}}\n"
@@ -24,7 +24,7 @@ def one_scale(words: str) -> WordsModel:
         "  rings = 3; sides = 4; diagonals is both; interior is none }; tissue is flesh }\n"
         "tissue flesh { described in simple; hardness is soft }\n" + SETTING
     )
-    return WordsModel(scene, [words_of("Hardness")])
+    return WordsModel(scene, [words_of("Hardness")], **options)
 
 
 def moved(model, theta):
@@ -130,6 +130,12 @@ def test_frozen_words_stay_where_they_are():
     assert after == words[word]
     with pytest.raises(ValueError, match='"nothing" is not a word for'):
         everything(scene, frozen={key: ["nothing"]})
+
+
+def test_others_do_not_bend_a_frozen_word():
+    words = "soft = points(0, 1, 0.5, 0.5, 1, 0)\nhard = triangle(0, 1, 1)"
+    assert one_scale(words).names == ("hardness: upper flank of soft",)
+    assert one_scale(words, frozen={"hardness": ["hard"]}).names == ()
 
 
 def test_what_is_no_scale_is_refused():

@@ -1,6 +1,8 @@
 """Texts of moved words compile to what the model gave, and change nothing else."""
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -140,12 +142,43 @@ def test_only_files_whose_words_moved_are_written(repository):
 
 
 def test_a_scene_is_read_again_as_it_was_set():
-    scene = scene_of(ONE)
-    request = request_of(scene, {"words.tis": ONE.replace("30 mg", "20 mg")})
-    assert "20 mg" in request.source.text and request.overrides == ()
-    again = reread(scene, {"words.tis": ONE.replace("30 mg", "20 mg").replace("30mg", "20mg")})
-    low = again.vocabulary.quantities["mass"].named.scale.words["low"]
+    text = ONE.replace("let edge", "param edge")
+    scene = scene_of(text, "edge=0.5")
+    new = text.replace("30 mg", "20 mg").replace("30mg", "20mg")
+    assert request_of(scene, {"words.tis": new}).overrides == ("edge=0.5",)
+    again = reread(scene, {"words.tis": new}).vocabulary
+    low = again.quantities["mass"].named.scale.words["low"]
     assert np.exp(low.support[1]) == pytest.approx(20e-6)
+    assert again.properties["weight"].scale.words["middling"].core == (0.4, 0.5)
+
+
+def test_texts_of_others_are_kept_where_a_result_kept_them():
+    scene = scene_of(ONE)
+    library = replace(scene.declarations.library, kept={"a.tis": "old", "b.tis": "b"})
+    kept = replace(scene, declarations=replace(scene.declarations, library=library))
+    files = request_of(kept, {"a.tis": "new"}).files
+    assert [files.read(Path(n), n).text for n in ("a.tis", "b.tis")] == ["new", "b"]
+
+
+def test_an_even_quantity_on_one_line_stays_one_block():
+    text = ONE.replace(
+        "rules simple",
+        "quantity viscosity from 1 mN*s/m to 1 N*s/m { evenly = [low, high]; applies to "
+        "each spring }\nrules simple",
+    )
+    scene = scene_of(text)
+    model = WordsModel(scene, [words_of("viscosity")])
+    new = model.texts(np.array([0.3, -0.2]))
+    lines = [NUMERAL.sub("0", line) for line in new["words.tis"].split("\n")]
+    at = lines.index("quantity viscosity from 0 mN*s/m to 0 N*s/m {")
+    assert lines[at + 1 : at + 3] == [
+        "  low = trapezoid(0 mN*s/m, 0 mN*s/m, 0 mN*s/m, 0 mN*s/m)",
+        "  high = trapezoid(0 mN*s/m, 0 mN*s/m, 0 N*s/m, 0 N*s/m); applies to each spring }",
+    ]
+    found = reread(scene, new).vocabulary.quantities["viscosity"].named.scale.words
+    wanted = model.vocabulary(np.array([0.3, -0.2])).quantities["viscosity"].named.scale.words
+    for word, shape in wanted.items():
+        assert found[word].xs == pytest.approx(shape.xs, rel=1e-10)  # as numerals are close
 
 
 def test_edits_keep_what_is_between_them():

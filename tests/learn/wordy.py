@@ -30,10 +30,10 @@ simulate { duration = 1 ms; integrator is automatic; tolerance = 1e-3 }
 """
 
 
-def scene_of(text: str) -> Scene:
+def scene_of(text: str, *overrides: str) -> Scene:
     findings = Findings()
     program = load(Source("words.tis", text), (), findings)
-    scene = resolve(program, findings)
+    scene = resolve(program, findings, overrides)
     findings.raise_errors()
     return scene
 

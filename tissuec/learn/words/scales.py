@@ -37,11 +37,12 @@ class MovingScale:
     """
 
     def __init__(self, form: ScaleForm, start: int = 0, frozen: Collection[str] = ()):
-        fixed = [x for word in form.words if word.word in frozen for x in word.corners]
         axis = form.named.scale.axis
-        corners = (x for word in form.words for x in word.corners)
+        corners = [x for word in form.words for x in word.corners]
+        is_whole = _sums_to_one(form, Knots(axis, corners))
+        fixed = _fixed(form, frozen, corners if is_whole else ())
         self.knots = Knots(axis, corners, fixed)
-        self.form = _refined(form, self.knots)
+        self.form = _refined(form, self.knots) if is_whole else form
         pairs = zip(form.words, self.form.words, strict=True)
         #: Words that have further corners, where their slopes pass over others.
         self.added = {new.word for old, new in pairs if new is not old}
@@ -153,10 +154,19 @@ def _logistic(part: float, theta: float) -> tuple[float, float]:
     return (part if theta == 0.0 else share), share * (1.0 - share)
 
 
+def _fixed(form: ScaleForm, frozen: Collection[str], corners: Sequence[float]) -> list[float]:
+    """Return the corners of frozen words, and those of others that lie on their slopes."""
+    words = [word for word in form.words if word.word in frozen]
+    fixed = [x for word in words for x in word.corners]
+    for word in words:
+        if word.bell is None:
+            shape, top = Piecewise(word.corners, word.degrees), max(word.degrees)
+            fixed += [x for x in corners if 0.0 < shape.degree(x) < top]
+    return fixed
+
+
 def _refined(form: ScaleForm, knots: Knots) -> ScaleForm:
     """Return a scale that sums to 1 with a corner of every word at each knot on its slopes."""
-    if not _sums_to_one(form, knots):
-        return form
     words = tuple(_with_corners(word, knots) for word in form.words)
     return replace(form, words=words)
 
