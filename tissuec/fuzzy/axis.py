@@ -6,6 +6,7 @@ On a log scale everything happens in the logarithm; values are converted here an
 import math
 from dataclasses import dataclass, field
 
+from tissuec.fuzzy.duals import exp, log, real
 from tissuec.fuzzy.piecewise import Piecewise
 from tissuec.fuzzy.sets import AnyShape, Gaussian, Shape
 
@@ -70,14 +71,22 @@ class Axis:
         """
         if self.log and not value > 0.0:
             raise OutOfRange(self, value)
-        place = self._snapped(self._coordinate(value))
+        place = self.coordinate(value)
         if not self.bounds[0] <= place <= self.bounds[1]:
             raise OutOfRange(self, value)
         return place
 
+    def coordinate(self, value: float) -> float:
+        """Return the coordinate of a value that may lie outside the range.
+
+        Raises:
+            ValueError: The value has no place on a log scale.
+        """
+        return self._snapped(self._coordinate(value))
+
     def from_scale(self, place: float) -> float:
         """Return the value at a coordinate; rounding never carries it out of the range."""
-        value = math.exp(place) if self.log else place
+        value = exp(place) if self.log else place
         return min(max(value, self.low), self.high)
 
     def place(self, shape: Shape) -> Shape:
@@ -90,10 +99,10 @@ class Axis:
             ValueError: The set has no place on the scale, or its peak lies outside the range.
         """
         if isinstance(shape, Gaussian):
-            mean = self._snapped(self._coordinate(shape.mean))
+            mean = self.coordinate(shape.mean)
             width = math.log1p(shape.sigma / shape.mean) if self.log else shape.sigma
             return Gaussian(mean, width).within(*self.bounds)
-        xs = tuple(self._snapped(self._coordinate(x)) for x in shape.xs)
+        xs = tuple(self.coordinate(x) for x in shape.xs)
         return Piecewise(xs, shape.ys).within(*self.bounds)
 
     def value_of(self, shape: AnyShape) -> float:
@@ -113,7 +122,7 @@ class Axis:
     def _coordinate(self, value: float) -> float:
         if self.log and value <= 0.0:
             raise ValueError(f"{value:g} has no place on the log scale of {self.name}")
-        return math.log(value) if self.log else float(value)
+        return log(value) if self.log else real(value)
 
     def _snapped(self, place: float) -> float:
         """Return the end of the range where ``place`` equals it up to rounding."""

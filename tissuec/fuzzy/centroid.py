@@ -7,11 +7,11 @@ low end of the range, where all contributions are positive: nothing cancels, and
 from zero costs no digits.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 
 from tissuec.fuzzy.curves import Arc, Bell, Line, crossings
+from tissuec.fuzzy.duals import fsum, log, sqrt
 from tissuec.fuzzy.operators import Implication
 from tissuec.fuzzy.piecewise import Piecewise
 from tissuec.fuzzy.sets import FAINTEST, AnyShape, Gaussian, Powered, Shape
@@ -61,8 +61,8 @@ def weighted_mean(terms: Sequence[Term], low: float, high: float) -> float:
         ValueError: No word fires, or a set carries a power.
     """
     firing = _firing(terms)
-    total = math.fsum(degree for _, degree in firing)
-    moment = math.fsum(degree * (shape.middle - low) for shape, degree in firing)
+    total = fsum(degree for _, degree in firing)
+    moment = fsum(degree * (shape.middle - low) for shape, degree in firing)
     return min(max(low + moment / total, low), high)
 
 
@@ -105,7 +105,7 @@ def _outline_of_bell(
     bell: Gaussian, cut: float, factor: float, low: float, high: float
 ) -> Iterator[Arc]:
     """Yield a flat top and flanks, divided at the mean and the inflections."""
-    flat = bell.sigma * math.sqrt(-2.0 * math.log(cut))  # half width of the flat top
+    flat = bell.sigma * sqrt(-2.0 * log(cut))  # half width of the flat top
     reach = bell.support[1] - bell.mean
     distances = sorted({0.0, flat, bell.sigma, reach})
     places = [

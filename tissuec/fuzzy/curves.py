@@ -9,6 +9,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
+from tissuec.fuzzy.duals import erfc, exp
 from tissuec.fuzzy.piecewise import between
 
 _SQRT2 = math.sqrt(2.0)
@@ -45,7 +46,7 @@ class Bell(NamedTuple):
     def height(self, x: float) -> float:
         """Return the height at ``x``."""
         z = (x - self.mean) / self.sigma
-        return self.peak * math.exp(-0.5 * z * z)
+        return self.peak * exp(-0.5 * z * z)
 
     def slope(self, x: float) -> float:
         """Return the derivative at ``x``."""
@@ -55,7 +56,7 @@ class Bell(NamedTuple):
         """Return the area below the arc from ``a`` to ``b``, and its moment about ``a``."""
         # erfc of positive numbers only: differences of erf would lose the digits of tails.
         near, far = sorted((abs(a - self.mean), abs(b - self.mean)))
-        tails = math.erfc(near / self.sigma / _SQRT2) - math.erfc(far / self.sigma / _SQRT2)
+        tails = erfc(near / self.sigma / _SQRT2) - erfc(far / self.sigma / _SQRT2)
         area = self.peak * self.sigma * _HALF_SQRT_2PI * tails
         about_mean = self.sigma**2 * (self.height(a) - self.height(b))
         return area, about_mean + (self.mean - a) * area
@@ -75,7 +76,9 @@ def crossings(one: Arc, other: Arc, a: float, b: float) -> list[float]:
         found = _of_bell_and_line(one, other, a, b)
     else:
         found = _of_bells(one, other)
-    return [x for x in found if a < x < b]
+    # Both arcs are equally high there: where the cut is has no influence on areas, to first
+    # order, and needs no slopes.
+    return [float(x) for x in found if a < x < b]
 
 
 def _of_lines(one: Line, other: Line, a: float, b: float) -> list[float]:
@@ -106,6 +109,7 @@ def _of_bell_and_line(bell: Bell, line: Line, a: float, b: float) -> list[float]
     An arc of a bell has no inflection inside, so that its distance from a line has at most one
     extremum, and at most one root on either side of it.
     """
+    bell, line = Bell(*map(float, bell)), Line(*map(float, line))
     rise = (line.last - line.first) / (line.end - line.start)
 
     def distance(x: float) -> float:

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
+from tissuec.fuzzy.duals import real
+
 
 @dataclass(frozen=True, slots=True)
 class Piecewise:
@@ -105,7 +107,7 @@ class Piecewise:
 def points(pairs: Iterable[tuple[float, float]]) -> Piecewise:
     """Return the set through points ``(x, degree)``."""
     listed = list(pairs)
-    return Piecewise(tuple(float(x) for x, _ in listed), tuple(float(y) for _, y in listed))
+    return Piecewise(tuple(real(x) for x, _ in listed), tuple(real(y) for _, y in listed))
 
 
 def triangle(a: float, b: float, c: float) -> Piecewise:

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
 from tissuec.fuzzy.conditions import Is, atoms, degree
+from tissuec.fuzzy.duals import snapped
 from tissuec.fuzzy.inference import AtomDegree, Firing, Inference, NoRule
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rules import Quantity, Rule
@@ -94,7 +95,7 @@ class RuleBase:
         i = bisect_left(corners, place)
         for corner in corners[max(i - 1, 0) : i + 1]:
             if abs(corner - place) <= axis.rounding:
-                return corner
+                return snapped(corner, place)
         return place
 
     def _verdict(self, number: int, places: Mapping[str, float]) -> _Verdict:

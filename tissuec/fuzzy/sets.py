@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from tissuec.fuzzy.duals import exp
 from tissuec.fuzzy.piecewise import Piecewise
 
 FAINTEST = 1e-100
@@ -30,7 +31,7 @@ class Gaussian:
     def degree(self, x: float) -> float:
         """Return how true the word is at ``x``."""
         z = (x - self.mean) / self.sigma
-        return math.exp(-0.5 * z * z) if abs(z) < REACH else 0.0
+        return exp(-0.5 * z * z) if abs(z) < REACH else 0.0
 
     @property
     def core(self) -> tuple[float, float]:

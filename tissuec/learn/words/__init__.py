@@ -1,0 +1,1 @@
+"""Learning of words: scales whose words move, and rules that are revised."""

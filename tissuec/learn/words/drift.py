@@ -1,0 +1,65 @@
+"""How far words moved from where the expert has them, for people to judge."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tissuec.core.units import show
+from tissuec.fuzzy.scale import Scale
+from tissuec.fuzzy.sets import Gaussian, Shape
+from tissuec.scene.words import NamedScale
+
+_NOTHING = 0.0005  # of the range; less is shown as 0.0 %
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """How far one word moved.
+
+    Attributes:
+        scale: Name of the property or quantity.
+        before, after: What the word stands for, in SI units.
+        centre: How far the middle of its core moved up, as a part of the range.
+        most: How far that corner moved which moved most, likewise; of a bell, of the places
+            one sigma beside the mean.
+        sentence: The same in words.
+    """
+
+    scale: str
+    word: str
+    before: float
+    after: float
+    centre: float
+    most: float
+    sentence: str
+
+
+def drift(named: NamedScale, moved: Scale) -> Iterator[Drift]:
+    """Yield how far each word of a scale moved."""
+    axis = named.scale.axis
+    width = axis.bounds[1] - axis.bounds[0]
+    for word, old in named.scale.words.items():
+        new = moved.words[word]
+        before, after = axis.value_of(old), axis.value_of(new)
+        centre = (new.middle - old.middle) / width
+        moves = [(b - a) / width for a, b in zip(_marks(old), _marks(new), strict=False)]
+        most = max(moves, key=abs)
+        seen = f"{show(before, named.dimension)} to {show(after, named.dimension)}"
+        if abs(most) < _NOTHING:
+            sentence = f'"{word}" of {named.name} stays'
+        else:
+            sentence = (
+                f'"{word}" of {named.name} moves {_way(centre)}, from {seen}; '
+                f"its corners by up to {abs(most):.1%} of the range"
+            )
+        yield Drift(named.name, word, before, after, centre, most, sentence)
+
+
+def _way(part: float) -> str:
+    return f"{'up' if part > 0.0 else 'down'} by {abs(part):.1%} of the range"
+
+
+def _marks(shape: Shape) -> tuple[float, ...]:
+    """Return the places whose movement counts."""
+    if isinstance(shape, Gaussian):
+        return shape.mean - shape.sigma, shape.mean, shape.mean + shape.sigma
+    return shape.xs

@@ -1,0 +1,141 @@
+"""How the words of a scale are written: their corners, and the numbers that stand for these."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from tissuec.core.source import Span
+from tissuec.fuzzy.sets import Gaussian
+from tissuec.lang import syntax as s
+from tissuec.scene.declarations import Declared
+from tissuec.scene.expressions import Scope
+from tissuec.scene.words import NamedScale
+
+#: Degrees of the corners of shapes that do not name them.
+_DEGREES = {"triangle": (0.0, 1.0, 0.0), "trapezoid": (0.0, 1.0, 1.0, 0.0)}
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A number in the text and the coordinate that it stands for."""
+
+    node: s.Expression
+    place: float
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """A word of a scale, in the coordinate of the scale.
+
+    Attributes:
+        name: As it is spelt in the text.
+        corners: Coordinates, ascending, not cut to the range; of a bell, its mean.
+        degrees: Of each corner.
+        bell: The bell; None for sets with corners.
+        numbers: What is written of corners, or of the mean.
+        sigma: What is written of the width of a bell.
+        span: What is written behind the equals sign; of plateaus, their sentence.
+    """
+
+    word: str
+    name: str
+    corners: tuple[float, ...]
+    degrees: tuple[float, ...]
+    bell: Gaussian | None
+    numbers: tuple[Written, ...]
+    sigma: s.Expression | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ScaleForm:
+    """A scale as it is written.
+
+    Attributes:
+        key: Name of the property or quantity, in small letters.
+        words: In written order.
+        evenly: The entry that lists them, if they are laid out evenly.
+        block: The property or quantity.
+    """
+
+    key: str
+    named: NamedScale
+    words: tuple[Form, ...]
+    evenly: s.Assign | None
+    block: s.Block
+
+
+def read_form(declared: Declared, named: NamedScale, scope: Scope) -> ScaleForm:
+    """Return how a scale, which was found right, is written."""
+    block = declared.item
+    assert isinstance(block, s.Block)
+    items = [item for item in block.items if not _is_no_word(item, block)]
+    evenly = None
+    match items:
+        case [s.Assign(name=s.Name(key="evenly"), value=s.Listing(items=names)) as evenly]:
+            words = [_even(name, named) for name in names if isinstance(name, s.Name)]
+        case [s.Sentence(), *_]:
+            words = [_plateau(item, named, scope) for item in _sentences(items)]
+        case _:
+            words = [_shape(item, named, scope) for item in items if isinstance(item, s.Assign)]
+    return ScaleForm(declared.name.key, named, tuple(words), evenly, block)
+
+
+def spelt(name: s.Name) -> str:
+    """Return a name as a text has it, with its quotes."""
+    return name.words if name.quoted is None else f'{name.words} "{name.quoted}"'.strip()
+
+
+def _is_no_word(item: s.Item, block: s.Block) -> bool:
+    """Tell whether an entry of a quantity says something else than words do."""
+    if not block.name.key.startswith("quantity ") or not isinstance(item, s.Sentence):
+        return False
+    return item.name.key == "applies" or (
+        item.name.key == "otherwise" and item.phrase is not None
+    )
+
+
+def _sentences(items: Sequence[s.Item]) -> Iterator[s.Sentence]:
+    return (item for item in items if isinstance(item, s.Sentence))
+
+
+def _even(name: s.Name, named: NamedScale) -> Form:
+    return _placed(name, named, (), name.span)
+
+
+def _plateau(item: s.Sentence, named: NamedScale, scope: Scope) -> Form:
+    nodes = [clause.value for clause in item.clauses]
+    return _placed(item.name, named, tuple(_written(nodes, named, scope)), item.span)
+
+
+def _placed(name: s.Name, named: NamedScale, numbers: tuple[Written, ...], span: Span) -> Form:
+    """Return a word of a scale that is parted among its words: nothing leaves the range."""
+    shape = named.scale.words[name.key]
+    assert not isinstance(shape, Gaussian)
+    # The flat parts between the ends of the range and the feet are not the word's own.
+    true = [i for i, y in enumerate(shape.ys) if y > 0.0]
+    own = slice(max(true[0] - 1, 0), true[-1] + 2)
+    xs, ys = shape.xs[own], shape.ys[own]
+    return Form(name.key, spelt(name), xs, ys, None, numbers, None, span)
+
+
+def _shape(item: s.Assign, named: NamedScale, scope: Scope) -> Form:
+    call = item.value
+    assert isinstance(call, s.Call)
+    nodes, kind = [argument.value for argument in call.arguments], call.function.key
+    shape = named.scale.words[item.name.key]
+    name, span = spelt(item.name), call.span
+    if isinstance(shape, Gaussian):
+        numbers = tuple(_written(nodes[:1], named, scope))
+        return Form(item.name.key, name, (shape.mean,), (1.0,), shape, numbers, nodes[1], span)
+    degrees = _DEGREES.get(kind) or tuple(float(scope.number(y).amount) for y in nodes[1::2])
+    numbers = tuple(_written(nodes[::2] if kind == "points" else nodes, named, scope))
+    corners = tuple(number.place for number in numbers)
+    return Form(item.name.key, name, corners, degrees, None, numbers, None, span)
+
+
+def _written(
+    nodes: Sequence[s.Expression], named: NamedScale, scope: Scope
+) -> Iterator[Written]:
+    for node in nodes:
+        value = float(scope.number(node).amount)
+        yield Written(node, named.scale.axis.coordinate(value))

@@ -1,0 +1,73 @@
+"""Tissues that a scene uses, and their descriptions, to be asked again with other words."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tissuec.lang import syntax as s
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.vocabulary import Vocabulary
+from tissuec.scene.words import read_word
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """A tissue that is described in words.
+
+    Attributes:
+        key: Its name in small letters.
+        rules: Of the rules that know its words, in small letters.
+        quantities: What these rules give, also by their ``otherwise``.
+        words: Properties that are described with words, with these.
+        numbers: Properties that are written as numbers.
+    """
+
+    key: str
+    tissue: Tissue
+    rules: str
+    quantities: tuple[str, ...]
+    words: Mapping[str, tuple[s.Name, ...]]
+    numbers: Mapping[str, float]
+
+    def facts(self, vocabulary: Vocabulary, scope: Scope) -> dict[str, float]:
+        """Return the number of each property, with the words of a vocabulary."""
+        facts = dict(self.numbers)
+        for key, names in self.words.items():
+            scale = vocabulary.properties[key]
+            shapes = [read_word(name, scale, vocabulary.hedges, scope).shape for name in names]
+            axis = scale.scale.axis
+            facts[key] = axis.value_of(shapes[0]) if len(names) == 1 else axis.halfway(*shapes)
+        return facts
+
+
+def used_tissues(scene: Scene) -> list[Use]:
+    """Return the tissues of bodies, regions and joints to which rules give something."""
+    tissues = [
+        *(body.tissue for body in scene.bodies.values()),
+        *(region.tissue for body in scene.bodies.values() for region in body.regions),
+        *(joint.tissue for joint in scene.joints.values()),
+    ]
+    named = {s.key_of(tissue.name): tissue for tissue in tissues if tissue is not None}
+    uses = [_use(key, tissue, scene) for key, tissue in named.items() if tissue.vocabulary]
+    return [use for use in uses if use.quantities]
+
+
+def _use(key: str, tissue: Tissue, scene: Scene) -> Use:
+    written = {
+        item.span: item
+        for declared in scene.declarations.of("tissue").values()
+        if isinstance(declared.item, s.Block)
+        for item in declared.item.items
+    }
+    words: dict[str, tuple[s.Name, ...]] = {}
+    numbers: dict[str, float] = {}
+    for fact in tissue.facts:
+        item = written[fact.span]
+        if isinstance(item, s.Sentence) and item.phrase is not None:
+            words[fact.property] = item.phrase.words
+        else:
+            numbers[fact.property] = fact.number
+    quantities = tuple(
+        name for name, given in tissue.given.items() if given.how in ("rules", "otherwise")
+    )
+    return Use(key, tissue, s.key_of(tissue.vocabulary), quantities, words, numbers)
