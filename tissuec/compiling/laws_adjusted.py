@@ -1,14 +1,15 @@
 """Constants of the laws of a tissue that learning can change."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
 
+from tissuec.core import units
 from tissuec.core.fields import Measure
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
-from tissuec.laws.formula import variables
-from tissuec.scene.laws import LAW_KINDS
+from tissuec.laws.formula import Formula, replaced, variables
+from tissuec.scene.laws import LAW_KINDS, FormulaScope
 from tissuec.scene.model import Scene, Tissue, WrittenLaw
 from tissuec.scene.schema import entries_of
 
@@ -51,6 +52,17 @@ def constants_of(tissue: Tissue, scene: Scene) -> dict[str, Constant]:
                 number = entry.kind if isinstance(entry.kind, Measure) else None
                 found[entry.name] = Constant(entry.name, number)
     return found
+
+
+def force_with_params(law: WrittenLaw, scene: Scene, params: Mapping[str, Formula]) -> Formula:
+    """Return a free formula with others in the places of params, by their names."""
+    written = _formula(law, scene)
+    assert written is not None and isinstance(written.argument.value, s.Name)
+    kind = next(kind for kind in LAW_KINDS if kind.formula == written.name.key)
+    own = {**kind.names, written.argument.value.key: (kind.argument, kind.dimension)}
+    known = {s.key_of(name): (f"param {s.key_of(name)}", units.NUMBER) for name in params}
+    formula = FormulaScope(scene.constants, {**known, **own}).formula(written.value)
+    return replaced(formula, {f"param {s.key_of(n)}": value for n, value in params.items()})
 
 
 def _formula(law: WrittenLaw, scene: Scene) -> s.Function | None:

@@ -4,7 +4,7 @@ Numbers are in SI units; dimensions were checked where the formula was written.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -314,6 +314,18 @@ def apply(function: str, arguments: "tuple[Formula, ...]") -> Formula:
 def exp(argument: Formula) -> Formula:
     """Return the exponential of a formula."""
     return Applied("exp", argument)
+
+
+def replaced(formula: Formula, variables: "Mapping[str, Formula]") -> Formula:
+    """Return a formula with others in the places of some of its variables."""
+    if isinstance(formula, Variable):
+        return variables.get(formula.name, formula)
+    parts = {
+        entry.name: replaced(part, variables)
+        for entry in fields(formula)  # type: ignore[arg-type]  # every formula is a dataclass
+        if isinstance(part := getattr(formula, entry.name), Formula)
+    }
+    return replace(formula, **parts) if parts else formula  # type: ignore[type-var]
 
 
 def every(formula: Formula) -> Iterator[Formula]:

@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tissuec.compiler import Compiled, compile_scene
+from tissuec.compiling.laws_adjusted import force_with_params
 from tissuec.lang.syntax import key_of
+from tissuec.laws.formula import as_formula
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
 
@@ -37,7 +39,7 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
     """
 
     def tissue(old: Tissue | None, part: tuple[str, str]) -> Tissue | None:
-        return None if old is None else _changed_tissue(old, part, given, constants)
+        return None if old is None else _changed_tissue(scene, old, part, given, constants)
 
     def body(old: Body) -> Body:
         key = key_of(old.name)
@@ -69,7 +71,7 @@ def _own(body: Body, given: Numbers, key: str, region: str) -> Tissue | None:
 
 
 def _changed_tissue(
-    old: Tissue, part: tuple[str, str], given: Numbers, constants: Numbers
+    scene: Scene, old: Tissue, part: tuple[str, str], given: Numbers, constants: Numbers
 ) -> Tissue:
     key = key_of(old.name)
 
@@ -87,14 +89,18 @@ def _changed_tissue(
         **old.given,
         **{name: replace(old.given[name], value=float(v)) for name, v in quantities.items()},
     }
-    laws = {word: _changed_law(law, inner) for word, law in old.laws.items()}
+    laws = {
+        word: _changed_law(law, inner, scene) if inner else law
+        for word, law in old.laws.items()
+    }
     return replace(old, given=new, laws=laws)
 
 
-def _changed_law(written: WrittenLaw, constants: Mapping[str, Any]) -> WrittenLaw:
+def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene) -> WrittenLaw:
     """Return a law with other constants, as far as they are its own."""
     if written.law is None:
-        return written
+        params = {name: as_formula(value) for name, value in constants.items()}
+        return replace(written, force=force_with_params(written, scene, params))
     own = {name: value for name, value in constants.items() if hasattr(written.law, name)}
     if not own:
         return written

@@ -2,10 +2,10 @@
 
 A pass freezes what happens in all experiments where the last one came to, and begins the
 optimiser anew there. So nothing but the parameters goes from pass to pass, and a learning that
-was interrupted goes on from the last one to the same result. Where the first prediction is far
-off, the beginning of the data is learnt first: over many periods of an oscillation, an error
-function has a minimum for each period that is missed. (H. U. Voss, J. Timmer, J. Kurths, Int. J.
-Bifurcation and Chaos 14:1905, 2004.)
+was interrupted goes on from the last one to the same result. Where the first prediction is
+far off, the beginning of the data is learnt first: over many periods of an oscillation, an
+error function has a minimum for each period that is missed. (H. U. Voss, J. Timmer, J. Kurths,
+Int. J. Bifurcation and Chaos 14:1905, 2004.)
 """
 
 from collections.abc import Callable

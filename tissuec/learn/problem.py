@@ -1,9 +1,9 @@
-"""All experiments together: what is left between prediction and measurement, and its slopes.
+"""All experiments together: what is left between prediction and measurement, with slopes.
 
-With y the predictions, p what was measured, σ the noise and w a weight of each series, the error
-is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where z is
-the unknown zero of a series, if it has one. With σ = w = 1 it is the error function of the paper
-(Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each parameter
+With y the predictions, p what was measured, σ the noise and w a weight of each series, the
+error is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where
+z is the unknown zero of a series, if it has one. With σ = w = 1 it is the error
+function of the paper (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each parameter
 that has one; a faint one for all others keeps where they are those that the data does not tell.
 """
 

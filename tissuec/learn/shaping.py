@@ -1,9 +1,10 @@
 """From what is learnt to the numbers of a net: parameters, their meaning, and the derivative.
 
 Parameters are pure numbers that begin at 0: logarithms of what is positive, over its value at
-the beginning, and otherwise differences in units of a scale. A number of a tissue changes every
-entry of the arrays that is made of it, whatever shares and interfaces do; compiling is linear in
-it, or at least piecewise, so that a small difference gives its derivative to rounding.
+the beginning, and otherwise differences in units of a scale. A number of a tissue changes
+every entry of the arrays that is made of it, whatever shares and interfaces do; compiling is
+linear in it, or at least piecewise, so that a small difference gives its derivative to
+rounding.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,6 +23,7 @@ from tissuec.learn.changing import Numbers, Place, changed, recompiled
 from tissuec.learn.numbers import STATE, Order
 from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS, Adjust, Lesson
 from tissuec.network import Floats, Indices, Network
+from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.quantities import QUANTITIES
 
 STEP = 2.0**-20  # of a number, by which what is linear in it is derived
@@ -162,15 +164,9 @@ class Shaping:
 
     def change(self, theta: Floats) -> sparse.csr_matrix:
         """Return the derivative of the numbers by the parameters, shape (number, parameter)."""
-        vector = self.vector(theta)
-        columns = sparse.lil_matrix((self.order.size, self.size))
         given, _ = self._tissues(theta)
-        parts = [self._of_entries(theta, vector), self._of_constants(theta)]
-        parts.append(self._of_tissues(theta, given))
-        total = sparse.csr_matrix(columns)
-        for part in parts:
-            total = total + part
-        return sparse.csr_matrix(total)
+        own = self._of_entries(theta, self.vector(theta)) + self._of_constants(theta)
+        return sparse.csr_matrix(own + self._of_tissues(theta, given))
 
     # --- parts --------------------------------------------------------------------------------
 
@@ -342,7 +338,7 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
     if adjust.what in QUANTITIES:
         start = np.array([t.given[adjust.what].value for t in tissues])
     else:
-        start = np.array([_constant_of(t.laws.values(), adjust.what) for t in tissues])
+        start = np.array([_constant_of(t, adjust.what, scene) for t in tissues])
     may_turn = adjust.what == "prestress" or adjust.what not in QUANTITIES
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
@@ -352,8 +348,12 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
 _SMALL = {"prestress": 0.01}  # what counts as one of them, where the beginning is at zero
 
 
-def _constant_of(laws, name: str) -> float:
-    return next(float(getattr(w.law, name)) for w in laws if hasattr(w.law, name))
+def _constant_of(tissue: Tissue, name: str, scene: Scene) -> float:
+    """Return the constant of a law, or the param of a free formula."""
+    laws = (written.law for written in tissue.laws.values())
+    own = [float(getattr(law, name)) for law in laws if hasattr(law, name)]
+    params = {key_of(p.name): p.value for p in scene.constants.parameters()}
+    return own[0] if own else float(params[key_of(name)].amount)
 
 
 def _start_block(adjust: Adjust, compiled: Compiled) -> Block:
