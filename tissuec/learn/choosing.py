@@ -7,12 +7,12 @@ import numpy as np
 from tissuec.engine.choice import measured_facts
 from tissuec.integrators import esdirk43, trbdf2
 from tissuec.kernels import tableau853
+from tissuec.laws import Law
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Stepping
 from tissuec.learn.stepping.matrices import Matrices
 from tissuec.learn.stepping.runge_kutta import RungeKutta, Tableau
 from tissuec.learn.stepping.verlet import Verlet
-from tissuec.laws import Law
 from tissuec.network import Network
 from tissuec.plan import Plan
 from tissuec.situation import Situation

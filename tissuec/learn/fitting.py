@@ -26,6 +26,7 @@ ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
 ROUNDS, ITERATIONS = 8, 60  # of either optimiser in a pass
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
 FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
+TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance before the last horizon
 FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
 PERFECT = 1e-28  # of the first error: rounding is all that is left
@@ -41,6 +42,7 @@ class Standing:
         error: E over this horizon.
         noise: By which residuals are measured, shape (fit,).
         rounds: How often the noise was taken from what was left.
+        tries: How many passes this horizon has had.
         reason: Why the search is over; empty while it goes on.
         converged: Whether that was because nothing changed any more.
     """
@@ -52,6 +54,7 @@ class Standing:
     noise: Floats
     evaluations: int
     rounds: int = 0
+    tries: int = 0
     reason: str = ""
     converged: bool = False
 
@@ -144,10 +147,11 @@ class Search:
             passes=old.passes + 1,
             error=error,
             evaluations=problem.evaluations,
+            tries=old.tries + 1,
         )
         calm = before - error <= tolerance * before or error <= PERFECT * len(problem.data)
-        if calm and not last:
-            return replace(new, horizon=old.horizon + 1)
+        if not last and (calm or new.tries == TRIES):
+            return replace(new, horizon=old.horizon + 1, tries=0)
         if calm and self._measures_noise(new):
             return replace(new, noise=self._noise(theta), rounds=new.rounds + 1)
         if calm:

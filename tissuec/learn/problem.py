@@ -2,12 +2,13 @@
 
 With y the predictions, p what was measured, σ the noise and w a weight of each series, the
 error is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where
-z is the unknown zero of a series, if it has one. With σ = w = 1 it is the error
-function of the paper (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each parameter
-that has one; a faint one for all others keeps where they are those that the data does not tell.
+z is the unknown zero of a series, if it has one. With σ = w = 1 it is the error function of the
+paper (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each
+parameter that has one; a faint one for all others keeps where they are those that the data does
+not tell.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,18 +16,9 @@ from numpy.typing import NDArray
 
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.models import Model, measured, slots_of
-from tissuec.learn.shaping import Block
+from tissuec.learn.priors import Prior
 from tissuec.lesson import Lesson
 from tissuec.network import Floats
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Prior:
-    """What was expected of one parameter: its place, its value, and its standard deviation."""
-
-    place: int
-    value: float
-    spread: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +32,8 @@ class Trial:
 class Problem:
     """Residuals of all experiments as a function of parameters and zeros.
 
-    Parameters of the net stand first, then one zero for each fit that has one.
+    Parameters of the net stand first, then one zero for each fit that has one, in units of
+    ``zeros`` (of how far the data deviates from its mean, where not given).
 
     Attributes:
         noise: Standard deviation by which each fit is measured, by its place in the lesson.
@@ -48,7 +41,13 @@ class Problem:
     """
 
     def __init__(
-        self, lesson: Lesson, trials: Sequence[Trial], parameters: int, priors: Sequence[Prior]
+        self,
+        lesson: Lesson,
+        trials: Sequence[Trial],
+        parameters: int,
+        priors: Sequence[Prior] = (),
+        *,
+        zeros: Floats | None = None,
     ):
         self.lesson, self.trials, self.own = lesson, tuple(trials), parameters
         self.priors = tuple(priors)
@@ -58,6 +57,7 @@ class Problem:
         self._fit = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
         self._time = np.concatenate([np.zeros(0), *self._of_times()])
         self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
+        self.unit_of_zero = self.spread if zeros is None else zeros
         self.noise = self.first_noise()
         self.stop, self.faint = np.inf, 0.0
         self.evaluations = 0
@@ -129,7 +129,7 @@ class Problem:
         found[:first, : self.own] = self._scale[:, None] * rows[counted]
         for k, fit in enumerate(self.zeroed):
             found[:first, self.own + k] = self._scale * (self._fit[counted] == fit)
-            found[:first, self.own + k] *= self.spread[fit]
+            found[:first, self.own + k] *= self.unit_of_zero[fit]
         for k, prior in enumerate(self.priors):
             found[first + k, prior.place] = 1.0 / prior.spread
         found[first + len(self.priors) :] = self.faint * np.eye(self.size)
@@ -148,7 +148,7 @@ class Problem:
             slope[: self.own] += trial.model.gradient(theta[: self.own], weights[start:stop])
             start = stop
         for k, fit in enumerate(self.zeroed):
-            slope[self.own + k] = self.spread[fit] * weights[self._fit == fit].sum()
+            slope[self.own + k] = self.unit_of_zero[fit] * weights[self._fit == fit].sum()
         error = 0.5 * float(left @ left)
         for prior in self.priors:
             away = (theta[prior.place] - prior.value) / prior.spread
@@ -172,7 +172,7 @@ class Problem:
 
     def _zeros(self, theta: Floats) -> Floats:
         found = np.zeros(len(self.lesson.fits))
-        found[self.zeroed] = theta[self.own :] * self.spread[self.zeroed]
+        found[self.zeroed] = theta[self.own :] * self.unit_of_zero[self.zeroed]
         return found
 
     def _of_fits(self):
@@ -210,19 +210,3 @@ class Problem:
                     both = np.broadcast_to(mean, values.shape)[np.isfinite(values)]
                     parts.append(both)
         return np.concatenate(parts)
-
-
-def priors_of(blocks: Sequence[Block], place: Callable[[int], slice]) -> list[Prior]:
-    """Return what was expected of parameters."""
-    found = []
-    for number, block in enumerate(blocks):
-        if block.adjust.prior is None:
-            continue
-        value, part = block.adjust.prior
-        spread = np.log1p(part) if block.scale is None else part * abs(value) / block.scale
-        where = place(number)
-        expected = np.broadcast_to(block.theta(value), (where.stop - where.start,))
-        found += [
-            Prior(where.start + k, float(e), float(spread)) for k, e in enumerate(expected)
-        ]
-    return found

@@ -17,15 +17,17 @@ from scipy import sparse
 from tissuec.compiler import Compiled
 from tissuec.lang.syntax import key_of
 from tissuec.laws import Law
-from tissuec.laws.partial import constant_name
 from tissuec.laws.formula import Variable
+from tissuec.laws.partial import constant_name
 from tissuec.learn.changing import Numbers, Place, changed, recompiled
 from tissuec.learn.numbers import STATE, Order
+from tissuec.learn.priors import Prior
 from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS, Adjust, Lesson
 from tissuec.network import Floats, Indices, Network
 from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.quantities import QUANTITIES
 
+SIGMA = 0.5  # of words, in the numbers that move them
 STEP = 2.0**-20  # of a number, by which what is linear in it is derived
 ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velocity"}
 
@@ -51,6 +53,7 @@ class Block:
         group: Of those that act on entries of an array: which parameter each entry belongs to,
             -1 for none, shape (entry,); None for numbers of tissues and laws.
         places: Of numbers of tissues and laws: where each is used.
+        parts: Whose each number is: a part of a body by name, or a spring or node by number.
     """
 
     adjust: Adjust
@@ -59,6 +62,7 @@ class Block:
     scale: float | None
     group: Indices | None = None
     places: tuple[Place, ...] = ()
+    parts: "tuple[str, ...] | Indices" = ()
 
     @property
     def array(self) -> str:
@@ -142,6 +146,21 @@ class Shaping:
                 block.theta(block.adjust.high),
             )
         return low, high
+
+    def priors(self) -> list[Prior]:
+        """Return what is expected of parameters: of words, that they are the expert's."""
+        found = [Prior(place, 0.0, SIGMA) for place in range(self.own, self.size)]
+        for block, where in zip(self.blocks, self._parts, strict=True):
+            if block.adjust.prior is None:
+                continue
+            value, part = block.adjust.prior
+            spread = np.log1p(part) if block.scale is None else part * abs(value) / block.scale
+            expected = np.broadcast_to(block.theta(value), (where.stop - where.start,))
+            places = range(where.start, where.stop)
+            found += [
+                Prior(k, float(e), float(spread)) for k, e in zip(places, expected, strict=True)
+            ]
+        return found
 
     def network(self, theta: Floats) -> Network:
         """Return the net with its numbers, and with numbers in its laws.
@@ -311,13 +330,15 @@ def _block(adjust: Adjust, compiled: Compiled) -> Block:
     if adjust.per == "set":
         group[adjust.members] = 0
         mean = float(np.exp(np.log(values[adjust.members]).mean()))
-        return Block(adjust, (f"{adjust.what} of {adjust.of}",), np.array([mean]), None, group)
+        name = f"{adjust.what} of {adjust.of}"
+        return Block(adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,))
     group[adjust.members] = np.arange(len(adjust.members))
     ids = network.spring_ids if adjust.per == "spring" else network.node_ids
     names = tuple(
         f"{adjust.what} of {adjust.per} {ids[m]} of {adjust.of}" for m in adjust.members
     )
-    return Block(adjust, names, values[adjust.members].astype(float), None, group)
+    start = values[adjust.members].astype(float)
+    return Block(adjust, names, start, None, group, parts=np.asarray(adjust.members))
 
 
 def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
@@ -331,9 +352,9 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
             for name, tissue in used
         )
         names = tuple(f"{adjust.what} of {n + ' of ' if n else ''}{body.name}" for n, _ in used)
-        tissues = [tissue for _, tissue in used]
+        tissues, whose = [tissue for _, tissue in used], tuple(name for name, _ in used)
     else:
-        tissues = [scene.tissues[key_of(adjust.of)]]
+        tissues, whose = [scene.tissues[key_of(adjust.of)]], (adjust.of,)
         places, names = (Place(key_of(adjust.of)),), (f"{adjust.what} of {adjust.of}",)
     if adjust.what in QUANTITIES:
         start = np.array([t.given[adjust.what].value for t in tissues])
@@ -342,7 +363,7 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
     may_turn = adjust.what == "prestress" or adjust.what not in QUANTITIES
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
-    return Block(adjust, names, start, scale, places=places)
+    return Block(adjust, names, start, scale, places=places, parts=whose)
 
 
 _SMALL = {"prestress": 0.01}  # what counts as one of them, where the beginning is at zero

@@ -1,0 +1,61 @@
+"""A search on disk between two passes, so that an interrupted learning goes on."""
+
+import hashlib
+import os
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from tissuec.learn.fitting import Standing
+from tissuec.learn.session import Session
+from tissuec.pipeline import Request
+from tissuec.results.manifest import versions
+
+
+def key_of(session: Session, request: Request, texts: Sequence[str]) -> str:
+    """Return a digest of what the result depends on: texts, what was set, data, versions."""
+    digest = hashlib.sha256()
+    trials = (*session.learning, *session.held_out)
+    parts = (
+        *texts,
+        *request.overrides,
+        session.lesson.name,
+        *(trial.experiment.digest for trial in trials),
+        *(f"{name} {version}" for name, version in sorted(versions().items())),
+    )
+    for part in parts:
+        digest.update(part.encode() + b"\0")
+    return digest.hexdigest()
+
+
+def keep(path: Path, key: str, standing: Standing) -> None:
+    """Write where a search stands; the file is whole at any moment."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    half = path.with_name(path.name + ".new")
+    with half.open("wb") as file:
+        np.savez(file, key=key, **asdict(standing))
+    os.replace(half, path)
+
+
+def kept(path: Path, key: str) -> Standing | None:
+    """Return where a search of the same learning stood; None without one."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            if str(file["key"]) != key:
+                return None
+            return Standing(
+                theta=file["theta"],
+                horizon=int(file["horizon"]),
+                passes=int(file["passes"]),
+                error=float(file["error"]),
+                noise=file["noise"],
+                evaluations=int(file["evaluations"]),
+                rounds=int(file["rounds"]),
+                tries=int(file["tries"]),
+                reason=str(file["reason"]),
+                converged=bool(file["converged"]),
+            )
+    except (OSError, ValueError, KeyError, EOFError):
+        return None

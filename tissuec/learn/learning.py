@@ -1,0 +1,290 @@
+"""The whole of learning on one page: data -> search -> how sure -> what was learnt."""
+
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.compiler import Compiled
+from tissuec.core.errors import TissueError
+from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, Standing
+from tissuec.learn.judging import Sureness, judge
+from tissuec.learn.keeping import keep, kept, key_of
+from tissuec.learn.models.moving import Moving
+from tissuec.learn.motion import Diverged
+from tissuec.learn.outcome import Estimates, Fitted, Learnt
+from tissuec.learn.problem import Problem, Trial
+from tissuec.learn.revising import revised
+from tissuec.learn.session import Session, prepare
+from tissuec.lesson import Lesson
+from tissuec.network import Floats
+from tissuec.pipeline import Request
+
+
+class Unlearnable(TissueError):
+    """The motion has no numbers with those that the learning begins with."""
+
+
+class Progress(NamedTuple):
+    """Where a learning stands.
+
+    Attributes:
+        passes, most: How many passes are over, and how many there may be.
+        horizon: Part of the data in use, from 0 to 1.
+        error, first: The error function now, and at the beginning of this horizon.
+        held_out: Relative error of what was held out; None without any.
+        seconds: Since the beginning.
+    """
+
+    passes: int
+    most: int
+    horizon: float
+    error: float
+    first: float
+    held_out: float | None
+    seconds: float
+
+
+Tell = Callable[[Progress], None]
+
+
+def learn(
+    compiled: Compiled,
+    lesson: Lesson,
+    request: Request,
+    *,
+    state: Path | None = None,
+    fresh: bool = False,
+    progress: Tell | None = None,
+) -> Learnt:
+    """Carry out a ``learn`` block.
+
+    Args:
+        compiled: The scene with the block.
+        request: What it was compiled from.
+        state: Where each pass is kept; a learning that was interrupted goes on from there.
+        fresh: Whether it begins anew all the same.
+        progress: Told after each pass.
+
+    Raises:
+        CompileError: Data is wrong.
+        Unlearnable: The first prediction has no numbers.
+    """
+    began = clock.monotonic()
+    session = prepare(compiled, lesson, request)
+    problem = session.problem
+    judges = session.judged(session.held_out, problem) if session.held_out else None
+    key = key_of(
+        session, request, [request.source.text, *(s.text for s in compiled.scene.imports)]
+    )
+    firsts: dict[int, float] = {}
+
+    def passed(standing: Standing) -> None:
+        if state is not None:
+            keep(state, key, standing)
+        if progress is None:
+            return
+        first = firsts.setdefault(standing.horizon, standing.error)
+        held_out = None if judges is None else _relative(judges, standing.theta)
+        part, seconds = HORIZONS[standing.horizon], clock.monotonic() - began
+        progress(
+            Progress(
+                standing.passes, lesson.passes, part, standing.error, first, held_out, seconds
+            )
+        )
+
+    search = Search(problem, session.bounds(problem), passed)
+    try:
+        first_error = _first_error(problem)
+        before = None if fresh or state is None else kept(state, key)
+        standing = search.go(before or search.begin())
+        sureness = judge(problem, standing.theta, *_names(session, problem))
+        fitted = tuple(_fitted(session, problem, standing.theta))
+        stepping, stepping_error = _stepping(session, problem, standing.theta)
+    except Diverged as failure:
+        raise Unlearnable(
+            f"the motion has no numbers after {failure.args[0]:.3g} s"
+        ) from failure
+    words = revised(session, request, problem, standing.theta)
+    return Learnt(
+        lesson=lesson,
+        estimates=tuple(_estimates(session, standing.theta, sureness)),
+        zeros={lesson.fits[k].text: problem.zero(standing.theta, k) for k in problem.zeroed},
+        error=problem.error(standing.theta),
+        first_error=first_error,
+        fitted=fitted,
+        noise={fit.text: float(s) for fit, s in zip(lesson.fits, sureness.noise, strict=True)},
+        singular=sureness.singular,
+        blind=sureness.blind,
+        method=_method(session, search),
+        stepping=stepping,
+        stepping_error=stepping_error,
+        passes=standing.passes,
+        evaluations=standing.evaluations,
+        reason=standing.reason,
+        converged=standing.converged,
+        wall_time=clock.monotonic() - began,
+        notes=(*_notes(session, stepping_error), *words.sentences),
+        words=words.texts,
+    )
+
+
+class Compared(NamedTuple):
+    """A derivative of the error along one direction, exactly and by differences."""
+
+    name: str
+    exact: float
+    differences: float
+    apart: float
+
+
+def check_gradient(
+    compiled: Compiled, lesson: Lesson, request: Request, *, directions: int = 20
+) -> list[Compared]:
+    """Return derivatives of the error in random directions, exactly and by differences.
+
+    Differences are of sixth order, with the best of several steps.
+
+    Raises:
+        CompileError: Data is wrong.
+        Unlearnable: The first prediction has no numbers.
+    """
+    session = prepare(compiled, lesson, request)
+    problem = session.problem
+    random = np.random.default_rng(lesson.seed)
+    theta = 0.01 * random.standard_normal(problem.size)
+    theta = np.clip(theta, *session.bounds(problem))
+    try:
+        problem.freeze(theta)
+        _, slope = problem.gradient(theta)
+        found = []
+        for number in range(directions):
+            way = random.standard_normal(problem.size)
+            way /= np.linalg.norm(way)
+            exact = float(slope @ way)
+            tried = [_difference(problem, theta, way, step) for step in (3e-2, 1e-2, 3e-3)]
+            best = min(tried, key=lambda value: abs(value - exact))
+            size = max(abs(exact), 1e-3 * float(np.linalg.norm(slope)))
+            found.append(
+                Compared(
+                    f"direction {number + 1}", exact, best, abs(best - exact) / (size or 1.0)
+                )
+            )
+    except Diverged as failure:
+        raise Unlearnable(
+            f"the motion has no numbers after {failure.args[0]:.3g} s"
+        ) from failure
+    return found
+
+
+def _difference(problem: Problem, theta: Floats, way: Floats, step: float) -> float:
+    """Return the derivative along a direction by a central difference of sixth order."""
+    total = 0.0
+    for many, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
+        ahead, behind = (problem.error(theta + s * many * step * way) for s in (1, -1))
+        total += weight * (ahead - behind)
+    return total / (60.0 * step)
+
+
+def _first_error(problem: Problem) -> float:
+    theta = np.zeros(problem.size)
+    problem.limit(np.inf)
+    problem.freeze(theta)
+    return problem.error(theta)
+
+
+def _names(session: Session, problem: Problem) -> tuple[list[str], list[str]]:
+    """Return the names of all parameters, and of what kind they are."""
+    shaping = session.shaping
+    zeros = [f"zero of {session.lesson.fits[k].text}" for k in problem.zeroed]
+    kinds = [block.adjust.what for block in shaping.blocks for _ in block.names]
+    others = problem.size - len(kinds)
+    return [*shaping.names, *zeros], kinds + [""] * others
+
+
+def _estimates(session: Session, theta: Floats, sureness: Sureness) -> Iterator[Estimates]:
+    for number, block in enumerate(session.shaping.blocks):
+        part = session.shaping.place(number)
+        here, away = theta[part], sureness.quantile * sureness.spread[part]
+        known = sureness.identified[part]
+        with np.errstate(over="ignore"):
+            low, high = block.value(here - away), block.value(here + away)
+        yield Estimates(
+            adjust=block.adjust,
+            names=block.names,
+            start=block.start,
+            value=block.value(here),
+            low=low,
+            high=high,
+            identified=known,
+            parts=block.parts,
+        )
+
+
+def _relative(problem: Problem, theta: Floats) -> float:
+    """Return what is left of a problem over how far its data deviates from its mean."""
+    problem.freeze(theta)
+    left = problem.left(theta) / problem.spread[problem.fits]
+    return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+
+
+def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
+    both: Sequence[tuple[Trial, bool]] = [
+        *((trial, False) for trial in session.learning),
+        *((trial, True) for trial in session.held_out),
+    ]
+    for trial, held_out in both:
+        problem = session.judged([trial], like)
+        error = _relative(problem, theta)
+        left = problem.left(theta)
+        fits = session.lesson.fits
+        rest = {
+            fits[k].text: float(np.sqrt(np.mean(np.square(left[problem.fits == k]))))
+            for k in np.unique(problem.fits)
+        }
+        experiment = trial.experiment
+        yield Fitted(experiment.name, held_out, len(left), error, rest, experiment.digest)
+
+
+def _stepping(session: Session, problem: Problem, theta: Floats) -> tuple[str, float]:
+    """Return how motions were stepped, and how far they are from those of half the steps."""
+    found, worst = "", 0.0
+    for trial in session.learning:
+        model = trial.model
+        if not isinstance(model, Moving):
+            found = found or model.name
+            continue
+        own = theta[: problem.own]
+        finer = Moving(
+            model.shaping, model.series, model.looks, model.stepping, 0.5 * model.step
+        )
+        finer.freeze(own)
+        apart = np.abs(finer.predict(own) - model.predict(own))[: len(problem.data)]
+        scale = np.abs(model.predict(own)).max(initial=0.0)
+        span = float(np.ptp(model.predict(own))) or float(scale) or 1.0
+        worst = max(worst, float(apart.max(initial=0.0)) / span)
+        step = f"{model.steps} steps of at most {model.step:.3g} s"
+        found = f"{model.stepping.name}, {step}"
+    return found, worst
+
+
+def _method(session: Session, search: Search) -> str:
+    names = dict.fromkeys(trial.model.name for trial in session.learning)
+    way = "forwards" if search.method == LEAST_SQUARES else "backwards"
+    derivatives = ", ".join(names)
+    if any(isinstance(trial.model, Moving) for trial in session.learning):
+        derivatives += f", {way}"
+    return f"{search.method}, {derivatives}"
+
+
+def _notes(session: Session, stepping_error: float) -> Iterator[str]:
+    """Yield what else is to be known."""
+    if stepping_error > 1e-4:
+        yield (
+            f"half the steps change what is predicted by {stepping_error:.1g} of its range: "
+            "write a smaller step"
+        )
+    for trial in (*session.learning, *session.held_out):
+        yield from getattr(trial.model, "notes", ())

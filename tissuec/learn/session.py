@@ -1,0 +1,136 @@
+"""Everything that a learning works on: experiments read, scenes compiled, models chosen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tissuec.compiler import Compiled
+from tissuec.learn.choosing import choose
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.data.reading import check_times, read_experiment
+from tissuec.learn.freezing import refusal
+from tissuec.learn.kernels import kernels
+from tissuec.learn.looks import look_of
+from tissuec.learn.models import Model
+from tissuec.learn.models.moving import Moving
+from tissuec.learn.problem import Problem, Trial
+from tissuec.learn.shaping import Shaping
+from tissuec.learn.words.model import WordsModel
+from tissuec.lesson import WORDS, Data, Lesson
+from tissuec.network import Floats
+from tissuec.pipeline import Request, compile_request
+from tissuec.plan import RELAXATION
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Session:
+    """A learning, ready to begin.
+
+    Attributes:
+        shaping: Of the scene as it is written.
+        words: Whose words move; None if none do.
+        learning, held_out: Experiments that are learnt from, and those that judge.
+    """
+
+    lesson: Lesson
+    shaping: Shaping
+    words: WordsModel | None
+    learning: tuple[Trial, ...]
+    held_out: tuple[Trial, ...]
+
+    @property
+    def problem(self) -> Problem:
+        """Return the problem of the experiments that are learnt from."""
+        shaping = self.shaping
+        return Problem(self.lesson, self.learning, shaping.size, shaping.priors())
+
+    def judged(self, trials: Sequence[Trial], like: Problem) -> Problem:
+        """Return a problem of other experiments, with the zeros of one."""
+        return Problem(self.lesson, trials, self.shaping.size, zeros=like.unit_of_zero)
+
+    def bounds(self, problem: Problem) -> tuple[Floats, Floats]:
+        """Return the least and the greatest parameters of a problem."""
+        low, high = self.shaping.bounds()
+        free = np.full(problem.size - self.shaping.size, np.inf)
+        return np.concatenate([low, -free]), np.concatenate([high, free])
+
+
+def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
+    """Return a learning with its data read.
+
+    Raises:
+        CompileError: Data is wrong, or the scene is, as an experiment has it.
+    """
+    words = _words(compiled, lesson)
+    shaping = Shaping(compiled, lesson, words)
+    learning: list[Trial] = []
+    held: list[Trial] = []
+    for data in lesson.data:
+        mine = _of_data(compiled, lesson, data, request)
+        own = mine.lesson
+        experiment = read_experiment(_same(own, data), own, mine.compiled.network)
+        check_times(experiment, mine.compiled.plan.simulation.duration)
+        if data.held_out:
+            held.append(Trial(experiment, mine.model(experiment.series)))
+            continue
+        if lesson.last_part:
+            experiment, last = experiment.split(lesson.last_part)
+            held.append(Trial(last, mine.model(last.series)))
+        learning.append(Trial(experiment, mine.model(experiment.series)))
+    return Session(lesson, shaping, words, tuple(learning), tuple(held))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scene:
+    """A scene as one experiment has it."""
+
+    compiled: Compiled
+    lesson: Lesson
+    shaping: Shaping
+
+    def model(self, series: tuple[Series, ...]) -> Model:
+        """Return what predicts some series."""
+        plan, lesson, shaping = self.compiled.plan, self.lesson, self.shaping
+        bound = kernels(shaping.laws, shaping.order.sizes["constants"])
+        looks = [look_of(one.fit, one.nodes, bound) for one in series]
+        known = tuple(look for look in looks if look is not None)
+        whole = len(known) == len(looks) and not refusal(plan, self.compiled.network)
+        if lesson.axis.nodes is not None:
+            from tissuec.learn.models.resting import Resting
+
+            return Resting(shaping, series, known, lesson.axis.nodes, bound)
+        if not whole or plan.simulation.integrator == RELAXATION:
+            from tissuec.learn.models.differing import Differing
+
+            return Differing(shaping, series)
+        stop = max(float(one.times[-1]) for one in series)
+        chosen = choose(
+            lesson.integrator,
+            lesson.step,
+            self.compiled.network,
+            plan,
+            stop,
+            shaping.laws,
+            bound,
+        )
+        return Moving(shaping, series, known, *chosen)
+
+
+def _of_data(compiled: Compiled, lesson: Lesson, data: Data, request: Request) -> _Scene:
+    """Return the scene as it was set for a measurement."""
+    if data.overrides:
+        own = replace(request, overrides=(*request.overrides, *data.overrides))
+        compiled, _ = compile_request(own)
+        lesson = next(one for one in compiled.lessons if one.name == lesson.name)
+    return _Scene(compiled, lesson, Shaping(compiled, lesson, _words(compiled, lesson)))
+
+
+def _same(lesson: Lesson, data: Data) -> Data:
+    return next(one for one in lesson.data if one.path == data.path)
+
+
+def _words(compiled: Compiled, lesson: Lesson) -> WordsModel | None:
+    if not any(adjust.what == WORDS for adjust in lesson.adjusts):
+        return None
+    return WordsModel(compiled.scene, lesson.adjusts)
