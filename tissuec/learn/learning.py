@@ -9,6 +9,7 @@ import numpy as np
 
 from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.core.units import TIME, show
 from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, Standing
 from tissuec.learn.judging import Sureness, judge
 from tissuec.learn.keeping import keep, kept, key_of
@@ -258,14 +259,14 @@ def _stepping(session: Session, problem: Problem, theta: Floats) -> tuple[str, f
             continue
         own = theta[: problem.own]
         finer = Moving(
-            model.shaping, model.series, model.looks, model.stepping, 0.5 * model.step
+            model.shaping, model.series, model.looks, model.stepping, 0.5 * model.motion.longest
         )
         finer.freeze(own)
         apart = np.abs(finer.predict(own) - model.predict(own))[: len(problem.data)]
         scale = np.abs(model.predict(own)).max(initial=0.0)
         span = float(np.ptp(model.predict(own))) or float(scale) or 1.0
         worst = max(worst, float(apart.max(initial=0.0)) / span)
-        step = f"{model.steps} steps of at most {model.step:.3g} s"
+        step = f"{model.motion.steps} steps of at most {show(model.motion.longest, TIME)}"
         found = f"{model.stepping.name}, {step}"
     return found, worst
 

@@ -71,6 +71,9 @@ class Motion:
     Args:
         step: Largest step [s].
         times: When the motion is looked at [s], ascending, shape (sample,).
+
+    Attributes:
+        steps, longest: How many steps there are, and how long the longest is [s].
     """
 
     def __init__(
@@ -80,6 +83,7 @@ class Motion:
         self.leg_of = course.leg_at(times)
         grids = [self._grid(k, leg, step) for k, leg in enumerate(course.legs)]
         self.steps = sum(len(grid) - 1 for grid in grids)
+        self.longest = max(float(np.diff(grid).max()) for grid in grids)
         length = max(1, ceil(sqrt(self.steps)))
         self.stretches = tuple(self._divide(grids, length))
         self._kept: list[State] = []

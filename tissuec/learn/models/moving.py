@@ -46,11 +46,6 @@ class Moving:
         self._known: tuple[bytes, Floats, Samples] | None = None
 
     @property
-    def steps(self) -> int:
-        """Return how many steps a prediction takes."""
-        return self.motion.steps
-
-    @property
     def motion(self) -> Motion:
         """Return the motion up to the limit."""
         if self._motion is None:

@@ -1,0 +1,122 @@
+"""Derivatives of the motion are those of what is computed, steps and all."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from tests.learn.precise import LONG, positions
+from tests.learn.tubes import tube
+from tissuec.learn.choosing import choose
+from tissuec.learn.freezing import Freezer
+from tissuec.learn.kernels import kernels
+from tissuec.learn.motion import Motion
+from tissuec.learn.numbers import VALUES, Order
+
+METHODS = {"velocity verlet": 1e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return tube()
+
+
+def motion_of(scene, name, step, times):
+    network = scene.network
+    order = Order.of(network, 0)
+    vector = order.vector(network, np.zeros(0))
+    bound = kernels(network.laws, 0)
+    chosen = choose(name, step, network, scene.plan, 0.05, network.laws, bound)
+    course = Freezer(scene.plan, chosen.stepping, order, step).course(network, vector, 0.05)
+    return Motion(course, chosen.stepping, order, step, times), vector
+
+
+def test_the_gradient_by_all_numbers_agrees_with_differences_of_long_doubles(scene):
+    # 1990 masses, spring constants, viscosities and rest lengths; 1000 steps with a moved and
+    # a released end, a cut and a change. Differences of 64-bit mantissas with a step of 1e-6
+    # are good to about 1e-11 of the derivative.
+    times = np.array([0.0, 10e-3, 24.95e-3, 30e-3, 45e-3, 50e-3])
+    motion, vector = motion_of(scene, "velocity verlet", 50e-6, times)
+    assert motion.steps == 1000
+    random = np.random.default_rng(1)
+    target = motion.forward(vector).x + 1e-3 * random.standard_normal((len(times), 480))
+    left = motion.forward(vector).x - target
+    gradient = motion.backward(left, np.zeros_like(left))
+    counts = [round((leg.stop - leg.start) / 50e-6) for leg in motion.course.legs]
+
+    def error(moved):
+        numbers = {n: motion.order.array(moved, n) for n in motion.order.sizes}
+        found = positions(motion.course, numbers, counts, times)
+        return 0.5 * ((found.reshape(len(times), -1) - target.astype(LONG)) ** 2).sum()
+
+    inner = np.arange(1990)
+    for _ in range(20):
+        way = np.zeros(len(vector), dtype=LONG)
+        way[inner] = vector[inner] * random.standard_normal(len(inner)) * 0.1
+        step = LONG(1e-6)
+        difference = (error(vector + step * way) - error(vector - step * way)) / (2 * step)
+        assert float(gradient @ way) == pytest.approx(float(difference), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_adjoint_and_changes_are_transposes(scene, name):
+    # Both are exact up to rounding, which 100 steps of a net with 480 unknowns enlarge.
+    times = np.array([3.3e-3, 20e-3, 25e-3, 33.3e-3, 50e-3])
+    motion, vector = motion_of(scene, name, METHODS[name], times)
+    random = np.random.default_rng(2)
+    motion.forward(vector)
+    by_x, by_v = random.standard_normal((2, len(times), 480))
+    gradient = motion.backward(by_x, by_v)
+    some = random.standard_normal((len(vector), 4)) * np.abs(vector)[:, None]
+    total = np.zeros(4)
+
+    def visit(sample, tx, tv):
+        total[:] += by_x[sample] @ tx + by_v[sample] @ tv
+
+    motion.forward_with(vector, sparse.csr_matrix(some), visit)
+    assert total == pytest.approx(gradient @ some, rel=1e-10)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_every_array_has_its_derivative(scene, name):
+    # Sixth-order differences with a step of 1e-3: h^6 and rounding over h leave 1e-8 or so.
+    times = np.array([3.3e-3, 27e-3, 50e-3])
+    motion, vector = motion_of(scene, name, METHODS[name], times)
+    random = np.random.default_rng(3)
+    weight = random.standard_normal((len(times), 480))
+    motion.forward(vector)
+    gradient = motion.backward(weight, np.zeros_like(weight))
+    for array in (*VALUES[:-1], "position", "velocity"):
+        part = motion.order.places[array]
+        way = np.zeros_like(vector)
+        size = {"rest": 0.02, "position": 0.005, "velocity": 0.05}.get(array, 1.0)
+        typical = float(np.abs(vector[part]).max()) or 1.0
+        way[part] = size * typical * random.standard_normal(part.stop - part.start) * 0.1
+
+        def value(factor, way=way):
+            return float((motion.forward(vector + factor * way).x * weight).sum())
+
+        h = 1e-2
+        difference = sum(
+            w * (value(k * h) - value(-k * h)) for k, w in ((1, 45.0), (2, -9.0), (3, 1.0))
+        ) / (60.0 * h)  # fmt: skip
+        assert gradient @ way == pytest.approx(difference, rel=2e-6), array
+
+
+def test_memory_grows_with_the_root_of_the_steps(scene):
+    motion, vector = motion_of(scene, "velocity verlet", 12.5e-6, np.array([50e-3]))
+    motion.forward(vector)
+    assert motion.steps == 4000
+    assert len(motion._kept) <= 64 + len(motion.course.legs)
+    assert max(len(stretch.times) for stretch in motion.stretches) <= 65
+
+
+def test_methods_agree_on_the_motion(scene):
+    times = np.linspace(0.0, 50e-3, 11)
+    found = {}
+    for name, step in {"dop853": 1e-3, "velocity verlet": 25e-6, "esdirk43": 5e-4}.items():
+        motion, vector = motion_of(scene, name, step, times)
+        found[name] = motion.forward(vector).x
+    moved = np.abs(found["dop853"] - found["dop853"][0]).max()
+    # Errors of Verlet are (h ω)² / 24 a swing, with h ω = 2e-3; those of ESDIRK h³.
+    for name, allowed in {"velocity verlet": 1e-5, "esdirk43": 1e-4}.items():
+        assert np.abs(found[name] - found["dop853"]).max() < allowed * moved
