@@ -10,8 +10,10 @@ from tissuec.kernels import tableau853
 from tissuec.laws import Law
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Stepping
+from tissuec.learn.stepping.explicit import Explicit
+from tissuec.learn.stepping.implicit import Implicit
 from tissuec.learn.stepping.matrices import Matrices
-from tissuec.learn.stepping.runge_kutta import RungeKutta, Tableau
+from tissuec.learn.stepping.tableau import Tableau
 from tissuec.learn.stepping.verlet import Verlet
 from tissuec.network import Network
 from tissuec.plan import Plan
@@ -64,4 +66,7 @@ def choose(
     step = min(step, duration) if np.isfinite(step) else duration
     if name == "velocity verlet":
         return Chosen(Verlet(kernels), step)
-    return Chosen(RungeKutta(TABLEAUS[name], kernels, Matrices(laws)), step)
+    tableau = TABLEAUS[name]
+    if tableau.is_explicit:
+        return Chosen(Explicit(tableau, kernels), step)
+    return Chosen(Implicit(tableau, kernels, Matrices(laws)), step)

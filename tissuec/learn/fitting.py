@@ -26,6 +26,7 @@ ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
 ROUNDS, ITERATIONS = 8, 60  # of either optimiser in a pass
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
 FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
+NEAR, WIDE = 1.0, 3.0  # how far a pass goes in any parameter, before and on the last horizon
 TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance before the last horizon
 FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
@@ -137,7 +138,7 @@ class Search:
         self._limit(old.horizon)
         problem.freeze(old.theta)
         before = problem.error(old.theta)
-        theta = self._optimised(old.theta, tolerance)
+        theta = self._optimised(old.theta, tolerance, WIDE if last else NEAR)
         error = problem.error(theta)
         if not error <= before:
             theta, error = old.theta, before
@@ -176,12 +177,21 @@ class Search:
                 found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
         return found
 
-    def _optimised(self, theta: Floats, tolerance: float) -> Floats:
-        if self.method == LEAST_SQUARES:
-            return self._by_least_squares(theta, tolerance)
-        return self._by_lbfgs(theta, tolerance)
+    def _optimised(self, theta: Floats, tolerance: float, reach: float) -> Floats:
+        """Return where the optimiser comes to, at most so far away in any parameter.
 
-    def _by_least_squares(self, theta: Floats, tolerance: float) -> Floats:
+        Data that is noisy or short may tell next to nothing of some parameters, which then
+        would go anywhere in one step.
+        """
+        low, high = self.bounds
+        bounds = np.maximum(low, theta - reach), np.minimum(high, theta + reach)
+        step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
+        with np.errstate(all="ignore"):  # what has no numbers is not gone to
+            return step(theta, bounds, tolerance)
+
+    def _by_least_squares(
+        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
+    ) -> Floats:
         """Return where SciPy's trust region of least squares comes to."""
         problem = self.problem
         problem.faint = 0.0
@@ -195,13 +205,11 @@ class Search:
             except (Diverged, CompileError):
                 return np.full(size, np.nan)  # SciPy takes a shorter step
 
-        low, high = self.bounds
-        inside = np.clip(theta, low, high)
         found: Any = least_squares(
             residuals,
-            inside,
+            theta,
             self.problem.jacobian,
-            (low, high),
+            bounds,
             ftol=max(tolerance, 1e-15),
             xtol=1e-14,
             gtol=None,
@@ -209,7 +217,9 @@ class Search:
         )
         return np.asarray(found.x)
 
-    def _by_lbfgs(self, theta: Floats, tolerance: float) -> Floats:
+    def _by_lbfgs(
+        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
+    ) -> Floats:
         """Return where SciPy's L-BFGS-B comes to."""
         scale = max(self.problem.error(theta), 1e-300)
 
@@ -220,9 +230,13 @@ class Search:
                 return 1e30, np.zeros_like(at)
             return error / scale, slope / scale
 
-        bounds = np.stack(self.bounds, axis=1)
         options = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
         found: Any = minimize(
-            value, theta, jac=True, method="L-BFGS-B", bounds=bounds, options=options
+            value,
+            theta,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=np.stack(bounds, axis=1),
+            options=options,
         )
         return np.asarray(found.x)

@@ -1,4 +1,4 @@
-"""The functions of ``kernels.sensitivity``, bound to the laws of a net and compiled."""
+"""The functions of ``kernels.sensitivity`` and ``explicit``, bound to laws and compiled."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any
 
 from tissuec.engine.binding import Binder
-from tissuec.kernels import sensitivity
+from tissuec.kernels import explicit, sensitivity
 from tissuec.laws import Law
 from tissuec.laws.partial import functions
 
@@ -17,12 +17,16 @@ OPERATIONS = (
     "verlet_forward",
     "verlet_back",
     "verlet_change",
+    "explicit_stages",
+    "explicit_forward",
+    "explicit_back",
+    "explicit_change",
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Kernels:
-    """What ``kernels.sensitivity`` has, under the same names."""
+    """What both modules have, under the same names."""
 
     acceleration: Callable[..., Any]
     pull_back: Callable[..., Any]
@@ -30,6 +34,10 @@ class Kernels:
     verlet_forward: Callable[..., Any]
     verlet_back: Callable[..., Any]
     verlet_change: Callable[..., Any]
+    explicit_stages: Callable[..., Any]
+    explicit_forward: Callable[..., Any]
+    explicit_back: Callable[..., Any]
+    explicit_change: Callable[..., Any]
 
 
 @cache
@@ -44,4 +52,5 @@ def kernels(laws: tuple[Law, ...], constants: int, *, compiled: bool = True) -> 
     replaced: dict[str, Any] = dict(functions(laws, constants))
     replaced["CURVED"] = len(laws) > 1
     binder = Binder(replaced, OPERATIONS if compiled else ())
-    return Kernels(**{name: binder.bind(getattr(sensitivity, name)) for name in OPERATIONS})
+    both = vars(sensitivity) | vars(explicit)
+    return Kernels(**{name: binder.bind(both[name]) for name in OPERATIONS})

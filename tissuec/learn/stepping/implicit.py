@@ -1,4 +1,4 @@
-"""Runge-Kutta methods for x'' = a(x, v), explicit or with one implicit stage after another.
+"""Runge-Kutta methods for x'' = a(x, v) with one implicit stage after another.
 
 Stage i is at x_i = x + c_i h v + h² Σ (A²)_ij a_j and v_i = v + h Σ A_ij a_j, where a_i is the
 acceleration; the step ends at x + h v + h² Σ (b A)_j a_j and v + h Σ b_j a_j. Where A_ii is not
@@ -21,6 +21,7 @@ from tissuec.kernels.sensitivity import Seeds, Values
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Act, State, Trail
 from tissuec.learn.stepping.matrices import Matrices
+from tissuec.learn.stepping.tableau import Tableau
 from tissuec.network import Floats
 
 ITERATIONS = 40
@@ -32,25 +33,6 @@ class Unsolved(Exception):
     """Newton's method does not find a stage; the time [s] is its argument."""
 
 
-class Tableau(NamedTuple):
-    """A method.
-
-    Attributes:
-        name: Of the integrator whose coefficients these are.
-        weights: A, shape (stage, stage).
-        result: b, shape (stage,).
-    """
-
-    name: str
-    weights: Floats
-    result: Floats
-
-    @property
-    def nodes(self) -> Floats:
-        """Return c, shape (stage,)."""
-        return self.weights.sum(axis=1)
-
-
 class Stage(NamedTuple):
     """One stage that was found: where it is, and what is prescribed there."""
 
@@ -59,7 +41,7 @@ class Stage(NamedTuple):
     a: Floats
 
 
-class RungeKutta:
+class Implicit:
     """Steps by a tableau."""
 
     lands = True
@@ -67,12 +49,8 @@ class RungeKutta:
     def __init__(self, tableau: Tableau, kernels: Kernels, matrices: Matrices):
         self.name, self.tableau = tableau.name, tableau
         self.kernels, self.matrices = kernels, matrices
-        a, b = tableau.weights, tableau.result
-        self._stages = len(b)
-        # Rows of all stages and of the result: weights of accelerations in x and in v.
-        self._for_x = np.vstack([a @ a, b @ a])
-        self._for_v = np.vstack([a, b])
-        self._nodes = np.append(tableau.nodes, 1.0)
+        self._stages = len(tableau.result)
+        self._for_x, self._for_v, self._nodes = tableau.rows
         self._factor: SuperLU | None = None
         self._factored: tuple[object, float] = (None, 0.0)
 
