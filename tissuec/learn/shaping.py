@@ -9,6 +9,7 @@ rounding.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -101,7 +102,7 @@ class Shaping:
         adjusts = [adjust for adjust in lesson.adjusts if adjust.what != WORDS]
         self.blocks = tuple(_block(adjust, compiled) for adjust in adjusts)
         ends = np.cumsum([0, *(len(block.names) for block in self.blocks)]).tolist()
-        self._parts = [slice(a, b) for a, b in zip(ends, ends[1:], strict=False)]
+        self._parts = [slice(a, b) for a, b in pairwise(ends)]
         self.own = ends[-1]
         self.size = self.own + (0 if words is None else words.size)
         self._inner = [
@@ -116,6 +117,11 @@ class Shaping:
             for k, (block, number) in enumerate(self._inner)
         }
         self._variable = variables
+        # Which of two tissues is the softer decides for all of their springs.
+        bodies = compiled.scene.bodies.values()
+        self._is_linear = all(body.interface in ("", "mean") for body in bodies)
+        self._first: tuple[Numbers, Floats] | None = None
+        self._columns: dict[tuple, Floats] = {}
         scene = changed(compiled.scene, {}, variables)
         self.laws: tuple[Law, ...] = (
             recompiled(compiled, lambda _: scene).network.laws
@@ -206,9 +212,42 @@ class Shaping:
         return given, constants
 
     def _compiled_vector(self, given: Numbers, constants: Sequence[float]) -> Floats:
+        """Return the numbers of the net for numbers of tissues, shape (number,)."""
+        vector = self._compiled(given).copy()
+        self.order.array(vector, "constants")[:] = constants
+        return vector
+
+    def _compiled(self, given: Numbers) -> Floats:
+        """Return the same for constants of 0; where compiling is linear, without doing it."""
+        if not self._is_linear:
+            return self._by_compiling(given)
+        first, base = self._base(given)
+        total = base.copy()
+        for key, value in given.items():
+            if value != first[key]:
+                total += (value - first[key]) * self._column(key, first)
+        return total
+
+    def _base(self, given: Numbers) -> tuple[Numbers, Floats]:
+        """Return the first numbers of tissues that were asked for, and those of the net."""
+        if self._first is None:
+            self._first = dict(given), self._by_compiling(given)
+        return self._first
+
+    def _column(self, key: tuple[Place, str], given: Numbers) -> Floats:
+        """Return the derivative by one number of a tissue, shape (number,)."""
+        where = (key, *(() if self._is_linear else given.values()))
+        if where not in self._columns:
+            step = STEP * (abs(given[key]) or 1.0)
+            moved = self._by_compiling({**given, key: given[key] + step})
+            before = self._base(given)[1] if self._is_linear else self._by_compiling(given)
+            self._columns[where] = (moved - before) / step
+        return self._columns[where]
+
+    def _by_compiling(self, given: Numbers) -> Floats:
         scene = changed(self.compiled.scene, given, self._variable)
         network = recompiled(self.compiled, lambda _: scene).network
-        return self.order.vector(network, np.array(constants))
+        return self.order.vector(network, np.zeros(len(self._inner)))
 
     def _by_entry(self, order: Order, vector: Floats, theta: Floats) -> Floats:
         """Return numbers with what belongs to single entries put on top."""
@@ -252,18 +291,11 @@ class Shaping:
         self, theta: Floats, given: dict[tuple[Place, str], float]
     ) -> sparse.csr_matrix:
         """Return the derivative by numbers of tissues, and by words through these."""
-        columns: dict[tuple[Place, str], Floats] = {}
-        base = self._compiled_vector(given, [0.0] * len(self._inner))
         factor = self._factors(theta)
+        first = self._base(given)[0] if self._is_linear else given
 
         def column(key: tuple[Place, str]) -> Floats:
-            if key not in columns:
-                step = STEP * (abs(given[key]) or 1.0)
-                moved = self._compiled_vector(
-                    {**given, key: given[key] + step}, [0.0] * len(self._inner)
-                )
-                columns[key] = factor * (moved - base) / step
-            return columns[key]
+            return factor * self._column(key, first)
 
         found = sparse.lil_matrix((self.order.size, self.size))
         for block, part in zip(self.blocks, self._parts, strict=True):
