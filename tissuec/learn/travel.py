@@ -2,8 +2,8 @@
 
 The script is gone through once without any physics: driven nodes are on their paths, all
 others stay where they are drawn. The displacement of a row is the mean one of the moved nodes,
-along the direction in which they are in the end; what counts is the first way out, as far as
-it never turns back.
+along the line to where they are in the end; what counts is the first way out, as far as it
+never turns back.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,6 +17,7 @@ from tissuec.plan import Plan
 from tissuec.running.agenda import Timetable
 from tissuec.running.sampling import SAME
 from tissuec.situation import Situation
+from tissuec.verbs.settle import Settle
 
 LOOKS = 4096  # at the whole way, to find where it turns back
 ROUNDING = 1e-9  # of the whole way: displacements closer than this are one
@@ -59,8 +60,12 @@ class Travel:
         self._direction = _direction(np.array(means).reshape(-1, 3))
         self._times, self._sizes = times, np.array(means).reshape(-1, 3) @ self._direction
         self.greatest = 0.0
-        if np.abs(self._sizes).max(initial=0.0) > 0.0:
-            self._end_where_it_turns()
+        far = float(np.abs(self._sizes).max(initial=0.0))
+        if far > 0.0:
+            first = int(np.argmax(np.abs(self._sizes) > ROUNDING * far))
+            if self._sizes[first] < 0.0:  # the way out counts, wherever it ends
+                self._direction, self._sizes = -self._direction, -self._sizes
+            self._end_where_it_turns(ROUNDING * far)
             self.greatest = float(self._sizes.max())
 
     def time(self, displacement: float) -> float | None:
@@ -94,7 +99,8 @@ class Travel:
         stop, were_held = plan.simulation.duration, False
         while situation.time < stop:
             for action in agenda.due(situation.time):
-                action.apply(situation, agenda)
+                if not isinstance(action, Settle):
+                    action.apply(situation, agenda)
             situation.place_held()
             are_held = bool(situation.held[nodes].all())
             if were_held and not are_held:
@@ -106,9 +112,8 @@ class Travel:
             situation.time = until
             situation.place_held()
 
-    def _end_where_it_turns(self) -> None:
+    def _end_where_it_turns(self, close: float) -> None:
         """Forget the way from where it first turns back, and end it right there."""
-        close = ROUNDING * float(np.abs(self._sizes).max())
         back = np.flatnonzero(np.diff(self._sizes) < -close)
         if not len(back):
             return
