@@ -6,25 +6,23 @@ changed when they were taken hold of.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
-from tissuec.kernels.sensitivity import Links, Seeds, Values
+from tissuec.kernels.sensitivity import Values
 from tissuec.learn.data.experiment import Series
+from tissuec.learn.equilibrium import Equilibrium
 from tissuec.learn.freezing import refusal
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.looks import Look, View, pull, push
 from tissuec.learn.models import measured, slots_of
 from tissuec.learn.numbers import VALUES
-from tissuec.learn.resistance import Resistance, Yielding
+from tissuec.learn.resistance import Yielding
 from tissuec.learn.shaping import Shaping
 from tissuec.learn.stands import Stand, Unbalanced, stands
-from tissuec.learn.stepping import Act
 from tissuec.learn.stepping.matrices import Matrices
 from tissuec.learn.travel import Travel
 from tissuec.network import Floats, Indices
@@ -65,7 +63,7 @@ class Resting:
         self._times, self._rows = _rows_of(shaping, series, axis_nodes)
         self._stands: list[Stand] = []
         self._looked: list[int] = []
-        self._known: tuple[bytes, list[_Balanced]] | None = None
+        self._known: tuple[bytes, list[Equilibrium]] | None = None
 
     def freeze(self, theta: Floats) -> None:
         """Go through the script once; which springs break and who is held stays so.
@@ -104,9 +102,7 @@ class Resting:
                 due += slope.x
                 if slope.values is not None:
                     self._add(direct, balanced.stand, slope.values)
-            by = Values(*(np.zeros_like(part) for part in balanced.view.values))
-            balanced.back(due, by)
-            self._add(direct, balanced.stand, by)
+            self._add(direct, balanced.stand, balanced.back(due))
         order.array(direct, "position")[:] += due
         return np.asarray(self.shaping.change(theta).T @ direct)
 
@@ -117,11 +113,13 @@ class Resting:
             Unbalanced: The net could move without any force, and something acts that way.
         """
         order, change = self.shaping.order, self.shaping.change(theta)
-        found = np.zeros((self.size, change.shape[1]))
-        for first in range(0, change.shape[1], CHANGES):
-            some = change[:, first : first + CHANGES].tocsr()
-            columns = slice(first, first + some.shape[1])
-            tx = np.ascontiguousarray(some[order.places["position"]].toarray())
+        count = self.shaping.size
+        found = np.zeros((self.size, count))
+        for first in range(0, count, CHANGES):
+            columns = slice(first, min(first + CHANGES, count))
+            some = sparse.csr_matrix(change[:, columns])
+            start = sparse.csr_matrix(some[order.places["position"]])
+            tx = np.ascontiguousarray(start.toarray())
             still = np.zeros_like(tx)
             for balanced, parts in self._measured(theta):
                 self._move(balanced, some, tx)
@@ -139,7 +137,7 @@ class Resting:
 
     def _measured(
         self, theta: Floats
-    ) -> "Iterator[tuple[_Balanced, list[tuple[Look, slice]]]]":
+    ) -> Iterator[tuple[Equilibrium, list[tuple[Look, slice]]]]:
         """Yield all equilibria in order, with what is looked at in each and where it goes."""
         parts: list[list[tuple[Look, slice]]] = [[] for _ in self._stands]
         for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
@@ -147,7 +145,7 @@ class Resting:
                 parts[self._looked[time]].append((look, slot.of(row)))
         yield from zip(self._balanced(theta), parts, strict=True)
 
-    def _balanced(self, theta: Floats) -> "list[_Balanced]":
+    def _balanced(self, theta: Floats) -> list[Equilibrium]:
         """Return the equilibria."""
         assert self._stands, "freeze comes first"
         key = theta.tobytes()
@@ -159,11 +157,11 @@ class Resting:
                 values = stand.leg.present(order.values(vector))
                 places = stand.balanced(network, values, places)
                 view = View(stand.leg, values, places.ravel(), np.zeros(places.size))
-                found.append(_Balanced(stand, view, self.kernels, self._matrices))
+                found.append(Equilibrium(stand, view, self.kernels, self._matrices))
             self._known = key, found
         return self._known[1]
 
-    def _move(self, balanced: "_Balanced", change: sparse.csr_matrix, tx: Floats) -> None:
+    def _move(self, balanced: Equilibrium, change: sparse.csr_matrix, tx: Floats) -> None:
         """Carry changes of places from one equilibrium to the next."""
         try:
             balanced.move(
@@ -200,67 +198,6 @@ class Resting:
                 text = f"{remark.message}, above all node {ids[remark.node]}"
                 found.setdefault(remark.message, f"{self._where(stand)}, {text}")
         return tuple(found.values())
-
-
-@dataclass(eq=False)
-class _Balanced:
-    """A net in equilibrium, and how that changes."""
-
-    stand: Stand
-    view: View
-    kernels: Kernels
-    matrices: Matrices
-
-    @cached_property
-    def links(self) -> Links:
-        return self.stand.leg.links(self.view.values)
-
-    @cached_property
-    def acceleration(self) -> Floats:
-        """Return what rounding left of accelerations, and those of nodes that stay."""
-        leg, (_, values, x, v) = self.stand.leg, self.view
-        load = leg.paths(np.array([leg.start])).load[0]
-        found = np.empty_like(x)
-        self.kernels.acceleration(x, v, load, self.links, values, found)
-        return found
-
-    @cached_property
-    def resistance(self) -> Resistance:
-        leg, (_, values, x, v) = self.stand.leg, self.view
-        by_x, _ = self.matrices.derivatives(Act(leg, self.links, values), x, v)
-        return Resistance(by_x, values.mass, self.stand.free, leg.network.extent)
-
-    def move(self, tx: Floats, seeds: Seeds) -> None:
-        """Change the changes of free places to those in equilibrium, shape (3 node, change)."""
-        if not len(self.stand.free):
-            return
-        _, values, x, v = self.view
-        ta, part = np.empty_like(tx), np.empty(tx.shape[1])
-        self.kernels.push_forward(
-            x, v, self.acceleration, tx, np.zeros_like(tx), self.links, values, seeds, part, ta
-        )
-        entries, weights = self.resistance.entries, self.resistance.weights
-        tx[entries] += self.resistance.moved(weights[:, None] * ta[entries])
-
-    def back(self, due: Floats, by: Values) -> None:
-        """Turn derivatives by all places into those by held places, and by numbers.
-
-        Args:
-            due: By places, shape (3 node,); changed.
-            by: By numbers; added to.
-        """
-        if not len(self.stand.free):
-            return
-        _, values, x, v = self.view
-        entries, weight = self.resistance.entries, np.zeros_like(due)
-        moved = self.resistance.moved(due[entries])
-        weight[entries] = self.resistance.weights * moved
-        by_x, by_v = np.zeros((2, len(due)))
-        self.kernels.pull_back(
-            x, v, self.acceleration, weight, self.links, values, by_x, by_v, by
-        )
-        due += by_x
-        due[entries] = 0.0
 
 
 def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -> None:
