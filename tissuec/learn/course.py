@@ -88,6 +88,11 @@ class Leg:
         nodes = np.unique(np.concatenate([_NONE, *(load.nodes for load in self.loads)]))
         return nodes[~self.held[nodes]]
 
+    @property
+    def factors(self) -> Mapping[str, Floats]:
+        """Return what the script has multiplied the entries of arrays by, by name."""
+        return {name: change.factor for name, change in self.changes.items()}
+
     def present(self, values: Values) -> Values:
         """Return the numbers that hold on this leg."""
         changed = {

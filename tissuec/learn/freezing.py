@@ -64,7 +64,7 @@ class Freezer:
                 situation.alive = situation.alive.copy()
                 situation.alive[breaks.pop(0).springs] = False
             for action in agenda.due(situation.time):
-                _note(action, changes, situation)
+                note(action, changes, situation)
                 action.apply(situation, agenda)
             situation.place_held()
             until = min(agenda.next, breaks[0].time if breaks else inf, stop)
@@ -127,7 +127,7 @@ class _Nowhere:
         return lambda *_, **__: None
 
 
-def _note(action: Action, changes: dict[str, Change], situation: Situation) -> None:
+def note(action: Action, changes: dict[str, Change], situation: Situation) -> None:
     """Enter what an action makes of an array."""
     if not isinstance(action, ChangeParameter):
         return
@@ -141,10 +141,14 @@ def _note(action: Action, changes: dict[str, Change], situation: Situation) -> N
         changes[action.array] = Change(factor, more)
 
 
-def refusal(plan: Plan, network: Network) -> str:
-    """Return why the motion has no exact derivatives here, empty if it has."""
+def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
+    """Return why the motion, or the net at rest, has no exact derivatives; empty if it has."""
     actions = [event.action for event in _every(plan)]
+    if at_rest and plan.triggers:
+        return "a condition is waited for"
     for kind, reason in _UNKNOWN.items():
+        if at_rest and kind == "settle":
+            continue
         if any(type(action).__module__ == f"tissuec.verbs.{kind}" for action in actions):
             return reason
     if plan.contact is not None:

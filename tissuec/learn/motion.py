@@ -228,12 +228,7 @@ class Motion:
 
     def _seeds(self, change: sparse.csr_matrix, leg: Leg) -> Seeds:
         """Return how the numbers of a leg change."""
-        if not leg.changes:
-            return self.order.seeds(change)
-        factors = np.ones(self.order.size)
-        for name, changed in leg.changes.items():
-            self.order.array(factors, name)[:] = changed.factor
-        return self.order.seeds(sparse.csr_matrix(sparse.diags(factors) @ change))
+        return self.order.changed_seeds(change, leg.factors)
 
     def _changed(
         self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit

@@ -79,3 +79,12 @@ class Order:
             rows = sparse.csr_matrix(change[self.places[name]])
             parts += [rows.indptr.astype(np.int64), rows.indices.astype(np.int64), rows.data]
         return Seeds(*parts)
+
+    def changed_seeds(self, change: sparse.csr_matrix, factors: Mapping[str, Floats]) -> Seeds:
+        """Return the same where a script has multiplied entries of some arrays, by name."""
+        if not factors:
+            return self.seeds(change)
+        every = np.ones(self.size)
+        for name, factor in factors.items():
+            self.array(every, name)[:] = factor
+        return self.seeds(sparse.csr_matrix(sparse.diags(every) @ change))

@@ -1,0 +1,243 @@
+"""An experiment without a time: the net is in equilibrium in each row, with exact derivatives.
+
+With A(x, θ) = 0 the accelerations of free nodes in equilibrium, ∂A/∂x δx + ∂A/∂x_held δx_held +
+∂A/∂θ δθ = 0 tells how the equilibrium changes. What holds nodes carries along how these were
+changed when they were taken hold of.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.units import LENGTH, show
+from tissuec.kernels.sensitivity import Values
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.equilibrium import Equilibrium
+from tissuec.learn.freezing import refusal
+from tissuec.learn.kernels import Kernels
+from tissuec.learn.looks import Look, View, pull, push
+from tissuec.learn.models import measured, slots_of
+from tissuec.learn.numbers import VALUES
+from tissuec.learn.resistance import Yielding
+from tissuec.learn.shaping import Shaping
+from tissuec.learn.stands import Stand, Unbalanced, stands
+from tissuec.learn.stepping.matrices import Matrices
+from tissuec.learn.travel import Travel
+from tissuec.network import Floats, Indices
+
+CHANGES = 256  # that are carried from equilibrium to equilibrium at once
+
+
+class Resting:
+    """Predictions of a net at rest.
+
+    Args:
+        looks: What each series is of.
+        axis_nodes: The moved nodes whose displacement rows are sorted by, shape (node,).
+
+    Attributes:
+        notes: What is to be known of the equilibria, as sentences.
+
+    Raises:
+        CompileError: The script does not move the nodes as far as a row says, or does
+            something that has no exact derivatives.
+    """
+
+    name = "exact derivatives of every equilibrium"
+
+    def __init__(
+        self,
+        shaping: Shaping,
+        series: tuple[Series, ...],
+        looks: tuple[Look, ...],
+        axis_nodes: Indices,
+        kernels: Kernels,
+    ):
+        self.shaping, self.series, self.looks, self.kernels = shaping, series, looks, kernels
+        self.slots, self.size = slots_of(series), len(measured(series))
+        self.notes: tuple[str, ...] = ()
+        self._matrices = Matrices(shaping.laws)
+        _refuse(shaping, series, looks)
+        self._times, self._rows = _rows_of(shaping, series, axis_nodes)
+        self._stands: list[Stand] = []
+        self._looked: list[int] = []
+        self._known: tuple[bytes, list[Equilibrium]] | None = None
+
+    def freeze(self, theta: Floats) -> None:
+        """Go through the script once; which springs break and who is held stays so.
+
+        Raises:
+            Unbalanced: The net has no equilibrium in a row.
+        """
+        plan, network = self.shaping.compiled.plan, self.shaping.network(theta)
+        found = list(stands(network, plan, self._times))
+        self._stands = [stand for stand, _ in found]
+        self._looked = [k for k, (_, is_row) in enumerate(found) if is_row]
+        self.notes, self._known = self._remarks(), None
+
+    def limit(self, stop: float) -> None:
+        """Do nothing: rows have no time."""
+
+    def predict(self, theta: Floats) -> Floats:
+        """Return the predictions; raises Unbalanced."""
+        found = np.zeros(self.size)
+        for balanced, parts in self._measured(theta):
+            for look, part in parts:
+                found[part] = look.at(balanced.view)
+        return found
+
+    def gradient(self, theta: Floats, weights: Floats) -> Floats:
+        """Return the derivatives of Σ weights · predictions, from the last row to the first."""
+        order = self.shaping.order
+        every = list(self._measured(theta))
+        if not all(balanced.resistance.sound for balanced, _ in every):
+            # What cannot be told along a mechanism is found forwards only.
+            return self.jacobian(theta).T @ weights
+        due, direct = np.zeros(order.sizes["position"]), np.zeros(order.size)
+        for balanced, parts in reversed(every):
+            for look, part in parts:
+                slope = pull(look, balanced.view, weights[part])
+                due += slope.x
+                if slope.values is not None:
+                    self._add(direct, balanced.stand, slope.values)
+            self._add(direct, balanced.stand, balanced.back(due))
+        order.array(direct, "position")[:] += due
+        return np.asarray(self.shaping.change(theta).T @ direct)
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of all predictions, by changes carried from row to row.
+
+        Raises:
+            Unbalanced: The net could move without any force, and something acts that way.
+        """
+        order, change = self.shaping.order, self.shaping.change(theta)
+        count = self.shaping.size
+        found = np.zeros((self.size, count))
+        for first in range(0, count, CHANGES):
+            columns = slice(first, min(first + CHANGES, count))
+            some = sparse.csr_matrix(change[:, columns])
+            start = sparse.csr_matrix(some[order.places["position"]])
+            tx = np.ascontiguousarray(start.toarray())
+            still = np.zeros_like(tx)
+            for balanced, parts in self._measured(theta):
+                self._move(balanced, some, tx)
+                for look, part in parts:
+                    moved, slopes = push(look, balanced.view, tx, still)
+                    for row, slope in enumerate(slopes):
+                        if slope is not None:
+                            direct = np.zeros(order.size)
+                            self._add(direct, balanced.stand, slope)
+                            moved[row] += some.T @ direct
+                    found[part, columns] = moved
+        return found
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _measured(
+        self, theta: Floats
+    ) -> Iterator[tuple[Equilibrium, list[tuple[Look, slice]]]]:
+        """Yield all equilibria in order, with what is looked at in each and where it goes."""
+        parts: list[list[tuple[Look, slice]]] = [[] for _ in self._stands]
+        for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
+            for row, time in enumerate(rows):
+                parts[self._looked[time]].append((look, slot.of(row)))
+        yield from zip(self._balanced(theta), parts, strict=True)
+
+    def _balanced(self, theta: Floats) -> list[Equilibrium]:
+        """Return the equilibria."""
+        assert self._stands, "freeze comes first"
+        key = theta.tobytes()
+        if self._known is None or self._known[0] != key:
+            order, network = self.shaping.order, self.shaping.network(theta)
+            vector, found = self.shaping.vector(theta), []
+            places = order.array(vector, "position").reshape(-1, 3)
+            for stand in self._stands:
+                values = stand.leg.present(order.values(vector))
+                places = stand.balanced(network, values, places)
+                view = View(stand.leg, values, places.ravel(), np.zeros(places.size))
+                found.append(Equilibrium(stand, view, self.kernels, self._matrices))
+            self._known = key, found
+        return self._known[1]
+
+    def _move(self, balanced: Equilibrium, change: sparse.csr_matrix, tx: Floats) -> None:
+        """Carry changes of places from one equilibrium to the next."""
+        try:
+            balanced.move(
+                tx, self.shaping.order.changed_seeds(change, balanced.stand.leg.factors)
+            )
+        except Yielding as failure:
+            stand = balanced.stand
+            node = stand.leg.network.node_ids[stand.free[failure.args[0]]]
+            message = (
+                f"{self._where(stand)} nothing resists a motion of node {node} that forces "
+                "act along, so that no derivatives can be told"
+            )
+            raise Unbalanced(stand.time, message) from failure
+
+    def _add(self, total: Floats, stand: Stand, slope: Values) -> None:
+        past = stand.leg.past(slope)
+        for name in VALUES:
+            self.shaping.order.array(total, name)[:] += getattr(past, name)
+
+    def _where(self, stand: Stand) -> str:
+        """Return how the place of an equilibrium in the experiment is called."""
+        time = int(np.argmin(np.abs(self._times - stand.time)))
+        for one, rows in zip(self.series, self._rows, strict=True):
+            for row in np.flatnonzero(rows == time):
+                return f"at a displacement of {show(float(one.times[row]), LENGTH)}"
+        raise AssertionError("every time is that of a row")
+
+    def _remarks(self) -> tuple[str, ...]:
+        """Return each remark once, with where it is first made."""
+        found: dict[str, str] = {}
+        for stand in self._stands:
+            ids = stand.leg.network.node_ids
+            for remark in stand.remarks:
+                text = f"{remark.message}, above all node {ids[remark.node]}"
+                found.setdefault(remark.message, f"{self._where(stand)}, {text}")
+        return tuple(found.values())
+
+
+def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -> None:
+    """Refuse what has no exact derivatives."""
+    plan, network = shaping.compiled.plan, shaping.compiled.network
+    reason = refusal(plan, network, at_rest=True)
+    if not reason and len(looks) < len(series):
+        reason = "not all that is measured is a smooth function of it"
+    if reason:
+        message = f"this cannot be fitted to a net at rest: {reason}"
+        hint = "measure over time instead of over a displacement"
+        raise CompileError([Diagnostic("TIS802", message, series[0].fit.span, hint)])
+
+
+def _rows_of(
+    shaping: Shaping, series: Sequence[Series], axis_nodes: Indices
+) -> tuple[Floats, list[Indices]]:
+    """Return all times that rows belong to [s], ascending, and which one each row has."""
+    compiled = shaping.compiled
+    travel = Travel(compiled.network, compiled.plan, axis_nodes)
+    if not travel.greatest:
+        message = "the script does not move the nodes whose displacement is measured"
+        hint = "for example: from 0 s to 1 s: move SET by (5, 0, 0) mm using smooth profile"
+        raise CompileError([Diagnostic("TIS703", message, series[0].fit.span, hint)])
+    times: dict[float, float] = {}
+    for one in series:
+        for displacement in one.times.tolist():
+            time = travel.time(displacement)
+            if time is None:
+                there = show(travel.greatest, LENGTH, digits=6)
+                message = (
+                    f"a row has a displacement of {show(displacement, LENGTH, digits=6)}, and "
+                    f"the script moves the nodes from 0 m to {there}"
+                )
+                hint = "let the script move them as far, or leave such rows out"
+                raise CompileError([Diagnostic("TIS703", message, one.fit.span, hint)])
+            times[displacement] = time
+    known = np.unique(list(times.values()))
+    rows = [
+        np.searchsorted(known, [times[u] for u in one.times.tolist()]).astype(np.int64)
+        for one in series
+    ]
+    return known, rows
