@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from tissuec.core.units import TIME, show
 from tissuec.kernels.sensitivity import Seeds, Values
 from tissuec.learn.course import Course, Leg
 from tissuec.learn.numbers import Order
@@ -24,6 +25,9 @@ from tissuec.network import Floats, Indices
 
 class Diverged(Exception):
     """The motion has no numbers any more; the time [s] is its argument."""
+
+    def __str__(self) -> str:
+        return f"the motion has no numbers after {show(float(self.args[0]), TIME)}"
 
 
 class Samples(NamedTuple):
