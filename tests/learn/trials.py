@@ -25,7 +25,7 @@ from tests.learn.lessons import NONE
 SHEET = """language 1
 tissue felt {{ spring constant = 40 N/m; viscosity = 60 mN*s/m; mass = 2 g {tissue} }}
 body sheet {{ mesh is sheet {{ corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 30, 0) mm
-  columns = 3; rows = 4; diagonals is both }}; tissue is felt }}
+  columns = 3; rows = 4; diagonals is both }}; tissue is felt; {body} }}
 set left = nodes of sheet where y < 1 mm
 set right = nodes of sheet where y > 29 mm
 set middle = nodes of sheet where y between 8 mm and 22 mm
@@ -41,12 +41,20 @@ PRECISE = "integrator is dop853; tolerance = 1e-8"
 
 
 def sheet(
-    script="", *, tissue="", sets="", contact="off", simulate=PRECISE, text=SHEET
+    script="", *, tissue="", body="", sets="", contact="off", simulate=PRECISE, file=None
 ) -> Compiled:
-    text = text.format(
-        script=script, tissue=tissue, sets=sets, contact=contact, simulate=simulate
+    """Return a scene of the sheet, compiled; what is given is put where it belongs.
+
+    Args:
+        file: Where it is written, if it has tables beside it.
+    """
+    text = SHEET.format(
+        script=script, tissue=tissue, body=body, sets=sets, contact=contact, simulate=simulate
     )
-    return compile_request(Request(Source("sheet.tis", text)))[0]
+    if file is None:
+        return compile_request(Request(Source("sheet.tis", text)))[0]
+    file.write_text(text)
+    return compile_request(Request.file(file))[0]
 
 
 def adjust(what, of, *, per="tissue", members=NONE, low=0.0, high=np.inf):
