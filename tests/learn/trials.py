@@ -1,11 +1,12 @@
 """Small scenes with what was measured of them, and the models that predict it."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from tests.hand_net import span
-from tests.learn.lessons import lesson
+from tests.learn.lessons import NONE, lesson
 from tissuec.compiler import Compiled
 from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
@@ -19,13 +20,12 @@ from tissuec.learn.shaping import Shaping
 from tissuec.lesson import Adjust, Data, Fit
 from tissuec.measures import MEASURES, Subject
 from tissuec.pipeline import Request, compile_request
-from tests.learn.lessons import NONE
 
 #: A sheet of four by three nodes, held at its left side.
 SHEET = """language 1
 tissue felt {{ spring constant = 40 N/m; viscosity = 60 mN*s/m; mass = 2 g {tissue} }}
-body sheet {{ mesh is sheet {{ corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 30, 0) mm
-  columns = 3; rows = 4; diagonals is both }}; tissue is felt; {body} }}
+body sheet {{ mesh is sheet {{ corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
+  second edge = (0, 30, 0) mm;  columns = 3; rows = 4; diagonals is both }}; tissue is felt; {body} }}
 set left = nodes of sheet where y < 1 mm
 set right = nodes of sheet where y > 29 mm
 set middle = nodes of sheet where y between 8 mm and 22 mm
@@ -59,7 +59,16 @@ def sheet(
 
 def adjust(what, of, *, per="tissue", members=NONE, low=0.0, high=np.inf):
     return Adjust(
-        what, of, per, np.asarray(members), None, STIFFNESS, low, high, None, span(f"{what} {of}")
+        what,
+        of,
+        per,
+        np.asarray(members),
+        None,
+        STIFFNESS,
+        low,
+        high,
+        None,
+        span(f"{what} {of}"),
     )
 
 
@@ -117,11 +126,11 @@ def differing(compiled, adjusts, all_series) -> Differing:
     return Differing(Shaping(compiled, asked), tuple(all_series))
 
 
-def moving(compiled, adjusts, all_series, *, method="dop853", step=None, compiled_too=True):
+def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
     """Return a model with exact derivatives, what happens being found already."""
     asked = replace(lesson(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
     shaping = Shaping(compiled, asked)
-    bound = kernels(shaping.laws, shaping.order.sizes["constants"], compiled=compiled_too)
+    bound = kernels(shaping.laws, shaping.order.sizes["constants"])
     stop = max(one.times[-1] for one in all_series)
     network = compiled.network
     chosen = choose(method, step, network, compiled.plan, stop, shaping.laws, bound)
@@ -132,6 +141,6 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None, compile
 
 
 def experiment(all_series) -> Experiment:
-    from pathlib import Path
-
-    return Experiment("sheet.csv", "", tuple(all_series), Data(Path("sheet.csv"), (), False, span()))
+    return Experiment(
+        "sheet.csv", "", tuple(all_series), Data(Path("sheet.csv"), (), False, span())
+    )

@@ -1,4 +1,4 @@
-"""Work of many equal parts, half of which is done by a second process where one can be split."""
+"""Work of many equal parts, half of which a second process does where one can be split off."""
 
 import mmap
 import os
