@@ -25,7 +25,8 @@ from tissuec.pipeline import Request, compile_request
 SHEET = """language 1
 tissue felt {{ spring constant = 40 N/m; viscosity = 60 mN*s/m; mass = 2 g {tissue} }}
 body sheet {{ mesh is sheet {{ corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
-  second edge = (0, 30, 0) mm;  columns = 3; rows = 4; diagonals is both }}; tissue is felt; {body} }}
+  second edge = (0, 30, 0) mm; columns = 3; rows = 4; diagonals is both }}
+  tissue is felt; {body} }}
 set left = nodes of sheet where y < 1 mm
 set right = nodes of sheet where y > 29 mm
 set middle = nodes of sheet where y between 8 mm and 22 mm
