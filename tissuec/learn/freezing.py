@@ -15,12 +15,12 @@ from tissuec.learn.motion import Motion
 from tissuec.learn.numbers import Order
 from tissuec.learn.stepping import Stepping
 from tissuec.network import Floats, Indices, Network
-from tissuec.plan import Event, Plan
+from tissuec.plan import RELAXATION, Event, Plan
 from tissuec.running.agenda import Timetable
 from tissuec.running.sampling import SAME
 from tissuec.situation import Situation
 from tissuec.verbs import Action
-from tissuec.verbs.change import ChangeParameter
+from tissuec.verbs.change import ChangeMotion, ChangeParameter
 
 _NONE: Floats = np.zeros(0)
 
@@ -59,16 +59,18 @@ class Freezer:
         changes: dict[str, Change] = {}
         legs: list[Leg] = []
         while situation.time < stop * (1.0 - SAME):
-            before = situation.velocity.copy()
+            before, thrown = situation.velocity.copy(), np.zeros(len(situation.velocity), bool)
             while breaks and breaks[0].time <= situation.time + agenda.near:
                 situation.alive = situation.alive.copy()
                 situation.alive[breaks.pop(0).springs] = False
             for action in agenda.due(situation.time):
                 note(action, changes, situation)
+                if isinstance(action, ChangeMotion):
+                    thrown[action.group.indices] = True
                 action.apply(situation, agenda)
             situation.place_held()
             until = min(agenda.next, breaks[0].time if breaks else inf, stop)
-            set_anew = (situation.velocity != before).any(axis=1)
+            set_anew = (situation.velocity != before).any(axis=1) | thrown
             leg = leg_of(situation, until, changes)
             given = np.where(set_anew[:, None], situation.velocity, leg.given)
             legs.append(replace(leg, stopped=leg.held | set_anew, given=given))
@@ -155,7 +157,9 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
         return "contact is no smooth function"
     if network.inelastic is not None:
         return "springs relax or yield"
-    if any(type(action).__name__ == "ChangeMotion" and action.is_spin for action in actions):  # type: ignore[attr-defined]
+    if plan.simulation.integrator == RELAXATION:
+        return "the net is in equilibrium all the time"
+    if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
         return "a spin is set on the way"
     return ""
 

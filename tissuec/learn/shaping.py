@@ -8,7 +8,7 @@ rounding.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Protocol
 
@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from tissuec.compiler import Compiled
+from tissuec.compiling.touching import contact_of
 from tissuec.lang.syntax import key_of
 from tissuec.laws import Law
 from tissuec.laws.formula import Variable
@@ -25,6 +26,7 @@ from tissuec.learn.numbers import STATE, Order
 from tissuec.learn.priors import Prior
 from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS, Adjust, Lesson
 from tissuec.network import Floats, Indices, Network
+from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.quantities import QUANTITIES
 
@@ -174,12 +176,21 @@ class Shaping:
         Raises:
             CompileError: The numbers make no scene.
         """
-        given, constants = self._tissues(theta)
-        scene = changed(self.compiled.scene, given, constants)
-        network = recompiled(self.compiled, lambda _: scene).network
-        plain = Order.of(network, 0)
-        vector = self._by_entry(plain, plain.vector(network, np.zeros(0)), theta)
-        return plain.network(vector, network)
+        return self._recompiled(theta).network
+
+    def present(self, theta: Floats) -> Compiled:
+        """Return the net with its numbers, and a plan whose contact is as stiff as it is.
+
+        Raises:
+            CompileError: The numbers make no scene.
+        """
+        found = self._recompiled(theta)
+        if found.plan.contact is None or all(block.group is None for block in self.blocks):
+            return found
+        scene = found.scene
+        tools = [tool for tool in scene.tools.values() if tool.may_touch]
+        contact = contact_of(found.network, tools, scene.environment, Findings())
+        return replace(found, plan=replace(found.plan, contact=contact))
 
     def vector(self, theta: Floats) -> Floats:
         """Return the numbers of the net, shape (number,)."""
@@ -210,6 +221,15 @@ class Shaping:
             for place, value in zip(block.places, block.value(theta[part]), strict=False):
                 into[place, block.adjust.what] = float(value)
         return given, constants
+
+    def _recompiled(self, theta: Floats) -> Compiled:
+        """Return the scene with its numbers, also those of single entries."""
+        given, constants = self._tissues(theta)
+        scene = changed(self.compiled.scene, given, constants)
+        found = recompiled(self.compiled, lambda _: scene)
+        plain = Order.of(found.network, 0)
+        vector = self._by_entry(plain, plain.vector(found.network, np.zeros(0)), theta)
+        return replace(found, network=plain.network(vector, found.network))
 
     def _compiled_vector(self, given: Numbers, constants: Sequence[float]) -> Floats:
         """Return the numbers of the net for numbers of tissues, shape (number,)."""
