@@ -112,7 +112,8 @@ def test_the_origin_is_told_in_comments(tmp_path):
         f"#            sha256 {'cd' * 32}",
         "# fit        force(pressed)",
         "# noise      force(pressed): 2.01 mN",
-        "# method     least squares, forward sensitivities; velocity verlet, 1000 steps of 50 us",
+        "# method     least squares, forward sensitivities; velocity verlet, 1000 steps of "
+        "50 us",
         "# error      120 before, 0.5 after",
         "# end        the error falls no further",
     ]

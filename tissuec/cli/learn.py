@@ -16,7 +16,6 @@ from tissuec.cli.common import (
     WRONG_TEXT,
     Command,
     Settings,
-    aligned,
     as_json,
     keep_input,
     print_json,
@@ -24,13 +23,11 @@ from tissuec.cli.common import (
     scene_options,
     tell_mistakes,
 )  # fmt: skip
-from tissuec.core.errors import CompileError, counted, did_you_mean
-from tissuec.progress import Line, minutes
+from tissuec.core.errors import CompileError, did_you_mean
 from tissuec.wording import run as wording
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
-    from tissuec.learn.learning import Progress
     from tissuec.learn.outcome import Learnt
     from tissuec.lesson import Lesson
     from tissuec.pipeline import Request
@@ -199,6 +196,7 @@ def _learn(
     from tissuec.learn.judging_demands import judged
     from tissuec.learn.learning import learn
     from tissuec.learn.report import as_dict, is_identified
+    from tissuec.learn.telling.passes import Passes
     from tissuec.learn.telling.words import differences, drifts
 
     target = wishes.output or lesson.write
@@ -206,9 +204,10 @@ def _learn(
         _keep_others(target, compiled, force=wishes.force)
     state = _state(target, lesson, request)
     state.parent.mkdir(parents=True, exist_ok=True)
-    if state.exists() and not wishes.fresh:
+    if state.exists() and not wishes.fresh and not settings.json:
         settings.say(f"goes on from {state}, if texts and data are the same (--fresh: anew)")
-    with Passes(f"learn {lesson.name}", settings) as line:
+    shown = not (settings.quiet or settings.json)
+    with Passes(f"learn {lesson.name}", shown=shown) as line:
         learnt = learn(
             compiled, lesson, request, state=state, fresh=wishes.fresh, progress=line.at
         )
@@ -266,7 +265,7 @@ def _write(
     from tissuec.learn.writing.preset import compose
 
     files = place(compose(learnt, compiled, request, target), force=wishes.force)
-    for file in files:
+    for file in files if not settings.json else ():
         settings.say(f"wrote {file}")
     return [str(file) for file in files]
 
@@ -289,31 +288,6 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
         click.echo(f"FAILED: {learnt.reason}; raise passes, or begin nearer", err=True)
 
 
-class Passes(Line):
-    """The line of a learning: passes, the part of the data in use, errors, time left."""
-
-    def __init__(self, name: str, settings: Settings):
-        super().__init__(name, shown=not (settings.quiet or settings.json))
-
-    def at(self, progress: "Progress") -> None:
-        """Show where a learning stands, if it is time to."""
-        self.show(lambda _: f"{self.name}: {self._text(progress)}")
-
-    def _text(self, at: "Progress") -> str:
-        parts = [f"pass {at.passes} of at most {at.most}"]
-        if at.horizon < 1.0:
-            parts.append(f"first {100 * at.horizon:.0f} % of the data")
-        if at.first > 0.0:
-            parts.append(f"error {at.error / at.first:.2e} of the first")
-        if at.held_out is not None:
-            parts.append(f"held out {100 * at.held_out:.3g} %")
-        parts.append(f"{at.seconds:.0f} s")
-        if at.passes > 0:
-            left = (at.most - at.passes) * at.seconds / at.passes
-            parts.append(f"at most {minutes(left)} left")
-        return ", ".join(parts)
-
-
 # --- derivatives ------------------------------------------------------------------------------
 
 
@@ -322,22 +296,11 @@ def _check_gradient(
 ) -> tuple[int, dict[str, Any]]:
     """Tell how far exact derivatives are from differences; FAILED if too far."""
     from tissuec.learn.learning import check_gradient
+    from tissuec.learn.telling.gradient import as_lines
 
     found = check_gradient(compiled, lesson, request)
-    worst = max((row[3] for row in found), default=0.0)
+    worst = max((row.apart for row in found), default=0.0)
     code = DONE if worst <= GRADIENT else FAILED
-    names = ("name", "exact", "differences", "relative")
-    document = {
-        "gradient": [dict(zip(names, row, strict=True)) for row in found],
-        "worst": worst,
-    }
     if not settings.json:
-        heading = ("derivative by", "exact", "by differences", "relative difference")
-        rows = [(n, f"{a:+.9e}", f"{b:+.9e}", f"{c:.1e}") for n, a, b, c in found]
-        click.echo("\n".join(aligned([heading, *rows], (0, 0, 0, 0))))
-        verdict = "good" if code == DONE else "WRONG"
-        limit = (
-            f"{counted(len(found), 'direction')}, at worst {worst:.1e}, allowed {GRADIENT:g}"
-        )
-        click.echo(f"learn {lesson.name}: derivatives are {verdict}: {limit}")
-    return code, document
+        click.echo("\n".join(as_lines(lesson.name, found, GRADIENT)))
+    return code, {"gradient": [row._asdict() for row in found], "worst": worst}
