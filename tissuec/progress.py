@@ -1,7 +1,8 @@
-"""The progress line of a run: simulated time, speed against real time, time left."""
+"""Progress lines; that of a run: simulated time, speed against real time, time left."""
 
 import sys
 import time as clock
+from collections.abc import Callable
 from threading import Event, Thread
 from types import TracebackType
 from typing import Self
@@ -15,47 +16,39 @@ COMPILER = "numba"  # a module that is loaded only when kernels are to be compil
 WIDTH = 24
 
 
-class Progress:
+class Line:
     """A line on stderr that is rewritten; nothing at all off a terminal.
 
     Args:
-        duration: Of the run [s].
-        compiles: Whether kernels may have to be compiled, which tells no time.
+        compiles: Whether kernels may have to be compiled, while nothing else is heard.
         anywhere: Whether it is also shown off a terminal, such as in a notebook.
     """
 
     def __init__(
-        self,
-        name: str,
-        duration: float,
-        *,
-        shown: bool,
-        compiles: bool = True,
-        anywhere: bool = False,
+        self, name: str, *, shown: bool, compiles: bool = True, anywhere: bool = False
     ):
         self.name = name
-        self.duration = duration
         self.is_terminal = sys.stderr.isatty()
         self.shown = shown and (anywhere or self.is_terminal)
         self.widest = 0
-        self.started = clock.monotonic()
-        self.next = self.started + FIRST_AFTER
-        self.first: tuple[float, float] | None = None
+        self.next = clock.monotonic() + FIRST_AFTER
         self.written = False
-        self.heard = self.started
+        self.heard = clock.monotonic()
         self.ended = Event()
         self.watch = Thread(target=self._watch, daemon=True) if compiles else None
 
-    def at(self, time: float) -> None:
-        """Show a simulated time [s], if it is time to."""
+    def show(self, line: Callable[[float], str]) -> None:
+        """Show a line, if it is time to.
+
+        Args:
+            line: What to show, made only then, at a time of the clock [s].
+        """
         now = clock.monotonic()
-        if self.first is None:
-            self.first = (now, time)
         self.heard = now
         if not self.shown or now < self.next:
             return
         self.next = now + EVERY
-        self._write(self._line(now, time))
+        self._write(line(now))
 
     def _watch(self) -> None:
         """Say what goes on while kernels are compiled, of which nothing else is heard."""
@@ -74,15 +67,6 @@ class Progress:
         """Clear the line; off a terminal there are only blanks to do it with."""
         blank = "\x1b[2K" if self.is_terminal else f"{'':{self.widest}}\r"
         sys.stderr.write(f"\r{blank}")
-
-    def _line(self, now: float, time: float) -> str:
-        assert self.first is not None
-        part = time / self.duration
-        bar = "#" * round(part * WIDTH)
-        speed = (time - self.first[1]) / max(now - self.first[0], 1e-9)
-        left = f", {_minutes((self.duration - time) / speed)} left" if speed > 0.0 else ""
-        done = f"{show(time, TIME)} of {show(self.duration, TIME)}"
-        return f"{self.name} [{bar:<{WIDTH}}] {done}, {speed:.2g} x real time{left}"
 
     def __enter__(self) -> Self:
         if self.shown and self.watch is not None:
@@ -103,7 +87,44 @@ class Progress:
             sys.stderr.flush()
 
 
-def _minutes(seconds: float) -> str:
+class Progress(Line):
+    """The line of a run: how far it has come, how fast it goes, and how long it takes yet.
+
+    Args:
+        duration: Of the run [s].
+    """
+
+    def __init__(
+        self,
+        name: str,
+        duration: float,
+        *,
+        shown: bool,
+        compiles: bool = True,
+        anywhere: bool = False,
+    ):
+        super().__init__(name, shown=shown, compiles=compiles, anywhere=anywhere)
+        self.duration = duration
+        self.first: tuple[float, float] | None = None
+
+    def at(self, time: float) -> None:
+        """Show a simulated time [s], if it is time to."""
+        if self.first is None:
+            self.first = (clock.monotonic(), time)
+        self.show(lambda now: self._line(now, time))
+
+    def _line(self, now: float, time: float) -> str:
+        assert self.first is not None
+        part = time / self.duration
+        bar = "#" * round(part * WIDTH)
+        speed = (time - self.first[1]) / max(now - self.first[0], 1e-9)
+        left = f", {minutes((self.duration - time) / speed)} left" if speed > 0.0 else ""
+        done = f"{show(time, TIME)} of {show(self.duration, TIME)}"
+        return f"{self.name} [{bar:<{WIDTH}}] {done}, {speed:.2g} x real time{left}"
+
+
+def minutes(seconds: float) -> str:
+    """Return a time that is left, in a unit that suits it."""
     if seconds < 60.0:
         return f"{seconds:.0f} s"
     if seconds < 3600.0:

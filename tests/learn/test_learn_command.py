@@ -1,0 +1,218 @@
+"""The command: what it prints where, what it writes and keeps, and its exit codes."""
+
+import json
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.learn.learnings import BLIND, compiled_of, learnt_of
+from tests.test_progress import Terminal
+from tissuec import progress as progress_lines
+from tissuec.cli import group
+from tissuec.cli.guard import run_guarded
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.learn import learning
+from tissuec.learn.learning import Compared, Progress, Unlearnable
+from tissuec.pipeline import Request, check_request
+
+GUM = "tissue gum { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg }\n"
+END = "expect error(held out) < 5 %\n"
+TWO = """learn second {
+  data = "one.csv"
+  fit = force(pressed) using column "force_N" in N
+  adjust viscosity of gum
+}
+"""
+
+
+class Learner:
+    """Stands in the place of the learning; remembers how it was called."""
+
+    def __init__(self, **changes):
+        self.changes, self.calls, self.error = changes, [], None
+        self.told = ()
+
+    def __call__(self, compiled, lesson, request, *, state, fresh, progress):
+        self.calls.append((lesson.name, state, fresh))
+        for one in self.told:
+            progress(one)
+        if isinstance(self.error, KeyboardInterrupt):
+            state.write_text("a pass")
+        if self.error is not None:
+            raise self.error
+        state.write_text("the last pass")
+        return learnt_of(compiled, **self.changes)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    compiled_of(
+        tmp_path, "adjust spring constant of gum", top=GUM, tissue="gum", lesson="gum", end=END
+    )
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Return a function that runs the command and returns code, stdout and stderr."""
+
+    def run(learner, *arguments):
+        monkeypatch.setattr(learning, "learn", learner)
+        monkeypatch.setattr(sys, "argv", ["tissuec", "learn", *map(str, arguments)])
+        code = run_guarded(group)
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def test_what_was_learnt_is_told_and_written(here, call):
+    code, out, err = call(Learner(), "scene.tis")
+    assert code == 0
+    assert out.startswith("learn gum: the error falls no further\n")
+    assert err == "expectations: 1 of 1 hold\nwrote learned/gum.tis\n"
+    assert check_request(Request.file(here / "learned/gum.tis", strict=True)) == (None, ())
+    assert not (here / "learned/gum.tis.learning").exists()
+
+
+def test_a_failed_expectation_exits_with_1(here, call):
+    text = (here / "scene.tis").read_text().replace("< 5 %", "< 4 %")
+    (here / "scene.tis").write_text(text)
+    code, _, err = call(Learner(), "scene.tis", "-q")
+    assert code == 1
+    assert err.splitlines()[1] == "       error(held out) = 4.2 %"
+    assert (here / "learned/gum.tis").exists()
+
+
+@pytest.mark.parametrize("anyway", [False, True])
+def test_what_is_not_identified_is_written_only_if_told_so(here, call, anyway):
+    options = ("--anyway",) if anyway else ()
+    code, _, err = call(Learner(blind=(BLIND,)), "scene.tis", *options)
+    assert code == (0 if anyway else 1)
+    assert (here / "learned/gum.tis").exists() is anyway
+    assert ("nothing is written (--anyway writes it)" in err) is not anyway
+    # With the passes that are kept, writing anyway costs no learning.
+    assert (here / "learned/gum.tis.learning").exists() is not anyway
+
+
+def test_passes_that_ran_out_exit_with_1(here, call):
+    changes = {"converged": False, "reason": "200 passes are over"}
+    code, out, err = call(Learner(**changes), "scene.tis")
+    assert code == 1 and "NOT CONVERGED, 200 passes are over" in out
+    assert "FAILED: 200 passes are over" in err
+    assert "# end        NOT CONVERGED: 200 passes" in (here / "learned/gum.tis").read_text()
+
+
+def test_an_interrupted_learning_says_how_to_go_on(here, call):
+    learner = Learner()
+    learner.error = KeyboardInterrupt()
+    arguments = ("scene.tis", "gum", "-o", "my preset.tis", "--anyway", "--fresh")
+    code, out, err = call(learner, *arguments)
+    assert code == 130 and out == ""
+    again = err.splitlines()[-1].removeprefix("  go on with: ")
+    # Whoever goes on does not begin anew.
+    assert shlex.split(again) == ["tissuec", "learn", *arguments[:-1]]
+    learner.error = None
+    code, _, err = call(learner, *shlex.split(again)[2:])
+    assert code == 0 and "goes on from my preset.tis.learning" in err
+    assert learner.calls[0][1:] == (Path("my preset.tis.learning"), True)
+    assert learner.calls[1][1:] == (Path("my preset.tis.learning"), False)
+
+
+def test_wrong_data_exits_with_2_and_what_cannot_be_computed_with_3(here, call):
+    learner = Learner()
+    learner.error = CompileError([Diagnostic("TIS604", "no such file", None)])
+    code, _, err = call(learner, "scene.tis")
+    assert code == 2 and "TIS604" in err
+    learner.error = Unlearnable("the motion has no numbers after 0.3 s")
+    code, _, err = call(learner, "scene.tis")
+    assert code == 3 and err.endswith("error: the motion has no numbers after 0.3 s\n")
+    code, out, err = call(learner, "scene.tis", "--json")
+    assert code == 3 and err == ""
+    assert json.loads(out)["error"] == "the motion has no numbers after 0.3 s"
+
+
+def test_a_wrong_text_exits_with_2(here, call):
+    (here / "scene.tis").write_text("language 1\nbody {\n")
+    learner = Learner()
+    code, _, err = call(learner, "scene.tis")
+    assert code == 2 and "error[" in err and not learner.calls
+
+
+def test_a_file_of_ones_own_is_not_lost_and_no_time_is_spent(here, call):
+    (here / "learned").mkdir()
+    (here / "learned/gum.tis").write_text("language 1\n")
+    learner = Learner()
+    code, _, err = call(learner, "scene.tis")
+    assert code == 2 and "was not written by learning" in err and not learner.calls
+    code, _, err = call(learner, "scene.tis", "-o", "scene.tis", "--force")
+    assert code == 2 and "is what is read" in err and not learner.calls
+    assert call(learner, "scene.tis", "--force")[0] == 0
+    assert call(learner, "scene.tis")[0] == 0  # now it is one of learning
+
+
+def test_one_block_of_several_can_be_named(here, call):
+    path = here / "scene.tis"
+    path.write_text(path.read_text() + TWO)
+    learner = Learner()
+    assert call(learner, "scene.tis", "Second")[0] == 0
+    assert [name for name, *_ in learner.calls] == ["second"]
+    # Without a preset, passes are kept in the present folder.
+    assert learner.calls[0][1].name == "scene.second.learning"
+    assert call(learner, "scene.tis")[0] == 0
+    assert [name for name, *_ in learner.calls[1:]] == ["gum", "second"]
+    code, _, err = call(learner, "scene.tis", "secund")
+    assert code == 2 and 'did you mean "second"?' in err
+    code, _, err = call(learner, "scene.tis", "-o", "other.tis")
+    assert code == 2 and "name the block, too" in err
+
+
+def test_a_scene_without_a_learn_block_is_refused(here, call):
+    text = (here / "scene.tis").read_text()
+    (here / "scene.tis").write_text(text[: text.index("learn gum")])
+    code, _, err = call(Learner(), "scene.tis")
+    assert code == 2 and '"scene.tis" has no learn block' in err
+
+
+def test_json_is_one_document(here, call):
+    code, out, err = call(Learner(), "scene.tis", "--json")
+    document = json.loads(out)
+    assert code == 0 and err == ""
+    assert document["ok"] and document["lesson"] == "gum" and document["identified"]
+    assert document["written"] == ["learned/gum.tis"]
+    assert document["estimates"][0]["start"] == [40.0]
+
+
+@pytest.mark.parametrize(("apart", "code"), [(1e-9, 0), (1e-3, 1)])
+def test_derivatives_are_held_against_differences(here, call, monkeypatch, apart, code):
+    rows = [
+        Compared("direction 1", 1.0, 1.0 + apart, apart),
+        Compared("direction 2", -2.0, -2.0, 0.0),
+    ]
+    monkeypatch.setattr(learning, "check_gradient", lambda *_: rows)
+    learner = Learner()
+    found, out, _ = call(learner, "scene.tis", "--check-gradient")
+    assert found == code and not learner.calls
+    lines = out.splitlines()
+    assert lines[0].split("  ")[0] == "derivative by" and len(lines) == 4
+    word = "good" if code == 0 else "WRONG"
+    assert lines[-1].startswith(f"learn gum: derivatives are {word}: 2 directions, at worst ")
+
+
+def test_the_line_tells_passes_errors_and_the_time_left(here, call, monkeypatch):
+    learner = Learner()
+    learner.told = (
+        Progress(2, 10, 0.25, 3.0, 60.0, 0.042, 5.0),
+        Progress(0, 10, 1.0, 0.0, 0.0, None, 0.1),
+    )
+    monkeypatch.setattr(progress_lines, "FIRST_AFTER", 0.0)
+    monkeypatch.setattr(progress_lines, "EVERY", 0.0001)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    call(learner, "scene.tis")
+    assert (
+        "learn gum: pass 2 of at most 10, first 25 % of the data, error 5.00e-02 of the first, "
+        "held out 4.2 %, 5 s, at most 20 s left"
+    ) in terminal.getvalue()

@@ -1,0 +1,306 @@
+"""``tissuec learn``"""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tissuec.cli.common import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    STOPPED,
+    WRONG_TEXT,
+    Command,
+    Settings,
+    as_json,
+    keep_input,
+    print_json,
+    report,
+    scene_options,
+    tell_mistakes,
+)  # fmt: skip
+from tissuec.core.errors import CompileError, did_you_mean
+from tissuec.wording import run as wording
+
+if TYPE_CHECKING:
+    from tissuec.compiler import Compiled
+    from tissuec.learn.outcome import Learnt
+    from tissuec.lesson import Lesson
+    from tissuec.pipeline import Request
+
+GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
+KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the options of the command ask for.
+
+    Attributes:
+        again: The command line that goes on with an interrupted learning, by lesson.
+    """
+
+    output: Path | None
+    fresh: bool
+    anyway: bool
+    force: bool
+    gradient: bool
+    diff: bool
+    again: Sequence[str]
+
+
+@click.command(cls=Command)
+@click.argument("scene", type=click.Path(path_type=Path))
+@click.argument("name", required=False)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Preset to write in the place of what the block says (one block only).",
+)
+@click.option(
+    "--fresh", is_flag=True, help="Forget what an interrupted learning kept, and begin anew."
+)
+@click.option("--anyway", is_flag=True, help="Write also numbers that the data does not tell.")
+@click.option("--force", is_flag=True, help="Replace files that learning did not write.")
+@click.option(
+    "--check-gradient",
+    "gradient",
+    is_flag=True,
+    help="Learn nothing: hold exact derivatives against differences.",
+)
+@click.option("--diff", is_flag=True, help="Print how the text of vocabularies changed.")
+@scene_options
+def command(
+    settings: Settings,
+    scene: Path,
+    name: str | None,
+    overrides: tuple[str, ...],
+    libraries: tuple[Path, ...],
+    strict: bool,
+    **options: Any,
+) -> int:
+    """Fit numbers or words of SCENE to measured data, as its learn blocks say.
+
+    NAME is that of one block; without it, all are learnt in their order. What is learnt is told
+    with how sure it is, and written as a preset, which scenes use like any other. After an
+    interruption the same command goes on. Exit code: 0 done; 1 an expectation failed, the
+    passes ran out, or the data does not tell all numbers, and then nothing is written; 2 the
+    text or the data is wrong; 3 the motion could not be computed; 130 interrupted.
+    """
+    from tissuec.pipeline import Request, compile_request
+
+    request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
+    try:
+        compiled, warnings = compile_request(request)
+    except CompileError as error:
+        tell_mistakes(error, settings, scene=str(scene))
+        return WRONG_TEXT
+    if not settings.json:
+        report(warnings, settings)
+    lessons = _chosen(compiled.lessons, name, scene)
+    if options["output"] is not None and len(lessons) > 1:
+        raise click.UsageError("-o names the preset of one learn block; name the block, too")
+    again = _again(scene, name, wording.set_options(overrides, libraries), strict, options)
+    wishes = Wishes(again=again, **options)
+    codes: list[int] = []
+    documents: list[dict[str, Any]] = []
+    for lesson in lessons:
+        code, document = _carry_out(compiled, lesson, request, wishes, settings)
+        codes.append(code)
+        facts = {"scene": str(scene), "lesson": lesson.name, "ok": code == DONE}
+        documents.append(facts | {"diagnostics": as_json(warnings)} | document)
+        if code == INTERRUPTED:
+            break
+    if settings.json:
+        print_json(documents[0] if len(lessons) == 1 else documents)
+    return max(codes)
+
+
+def _chosen(lessons: Sequence["Lesson"], name: str | None, scene: Path) -> Sequence["Lesson"]:
+    """Return the learn blocks that are meant."""
+    from tissuec.lang.syntax import key_of
+
+    if not lessons:
+        raise click.UsageError(f'"{scene}" has no learn block')
+    if name is None:
+        return lessons
+    found = [lesson for lesson in lessons if key_of(lesson.name) == key_of(name)]
+    if not found:
+        names = [lesson.name for lesson in lessons]
+        hint = did_you_mean(name, names) or f"there are: {', '.join(names)}"
+        raise click.UsageError(f'"{scene}" has no learn block called "{name}"; {hint}')
+    return found
+
+
+def _again(
+    scene: Path,
+    name: str | None,
+    given: Sequence[tuple[str, Any]],
+    strict: bool,
+    options: dict[str, Any],
+) -> list[str]:
+    """Return the words of the command line that goes on with a learning."""
+    words = ["tissuec", "learn", str(scene), *([] if name is None else [name])]
+    if options["output"] is not None:
+        words += ["-o", str(options["output"])]
+    words += [f"--{flag}" for flag in ("anyway", "force", "diff") if options[flag]]
+    words += [str(word) for pair in given for word in pair]
+    return [*words, *(["--strict"] if strict else [])]
+
+
+def _carry_out(
+    compiled: "Compiled",
+    lesson: "Lesson",
+    request: "Request",
+    wishes: Wishes,
+    settings: Settings,
+) -> tuple[int, dict[str, Any]]:
+    """Learn one block, or check its derivatives; returns the exit code and the document."""
+    from tissuec.learn.learning import Unlearnable
+
+    try:
+        if wishes.gradient:
+            return _check_gradient(compiled, lesson, request, settings)
+        return _learn(compiled, lesson, request, wishes, settings)
+    except CompileError as error:
+        if not settings.json:
+            report(error.diagnostics, settings)
+        return WRONG_TEXT, {"diagnostics": as_json(error.diagnostics)}
+    except Unlearnable as error:
+        if not settings.json:
+            click.echo(f"error: {error}", err=True)
+        return STOPPED, {"error": str(error)}
+    except KeyboardInterrupt:
+        again = shlex.join(wishes.again)
+        if not settings.json:
+            click.echo("interrupted", err=True)
+            settings.say(f"  go on with: {again}")
+        return INTERRUPTED, {"error": "interrupted", "again": again}
+
+
+# --- learning ---------------------------------------------------------------------------------
+
+
+def _learn(
+    compiled: "Compiled",
+    lesson: "Lesson",
+    request: "Request",
+    wishes: Wishes,
+    settings: Settings,
+) -> tuple[int, dict[str, Any]]:
+    from tissuec.learn.judging_demands import judged
+    from tissuec.learn.learning import learn
+    from tissuec.learn.report import as_dict, is_identified
+    from tissuec.learn.telling.passes import Passes
+    from tissuec.learn.telling.words import differences, drifts
+
+    target = wishes.output or lesson.write
+    if target is not None:
+        _keep_others(target, compiled, force=wishes.force)
+    state = _state(target, lesson, request)
+    state.parent.mkdir(parents=True, exist_ok=True)
+    if state.exists() and not wishes.fresh and not settings.json:
+        settings.say(f"goes on from {state}, if texts and data are the same (--fresh: anew)")
+    shown = not (settings.quiet or settings.json)
+    with Passes(f"learn {lesson.name}", shown=shown) as line:
+        learnt = learn(
+            compiled, lesson, request, state=state, fresh=wishes.fresh, progress=line.at
+        )
+    scene = compiled.scene
+    moved = drifts(scene, learnt.words)
+    document = as_dict(learnt, moved)
+    if not settings.json:
+        _tell(learnt, moved, settings)
+        if wishes.diff:
+            click.echo("".join(differences(scene, learnt.words)), nl=False)
+    may_write = is_identified(learnt) or wishes.anyway
+    document["written"] = _write(
+        learnt, compiled, request, target if may_write else None, wishes, settings
+    )
+    if may_write:
+        state.unlink(missing_ok=True)
+    if not may_write and not settings.json:
+        lost = "" if target is None else ", and so nothing is written (--anyway writes it)"
+        click.echo(f"FAILED: the data does not tell all numbers{lost}", err=True)
+    fine = may_write and learnt.converged and all(one.holds for one in judged(learnt))
+    return DONE if fine else FAILED, document
+
+
+def _keep_others(target: Path, compiled: "Compiled", *, force: bool) -> None:
+    """Refuse to lose a text of the scene, or another file, before time is spent."""
+    from tissuec.learn.writing.placing import refuse_others
+
+    for source in (*compiled.scene.imports, compiled.scene.source):
+        if source.path is not None:
+            keep_input(target, source.path)
+    if not force:
+        refuse_others([target])
+
+
+def _state(target: Path | None, lesson: "Lesson", request: "Request") -> Path:
+    """Return where passes are kept: beside the preset, or in the present folder."""
+    if target is not None:
+        return target.with_name(target.name + KEPT)
+    stem = Path(request.source.name).stem
+    return Path(f"{stem}.{'_'.join(lesson.name.split())}{KEPT}")
+
+
+def _write(
+    learnt: "Learnt",
+    compiled: "Compiled",
+    request: "Request",
+    target: Path | None,
+    wishes: Wishes,
+    settings: Settings,
+) -> list[str]:
+    """Write the preset, if it goes anywhere; returns the names of the files."""
+    if target is None:
+        return []
+    from tissuec.learn.writing.placing import place
+    from tissuec.learn.writing.preset import compose
+
+    files = place(compose(learnt, compiled, request, target), force=wishes.force)
+    for file in files if not settings.json else ():
+        settings.say(f"wrote {file}")
+    return [str(file) for file in files]
+
+
+def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
+    """Say what came out, and which expectations fail."""
+    from tissuec.learn.judging_demands import judged
+    from tissuec.learn.telling.text import as_text
+
+    click.echo("\n".join(as_text(learnt, moved)))
+    verdicts = judged(learnt)
+    for demand, holds, measured in verdicts:
+        if not holds:
+            click.echo(f"FAILED {demand.span.place}: {demand.span.one_line}", err=True)
+            click.echo(f"       {measured}", err=True)
+    if verdicts:
+        failed = sum(not verdict.holds for verdict in verdicts)
+        settings.say(f"expectations: {wording.expectations(len(verdicts), failed, 0)}")
+    if not learnt.converged:
+        click.echo(f"FAILED: {learnt.reason}; raise passes, or begin nearer", err=True)
+
+
+# --- derivatives ------------------------------------------------------------------------------
+
+
+def _check_gradient(
+    compiled: "Compiled", lesson: "Lesson", request: "Request", settings: Settings
+) -> tuple[int, dict[str, Any]]:
+    """Tell how far exact derivatives are from differences; FAILED if too far."""
+    from tissuec.learn.learning import check_gradient
+    from tissuec.learn.telling.gradient import as_lines
+
+    found = check_gradient(compiled, lesson, request)
+    worst = max((row.apart for row in found), default=0.0)
+    code = DONE if worst <= GRADIENT else FAILED
+    if not settings.json:
+        click.echo("\n".join(as_lines(lesson.name, found, GRADIENT)))
+    return code, {"gradient": [row._asdict() for row in found], "worst": worst}

@@ -1,0 +1,1 @@
+"""What was learnt as a text of the language: presets, vocabularies, tables."""

@@ -1,0 +1,25 @@
+"""The first comment of every file that learning writes, by which it knows its own."""
+
+from pathlib import Path
+
+from tissuec import __version__
+
+_BEGIN = "# Learned by tissuec"
+_LOOKED_AT = 4096  # bytes
+
+
+def mark(scene: str, lesson: str, seed: int) -> str:
+    """Return the first comment: by what, of which scene and lesson, with which seed."""
+    return f"{_BEGIN} {__version__} from {scene}, learn {lesson}, seed {seed}"
+
+
+def is_ours(path: Path) -> bool:
+    """Return whether learning wrote a file: whether its first comment says so.
+
+    Raises:
+        OSError: The file cannot be read.
+    """
+    with path.open("rb") as file:
+        head = file.read(_LOOKED_AT).decode("utf-8", errors="replace")
+    comments = (line for line in head.splitlines() if line.startswith("#"))
+    return next(comments, "").startswith(f"{_BEGIN} ")
