@@ -196,7 +196,9 @@ class Search:
         problem = self.problem
         problem.faint = 0.0
         columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
-        problem.faint = FAINT * float(columns.max(initial=0.0))
+        if not columns.any():
+            return theta  # nothing that is looked at depends on anything
+        problem.faint = FAINT * float(columns.max())
         size = len(problem.residuals(theta))
 
         def residuals(at: Floats) -> Floats:

@@ -11,7 +11,7 @@ from math import inf
 import numpy as np
 
 from tissuec.learn.course import Change, Course, Leg, leg_of
-from tissuec.learn.motion import Motion
+from tissuec.learn.motion import Diverged, Motion
 from tissuec.learn.numbers import Order
 from tissuec.learn.stepping import Stepping
 from tissuec.network import Floats, Indices, Network
@@ -112,6 +112,8 @@ def _told(network: Network, plan: Plan) -> Iterator[Breaks | Event]:
 
     silent = replace(plan, expectations=(), needs_ledger=False)
     outcome = run(network, silent, Recorder(network, silent, _Nowhere()))
+    if outcome.kind != "done":
+        raise Diverged(outcome.situation.time)
     waiting = list(plan.triggers)
     for time, happening in outcome.happenings:
         if happening.kind in ("rupture", "crush"):

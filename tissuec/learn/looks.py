@@ -4,14 +4,26 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from tissuec.core.units import TIME, show
 from tissuec.kernels.sensitivity import Links, Values
 from tissuec.learn.course import Leg
 from tissuec.learn.kernels import Kernels
+from tissuec.learn.motion import Diverged
 from tissuec.lesson import Fit
 from tissuec.measures import Subject
 from tissuec.network import Floats, Indices
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)
+
+
+class Unseen(Diverged):
+    """A tool that holds nothing is looked at; its arguments are the time [s] and its name."""
+
+    def __str__(self) -> str:
+        since = show(float(self.args[0]), TIME)
+        return (
+            f"{self.args[1]} holds nothing from {since} on, where something was measured of it"
+        )
 
 
 class View(NamedTuple):
@@ -277,7 +289,12 @@ def push(look: Look, view: View, tx: Floats, tv: Floats) -> tuple[Floats, list[V
 
 def _nodes(subject: Subject, leg: Leg) -> Indices:
     """Return the nodes of a subject: for a tool, those that it holds on a leg."""
-    return leg.holders.get(subject.name, _NONE) if subject.nodes is None else subject.nodes
+    if subject.nodes is not None:
+        return subject.nodes
+    held = leg.holders.get(subject.name, _NONE)
+    if not len(held):
+        raise Unseen(leg.start, subject.name)
+    return held
 
 
 def _mixed(slopes: list[Slope], weights: Floats) -> Slope:
