@@ -4,7 +4,9 @@ from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
 
 TUBE = """language 1
-tissue tube wall {{ spring constant = 10 N/m; viscosity = 20 mN*s/m; mass = 10 g; prestress = 5 % }}
+tissue tube wall {{
+  spring constant = 10 N/m; viscosity = 20 mN*s/m; mass = 10 g; prestress = 5 %
+}}
 tool shears {{ kind is scissors }}
 body tube {{
   mesh is tube {{

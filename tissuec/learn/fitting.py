@@ -23,10 +23,11 @@ from tissuec.network import Floats
 LEAST_SQUARES, LBFGS = "least squares", "l-bfgs-b"
 FEW = 1000  # parameters up to which every one is carried forward through the motion
 ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
-ROUNDS, ITERATIONS = 8, 60  # of either optimiser in a pass
+ROUNDS, ITERATIONS = 50, 60  # of either optimiser in a pass
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
 FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
 NEAR, WIDE = 1.0, 3.0  # how far a pass goes in any parameter, before and on the last horizon
+LOOKS = 3  # at the noise, at most
 TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance before the last horizon
 FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
@@ -43,6 +44,7 @@ class Standing:
         error: E over this horizon.
         noise: By which residuals are measured, shape (fit,).
         rounds: How often the noise was taken from what was left.
+        rest: Root of the mean square of what was left at the last look.
         tries: How many passes this horizon has had.
         reason: Why the search is over; empty while it goes on.
         converged: Whether that was because nothing changed any more.
@@ -55,6 +57,7 @@ class Standing:
     noise: Floats
     evaluations: int
     rounds: int = 0
+    rest: float = 0.0
     tries: int = 0
     reason: str = ""
     converged: bool = False
@@ -87,6 +90,7 @@ class Search:
             Diverged: The first prediction has no numbers.
         """
         problem = self.problem
+        problem.trust = self._trust(0, 0.0)
         theta = np.clip(np.zeros(problem.size), *self.bounds)
         problem.freeze(theta)
         horizon = self._first_horizon(theta)
@@ -96,12 +100,15 @@ class Search:
 
     def go(self, standing: Standing) -> Standing:
         """Return where the search ends, from where it stands."""
-        self.problem.noise = standing.noise
         self.problem.evaluations = standing.evaluations
         while not standing.reason:
             standing = self._pass(standing)
             self.keep(standing)
         self._limit(len(HORIZONS) - 1)
+        self.problem.trust, self.problem.noise = (
+            self._trust(standing.rounds, standing.rest),
+            standing.noise,
+        )
         self.problem.freeze(standing.theta)
         return standing
 
@@ -136,6 +143,7 @@ class Search:
         problem, last = self.problem, old.horizon == len(HORIZONS) - 1
         tolerance = problem.lesson.tolerance if last else LOOSE
         self._limit(old.horizon)
+        problem.trust, problem.noise = self._trust(old.rounds, old.rest), old.noise
         problem.freeze(old.theta)
         before = problem.error(old.theta)
         theta = self._optimised(old.theta, tolerance, WIDE if last else NEAR)
@@ -154,28 +162,45 @@ class Search:
         if not last and (calm or new.tries == TRIES):
             return replace(new, horizon=old.horizon + 1, tries=0)
         if calm and self._measures_noise(new):
-            return replace(new, noise=self._noise(theta), rounds=new.rounds + 1)
+            return self._weighed(new)
         if calm:
             return replace(new, reason="the error falls no further", converged=True)
         if new.passes >= problem.lesson.passes:
             return replace(new, reason=f"{new.passes} passes are over")
         return new
 
+    @property
+    def _noise_is_unknown(self) -> bool:
+        fits = self.problem.lesson.fits
+        return not self.problem.lesson.scaled or any(fit.noise is None for fit in fits)
+
+    def _trust(self, rounds: int, rest: float) -> float:
+        """Return the factor of what was expected, after so many looks at the noise.
+
+        Where errors count as they are, what was expected counts in units of what is left.
+        """
+        if self._noise_is_unknown and not rounds:
+            return 0.0
+        return 1.0 if self.problem.lesson.scaled else rest
+
     def _measures_noise(self, standing: Standing) -> bool:
         """Tell whether residuals are to be weighed anew by what was left of each fit."""
-        fits = self.problem.lesson.fits
-        unknown = any(fit.noise is None for fit in fits)
-        return self.problem.lesson.scaled and unknown and len(fits) > 1 and standing.rounds < 3
+        matters = len(self.problem.lesson.fits) > 1 or bool(self.problem.priors)
+        return self._noise_is_unknown and matters and standing.rounds < LOOKS
 
-    def _noise(self, theta: Floats) -> Floats:
-        """Return the noise that is given, or what is left, and at least rounding."""
-        problem, left = self.problem, self.problem.left(theta)
+    def _weighed(self, old: Standing) -> Standing:
+        """Return the same with the noise that was left, or at least that of rounding."""
+        problem, left = self.problem, self.problem.left(old.theta)
+        rest = float(np.sqrt(np.mean(left**2)))
+        new = replace(old, rounds=old.rounds + 1, rest=rest)
+        if not problem.lesson.scaled:
+            return new
         found = problem.noise.copy()
         for k, fit in enumerate(problem.lesson.fits):
             mine = left[problem.fits == k]
             if fit.noise is None and len(mine):
                 found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
-        return found
+        return replace(new, noise=found)
 
     def _optimised(self, theta: Floats, tolerance: float, reach: float) -> Floats:
         """Return where the optimiser comes to, at most so far away in any parameter.

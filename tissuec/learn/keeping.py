@@ -53,6 +53,7 @@ def kept(path: Path, key: str) -> Standing | None:
                 noise=file["noise"],
                 evaluations=int(file["evaluations"]),
                 rounds=int(file["rounds"]),
+                rest=float(file["rest"]),
                 tries=int(file["tries"]),
                 reason=str(file["reason"]),
                 converged=bool(file["converged"]),

@@ -80,14 +80,14 @@ def learn(
     key = key_of(
         session, request, [request.source.text, *(s.text for s in compiled.scene.imports)]
     )
-    firsts: dict[int, float] = {}
+    firsts: dict[tuple[int, int], float] = {}
 
     def passed(standing: Standing) -> None:
         if state is not None:
             keep(state, key, standing)
         if progress is None:
             return
-        first = firsts.setdefault(standing.horizon, standing.error)
+        first = firsts.setdefault((standing.horizon, standing.rounds), standing.error)
         held_out = None if judges is None else _relative(judges, standing.theta)
         part, seconds = HORIZONS[standing.horizon], clock.monotonic() - began
         progress(
@@ -98,9 +98,10 @@ def learn(
 
     search = Search(problem, session.bounds(problem), passed)
     try:
-        first_error = _first_error(problem)
         before = None if fresh or state is None else kept(state, key)
         standing = search.go(before or search.begin())
+        first_error = problem.error_at(np.zeros(problem.size))
+        error = problem.error_at(standing.theta)
         sureness = judge(problem, standing.theta, *_names(session, problem))
         fitted = tuple(_fitted(session, problem, standing.theta))
         stepping, stepping_error = _stepping(session, problem, standing.theta)
@@ -111,7 +112,7 @@ def learn(
         lesson=lesson,
         estimates=tuple(_estimates(session, standing.theta, sureness)),
         zeros={lesson.fits[k].text: problem.zero(standing.theta, k) for k in problem.zeroed},
-        error=problem.error(standing.theta),
+        error=error,
         first_error=first_error,
         fitted=fitted,
         noise={fit.text: float(s) for fit, s in zip(lesson.fits, sureness.noise, strict=True)},
@@ -186,13 +187,6 @@ def _difference(problem: Problem, theta: Floats, way: Floats, step: float) -> fl
         ahead, behind = (problem.error(theta + s * many * step * way) for s in (1, -1))
         total += weight * (ahead - behind)
     return total / (60.0 * step)
-
-
-def _first_error(problem: Problem) -> float:
-    theta = np.zeros(problem.size)
-    problem.limit(np.inf)
-    problem.freeze(theta)
-    return problem.error(theta)
 
 
 def _names(session: Session, problem: Problem) -> tuple[list[str], list[str]]:

@@ -38,6 +38,8 @@ class Problem:
     Attributes:
         noise: Standard deviation by which each fit is measured, by its place in the lesson.
         faint: Weight of every parameter that begins at 0.
+        trust: Factor of what was expected: 0 as long as the noise is not known, against which
+            it is weighed.
     """
 
     def __init__(
@@ -59,7 +61,7 @@ class Problem:
         self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
         self.unit_of_zero = self.spread if zeros is None else zeros
         self.noise = self.first_noise()
-        self.stop, self.faint = np.inf, 0.0
+        self.stop, self.faint, self.trust = np.inf, 0.0, 1.0
         self.evaluations = 0
 
     def first_noise(self) -> Floats:
@@ -113,12 +115,17 @@ class Problem:
 
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
-        expected = [(theta[p.place] - p.value) / p.spread for p in self.priors]
+        expected = [self.trust * (theta[p.place] - p.value) / p.spread for p in self.priors]
         return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
 
     def error(self, theta: Floats) -> float:
         """Return E."""
         return 0.5 * float(np.square(self.residuals(theta)).sum())
+
+    def error_at(self, theta: Floats) -> float:
+        """Return E with what happens for these parameters."""
+        self.freeze(theta)
+        return self.error(theta)
 
     def jacobian(self, theta: Floats) -> Floats:
         """Return the derivatives of the residuals, shape (residual, parameter)."""
@@ -131,7 +138,7 @@ class Problem:
             found[:first, self.own + k] = self._scale * (self._fit[counted] == fit)
             found[:first, self.own + k] *= self.unit_of_zero[fit]
         for k, prior in enumerate(self.priors):
-            found[first + k, prior.place] = 1.0 / prior.spread
+            found[first + k, prior.place] = self.trust / prior.spread
         found[first + len(self.priors) :] = self.faint * np.eye(self.size)
         return found
 
@@ -151,9 +158,9 @@ class Problem:
             slope[self.own + k] = self.unit_of_zero[fit] * weights[self._fit == fit].sum()
         error = 0.5 * float(left @ left)
         for prior in self.priors:
-            away = (theta[prior.place] - prior.value) / prior.spread
+            away = self.trust * (theta[prior.place] - prior.value) / prior.spread
             error += 0.5 * away * away
-            slope[prior.place] += away / prior.spread
+            slope[prior.place] += self.trust * away / prior.spread
         error += 0.5 * self.faint**2 * float(theta @ theta)
         return error, slope + self.faint**2 * theta
 

@@ -9,6 +9,7 @@ rounding.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Protocol
 
@@ -122,7 +123,6 @@ class Shaping:
         # Which of two tissues is the softer decides for all of their springs.
         bodies = compiled.scene.bodies.values()
         self._is_linear = all(body.interface in ("", "mean") for body in bodies)
-        self._first: tuple[Numbers, Floats] | None = None
         self._columns: dict[tuple, Floats] = {}
         scene = changed(compiled.scene, {}, variables)
         self.laws: tuple[Law, ...] = (
@@ -241,18 +241,18 @@ class Shaping:
         """Return the same for constants of 0; where compiling is linear, without doing it."""
         if not self._is_linear:
             return self._by_compiling(given)
-        first, base = self._base(given)
+        first, base = self._base
         total = base.copy()
         for key, value in given.items():
             if value != first[key]:
                 total += (value - first[key]) * self._column(key, first)
         return total
 
-    def _base(self, given: Numbers) -> tuple[Numbers, Floats]:
-        """Return the first numbers of tissues that were asked for, and those of the net."""
-        if self._first is None:
-            self._first = dict(given), self._by_compiling(given)
-        return self._first
+    @cached_property
+    def _base(self) -> tuple[Numbers, Floats]:
+        """Return the numbers of tissues at the beginning, and those of the net."""
+        given, _ = self._tissues(np.zeros(self.size))
+        return given, self._by_compiling(given)
 
     def _column(self, key: tuple[Place, str], given: Numbers) -> Floats:
         """Return the derivative by one number of a tissue, shape (number,)."""
@@ -260,7 +260,7 @@ class Shaping:
         if where not in self._columns:
             step = STEP * (abs(given[key]) or 1.0)
             moved = self._by_compiling({**given, key: given[key] + step})
-            before = self._base(given)[1] if self._is_linear else self._by_compiling(given)
+            before = self._base[1] if self._is_linear else self._by_compiling(given)
             self._columns[where] = (moved - before) / step
         return self._columns[where]
 
@@ -312,7 +312,7 @@ class Shaping:
     ) -> sparse.csr_matrix:
         """Return the derivative by numbers of tissues, and by words through these."""
         factor = self._factors(theta)
-        first = self._base(given)[0] if self._is_linear else given
+        first = self._base[0] if self._is_linear else given
 
         def column(key: tuple[Place, str]) -> Floats:
             return factor * self._column(key, first)
