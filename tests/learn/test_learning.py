@@ -380,8 +380,8 @@ def test_all_springs_of_a_short_tube_come_back(tmp_path):
     all_springs_come_back(tmp_path, 8, 6)
 
 
-def test_hidden_nodes_of_a_short_tube_follow(tmp_path):
-    hidden_nodes_follow(tmp_path, 8, 6)
+def test_hidden_nodes_of_a_thin_tube_follow(tmp_path):
+    hidden_nodes_follow(tmp_path, 12, 6)
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """Values of what was learnt, for people."""
 
-from math import isfinite
+from math import ceil, isfinite, log10
 
 from tissuec.core.units import NUMBER, Dimension, show
 
@@ -18,9 +18,15 @@ def shown(value: float, dimension: Dimension, what: str = "", *, digits: int = 4
 def interval(
     low: float, high: float, dimension: Dimension, what: str = "", *, digits: int = 4
 ) -> str:
-    """Return an interval: "1.2 N/m to 1.4 N/m"; "unknown" where it has no end."""
+    """Return an interval: "1.2 N/m to 1.4 N/m"; "unknown" where it has no end.
+
+    A narrow one is shown with as many digits as its ends need to differ in two of them.
+    """
     if not (isfinite(low) and isfinite(high)):
         return "unknown"
+    if high > low:
+        needed = 2 + ceil(log10(max(abs(low), abs(high)) / (high - low)))
+        digits = min(max(digits, needed), 15)
     ends = (shown(end, dimension, what, digits=digits) for end in (low, high))
     return " to ".join(ends)
 
