@@ -296,11 +296,11 @@ def _check_gradient(
 ) -> tuple[int, dict[str, Any]]:
     """Tell how far exact derivatives are from differences; FAILED if too far."""
     from tissuec.learn.learning import check_gradient
-    from tissuec.learn.telling.gradient import as_lines
+    from tissuec.learn.telling.gradient import as_lines, is_good
 
     found = check_gradient(compiled, lesson, request)
     worst = max((row.apart for row in found), default=0.0)
-    code = DONE if worst <= GRADIENT else FAILED
+    code = DONE if is_good(found, GRADIENT) else FAILED
     if not settings.json:
         click.echo("\n".join(as_lines(lesson.name, found, GRADIENT)))
     return code, {"gradient": [row._asdict() for row in found], "worst": worst}

@@ -23,6 +23,9 @@ from tissuec.lesson import Lesson
 from tissuec.network import Floats
 from tissuec.pipeline import Request
 
+STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of differences, in parameters
+AGREED = 1e-9  # of a derivative: differences with two steps that agree so well are believed
+
 
 class Unlearnable(TissueError):
     """There is nothing to learn from: no motion, or none that depends on what may change."""
@@ -132,21 +135,24 @@ def learn(
 
 
 class Compared(NamedTuple):
-    """A derivative of the error along one direction, exactly and by differences."""
+    """A derivative of the error along one direction, exactly and by differences.
+
+    Attributes:
+        apart: How far both are apart, as a part of the derivative.
+        doubt: How far differences with two steps are apart; no difference is better than that.
+    """
 
     name: str
     exact: float
     differences: float
     apart: float
+    doubt: float = 0.0
 
 
 def check_gradient(
     compiled: Compiled, lesson: Lesson, request: Request, *, directions: int = 20
 ) -> list[Compared]:
     """Return derivatives of the error in random directions, exactly and by differences.
-
-    Differences are of sixth order. The step at which they are most precise is not known before:
-    of several, the one whose difference comes closest counts.
 
     Raises:
         CompileError: Data is wrong.
@@ -165,28 +171,35 @@ def check_gradient(
             way = random.standard_normal(problem.size)
             way /= np.linalg.norm(way)
             exact = float(slope @ way)
-            tried = [
-                _difference(problem, theta, way, step) for step in (1e-2, 3e-3, 1e-3, 3e-4)
-            ]
-            best = min(tried, key=lambda value: abs(value - exact))
-            size = max(abs(exact), 1e-3 * float(np.linalg.norm(slope)))
-            found.append(
-                Compared(
-                    f"direction {number + 1}", exact, best, abs(best - exact) / (size or 1.0)
-                )
-            )
+            found.append(_compared(problem, theta, way, exact, float(np.linalg.norm(slope))))
+            found[-1] = found[-1]._replace(name=f"direction {number + 1}")
     except Diverged as failure:
         raise Unlearnable(str(failure)) from failure
     return found
 
 
-def _difference(problem: Problem, theta: Floats, way: Floats, step: float) -> float:
-    """Return the derivative along a direction by a central difference of sixth order."""
-    total = 0.0
-    for many, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
-        ahead, behind = (problem.error(theta + s * many * step * way) for s in (1, -1))
-        total += weight * (ahead - behind)
-    return total / (60.0 * step)
+def _compared(
+    problem: Problem, theta: Floats, way: Floats, exact: float, steepest: float
+) -> Compared:
+    """Return a derivative beside central differences of sixth order.
+
+    Their steps fall until two of them agree, or to the last. Larger ones are wrong by their
+    order, smaller ones by rounding: those that agree best count.
+    """
+    tried: list[float] = []
+    size = max(abs(exact), 1e-3 * steepest) or 1.0
+    for step in STEPS:
+        total = 0.0
+        for many, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
+            ahead, behind = (problem.error(theta + s * many * step * way) for s in (1, -1))
+            total += weight * (ahead - behind)
+        tried.append(total / (60.0 * step))
+        if len(tried) > 1 and abs(tried[-1] - tried[-2]) <= AGREED * size:
+            break
+    apart = np.abs(np.diff(tried))
+    best = int(np.argmin(apart))
+    found = tried[best + 1]
+    return Compared("", exact, found, abs(found - exact) / size, float(apart[best]) / size)
 
 
 def _names(session: Session, problem: Problem) -> tuple[list[str], list[str]]:

@@ -6,14 +6,30 @@ from tissuec.core.errors import counted
 from tissuec.learn.learning import Compared
 from tissuec.learn.telling.rows import aligned
 
-HEADINGS = ("derivative by", "exact", "by differences", "relative difference")
+HEADINGS = ("derivative by", "exact", "by differences", "apart", "differences are good to")
+BETTER = 10.0  # times the doubt in differences: what is less is no sign of a mistake
+
+
+def is_good(found: Sequence[Compared], allowed: float) -> bool:
+    """Tell whether no derivative is wrong, as far as differences can tell."""
+    return all(one.apart <= max(allowed, BETTER * one.doubt) for one in found)
 
 
 def as_lines(lesson: str, found: Sequence[Compared], allowed: float) -> list[str]:
     """Return a table of derivatives and the verdict on the worst of them."""
-    rows = [(n, f"{a:+.9e}", f"{b:+.9e}", f"{apart:.1e}") for n, a, b, apart in found]
+    rows = [
+        (one.name, f"{one.exact:+.9e}", f"{one.differences:+.9e}", f"{one.apart:.1e}",
+         f"{one.doubt:.1e}")
+        for one in found
+    ]  # fmt: skip
     worst = max((one.apart for one in found), default=0.0)
-    verdict = "good" if worst <= allowed else "WRONG"
+    verdict = "good" if is_good(found, allowed) else "WRONG"
     count = counted(len(found), "direction")
-    last = f"{count}, at worst {worst:.1e}, allowed {allowed:g}"
-    return [*aligned([HEADINGS, *rows]), f"learn {lesson}: derivatives are {verdict}: {last}"]
+    last = f"{count}, at worst {worst:.1e} apart, allowed {allowed:g}"
+    lines = [*aligned([HEADINGS, *rows]), f"learn {lesson}: derivatives are {verdict}: {last}"]
+    if verdict == "good" and worst > allowed:
+        lines.append(
+            "differences are no better than that here: the motion is so sensitive that no step "
+            "suits them"
+        )
+    return lines
