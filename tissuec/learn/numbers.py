@@ -56,17 +56,22 @@ class Order:
         """Return views of the arrays that act all the time."""
         return Values(*(self.array(vector, name) for name in VALUES))
 
-    def vector(self, network: Network, constants: Floats) -> Floats:
-        """Return the numbers that a network has, shape (size,)."""
+    def vector(self, network: Network) -> Floats:
+        """Return the numbers that a network has, constants of laws as 0, shape (size,)."""
         parts = [getattr(network, name) for name in VALUES[:-1]]
         state = [network.position.ravel(), network.velocity.ravel()]
-        return np.concatenate([*parts, constants, *state])
+        return np.concatenate([*parts, np.zeros(self.sizes["constants"]), *state])
 
     def network(self, vector: Floats, network: Network) -> Network:
         """Return a network with other numbers; constants of its laws stay what they are."""
         arrays = {name: self.array(vector, name).copy() for name in VALUES[:-1]}
         state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
         return replace(network, **arrays, **state)
+
+    def add(self, total: Floats, values: Values) -> None:
+        """Add numbers that act all the time, or derivatives by them, to a vector."""
+        for name, part in values._asdict().items():
+            self.array(total, name)[:] += part
 
     def seeds(self, change: sparse.csr_matrix) -> Seeds:
         """Return the parts of a change of all numbers that act all the time.
