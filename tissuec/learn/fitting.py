@@ -228,20 +228,19 @@ class Search:
 
         def residuals(at: Floats) -> Floats:
             try:
-                return self.problem.residuals(at)
+                return problem.residuals(at)
             except (Diverged, CompileError):
                 return np.full(size, np.nan)  # SciPy takes a shorter step
 
-        found: Any = least_squares(
-            residuals,
-            theta,
-            self.problem.jacobian,
-            bounds,
-            ftol=max(tolerance, 1e-15),
-            xtol=1e-14,
-            gtol=None,
-            max_nfev=ROUNDS,
-        )
+        options: dict[str, Any] = {
+            "jac": problem.jacobian,
+            "bounds": bounds,
+            "ftol": max(tolerance, 1e-15),
+            "xtol": 1e-14,
+            "gtol": None,
+            "max_nfev": ROUNDS,
+        }
+        found: Any = least_squares(residuals, theta, **options)
         return np.asarray(found.x)
 
     def _by_lbfgs(

@@ -64,7 +64,7 @@ class Between:
 
     def at(self, view: View) -> Floats:
         """Return the distance [m], shape (1,)."""
-        return np.array([np.linalg.norm(self._way(view))])
+        return np.array([float(np.linalg.norm(self._way(view)))])
 
     def slopes(self, view: View) -> list[Slope]:
         """Return the direction, shared among the nodes."""
@@ -128,7 +128,7 @@ class Size:
 
     def at(self, view: View) -> Floats:
         """Return the length, shape (1,)."""
-        return np.array([np.linalg.norm(self.look.at(view))])
+        return np.array([float(np.linalg.norm(self.look.at(view)))])
 
     def slopes(self, view: View) -> list[Slope]:
         """Return the part of the derivatives along the vector."""

@@ -172,7 +172,7 @@ class Motion:
         for stretch, trail in self._trails(vector, keep=False):
             leg = self.course.legs[stretch.leg]
             if stretch.first:
-                act, seeds = self._act(vector, leg), self._seeds(change, leg)
+                act, seeds = self._act(vector, leg), order.seeds(change, leg.factors)
                 state.v[np.repeat(leg.stopped, 3)] = 0.0
                 start = trail.x[0], trail.v[0], trail.a[0]
                 ta = self.stepping.begin_change(act, *start, seeds, state.x, state.v)
@@ -235,10 +235,6 @@ class Motion:
         values = leg.present(self.order.values(vector))
         return Act(leg, leg.links(values), values)
 
-    def _seeds(self, change: sparse.csr_matrix, leg: Leg) -> Seeds:
-        """Return how the numbers of a leg change."""
-        return self.order.changed_seeds(change, leg.factors)
-
     def _changed(
         self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit: Visit
     ) -> State:
@@ -282,7 +278,7 @@ def _look(trail: Trail, between: Between, found: Samples) -> None:
 
 def _enter(trail: Trail, between: Between, by_x: Floats, by_v: Floats) -> tuple[Floats, Floats]:
     """Return derivatives by the rows of a stretch from those by its samples."""
-    at_x, at_v = np.zeros((2, *trail.x.shape))
+    at_x, at_v = np.zeros_like(trail.x), np.zeros_like(trail.v)
     rows = between.rows
     for weights, given in ((between.of_x, by_x), (between.of_v, by_v)):
         mine = given[between.samples]
@@ -297,12 +293,15 @@ def _mixed(
     between: Between, k: int, before: tuple[Floats, Floats], after: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
     """Return the changes of one sample from those of the rows around it."""
-    found = np.zeros_like(before[0]), np.zeros_like(before[0])
-    for into, weights in zip(found, (between.of_x[:, k], between.of_v[:, k]), strict=True):
+
+    def weighed(weights: Floats) -> Floats:
+        found = np.zeros_like(before[0])
         for weight, part in zip(weights.tolist(), (*before, *after), strict=True):
             if weight:
-                into += weight * part
-    return found
+                found += weight * part
+        return found
+
+    return weighed(between.of_x[:, k]), weighed(between.of_v[:, k])
 
 
 def _nothing(values: Values) -> Values:

@@ -69,7 +69,7 @@ def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
     for data in lesson.data:
         mine = _of_data(compiled, lesson, data, request)
         own = mine.lesson
-        experiment = read_experiment(_same(own, data), own, mine.compiled.network)
+        experiment = read_experiment(data, own, mine.compiled.network)
         check_times(experiment, mine.compiled.plan.simulation.duration)
         if data.held_out:
             held.append(Trial(experiment, mine.model(experiment.series)))
@@ -124,10 +124,6 @@ def _of_data(compiled: Compiled, lesson: Lesson, data: Data, request: Request) -
         compiled, _ = compile_request(own)
         lesson = next(one for one in compiled.lessons if one.name == lesson.name)
     return _Scene(compiled, lesson, Shaping(compiled, lesson, _words(compiled, lesson)))
-
-
-def _same(lesson: Lesson, data: Data) -> Data:
-    return next(one for one in lesson.data if one.path == data.path)
 
 
 def _words(compiled: Compiled, lesson: Lesson) -> WordsModel | None:

@@ -67,7 +67,7 @@ def nodes_of(subject: Subject, leg: Leg) -> Indices:
 def mixed(slopes: Iterable[Slope], weights: Floats) -> Slope:
     """Return the derivatives of Σ weights · components from those of each component."""
     pairs = list(zip(weights.tolist(), slopes, strict=True))
-    x, v = np.zeros((2, *pairs[0][1].x.shape))
+    x, v = np.zeros_like(pairs[0][1].x), np.zeros_like(pairs[0][1].v)
     values: Values | None = None
     for weight, slope in pairs:
         x += weight * slope.x

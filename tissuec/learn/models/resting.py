@@ -157,9 +157,8 @@ class Resting:
     def _move(self, balanced: Equilibrium, change: sparse.csr_matrix, tx: Floats) -> None:
         """Carry changes of places from one equilibrium to the next."""
         try:
-            balanced.move(
-                tx, self.shaping.order.changed_seeds(change, balanced.stand.leg.factors)
-            )
+            seeds = self.shaping.order.seeds(change, balanced.stand.leg.factors)
+            balanced.move(tx, seeds)
         except Yielding as failure:
             stand = balanced.stand
             node = stand.leg.network.node_ids[stand.free[failure.args[0]]]
