@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import TissueError
 from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import Problem
 from tissuec.network import Floats
@@ -32,6 +32,13 @@ TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance before the last horizon
 FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
 PERFECT = 1e-28  # of the first error: rounding is all that is left
+
+
+class Countless(Diverged):
+    """Predictions are so far from what was measured that their error is no number."""
+
+    def __str__(self) -> str:
+        return "what is predicted is too far from what was measured for any number"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +94,7 @@ class Search:
         """Return where a search begins.
 
         Raises:
-            Diverged: The first prediction has no numbers.
+            Diverged: The first prediction has no numbers, or is beyond all measure.
         """
         problem = self.problem
         problem.trust = self._trust(0, 0.0)
@@ -96,6 +103,8 @@ class Search:
         horizon = self._first_horizon(theta)
         self._limit(horizon)
         error = problem.error(theta)
+        if not np.isfinite(error):
+            raise Countless(problem.stop)
         return Standing(theta, horizon, 0, error, problem.noise, problem.evaluations)
 
     def go(self, standing: Standing) -> Standing:
@@ -117,16 +126,13 @@ class Search:
     def _first_horizon(self, theta: Floats) -> int:
         """Return the horizon to begin with: the whole, unless its prediction is far off."""
         problem, last = self.problem, len(HORIZONS) - 1
-        if problem.lesson.axis.nodes is not None:
+        if problem.lesson.axis.nodes is not None or not problem.duration:
             return last
         try:
-            left = problem.left(theta)
-        except Diverged:
-            left = np.full(1, np.inf)
-        else:
-            spread = problem.spread[problem.fits]
-            if np.sqrt(np.mean(np.square(left / spread))) < FAR:
+            if problem.relative(theta) < FAR:
                 return last
+        except Diverged:
+            pass  # as far off as can be
         enough = [
             k
             for k, part in enumerate(HORIZONS)
@@ -229,7 +235,7 @@ class Search:
         def residuals(at: Floats) -> Floats:
             try:
                 return problem.residuals(at)
-            except (Diverged, CompileError):
+            except (Diverged, TissueError):
                 return np.full(size, np.nan)  # SciPy takes a shorter step
 
         options: dict[str, Any] = {
@@ -252,7 +258,9 @@ class Search:
         def value(at: Floats) -> tuple[float, Floats]:
             try:
                 error, slope = self.problem.gradient(at)
-            except (Diverged, CompileError):
+            except (Diverged, TissueError):
+                return 1e30, np.zeros_like(at)
+            if not (np.isfinite(error) and np.isfinite(slope).all()):
                 return 1e30, np.zeros_like(at)
             return error / scale, slope / scale
 

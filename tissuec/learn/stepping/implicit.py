@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
+from tissuec.core.units import TIME, show
 from tissuec.kernels.sensitivity import Seeds, Values
 from tissuec.learn.course import Paths
 from tissuec.learn.kernels import Kernels
+from tissuec.learn.motion import Diverged
 from tissuec.learn.stepping import Act, State, Trail
 from tissuec.learn.stepping.matrices import Matrices
 from tissuec.learn.stepping.onestep import OneStep
@@ -32,8 +34,11 @@ SLOW = 0.1  # contraction from which S is made anew
 ROUNDING = 4.0 * np.finfo(float).eps
 
 
-class Unsolved(Exception):
-    """Newton's method does not find a stage; the time [s] is its argument."""
+class Unsolved(Diverged):
+    """A stage is not found; the time [s] is its argument."""
+
+    def __str__(self) -> str:
+        return f"a step at {show(float(self.args[0]), TIME)} has no solution that can be found"
 
 
 class Stage(NamedTuple):
@@ -136,7 +141,7 @@ class Implicit(OneStep):
             self.kernels.acceleration(*at, load, act.links, act.values, found)
             factor = self._factor
             if factor is None or not self._is_made_for(act, own):
-                factor = self._made(act, *at, own)
+                factor = self._made(act, *at, own, time)
             step = factor.solve(found - a)
             a += step
             size, scale = np.abs(step).max(initial=0.0), np.abs(a).max(initial=0.0)
@@ -146,7 +151,7 @@ class Implicit(OneStep):
             if not np.isfinite(size):
                 break
             if size > SLOW * before:
-                self._made(act, x + own * own * a, v + own * a, own)
+                self._made(act, x + own * own * a, v + own * a, own, time)
             before = size
         raise Unsolved(time)
 
@@ -155,11 +160,18 @@ class Implicit(OneStep):
         leg, size = self._factored
         return leg is act.leg and abs(size - own) <= 1e-9 * own
 
-    def _made(self, act: Act, x: Floats, v: Floats, own: float) -> SuperLU:
+    def _made(self, act: Act, x: Floats, v: Floats, own: float, time: float) -> SuperLU:
         """Return S, factorised, and keep it."""
-        self._factor = splu(self.matrices.solver(act, x, v, own))
+        self._factor = self._factorised(act, x, v, own, time)
         self._factored = act.leg, own
         return self._factor
+
+    def _factorised(self, act: Act, x: Floats, v: Floats, own: float, time: float) -> SuperLU:
+        """Return S, factorised; raises Unsolved where it is singular."""
+        try:
+            return splu(self.matrices.solver(act, x, v, own))
+        except RuntimeError as failure:
+            raise Unsolved(time) from failure
 
     def _step_back(
         self, act: Act, trail: Trail, row: int, lx: Floats, lv: Floats, by: Values
@@ -178,8 +190,8 @@ class Implicit(OneStep):
             weight[held] = 0.0
             own = h * self.tableau.weights[i, i]
             if own != 0.0:
-                matrix = self.matrices.solver(act, stage.x, stage.v, own)
-                weight = splu(matrix).solve(weight, "T")
+                factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
+                weight = factor.solve(weight, "T")
             self.kernels.pull_back(
                 stage.x, stage.v, stage.a, weight, act.links, act.values, by_x[i], by_v[i], by
             )
@@ -206,9 +218,8 @@ class Implicit(OneStep):
             )  # fmt: skip
             own = h * self.tableau.weights[i, i]
             if own != 0.0:
-                known[i] = splu(self.matrices.solver(act, stage.x, stage.v, own)).solve(
-                    known[i]
-                )
+                factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
+                known[i] = factor.solve(known[i])
         return State(*self._changed(self._stages, h, tx, tv, known, held), change.a)
 
     def _changed(
