@@ -4,10 +4,12 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from tests.learn.test_learning import FIT, START, lesson
 from tissuec.learn.keeping import kept
 from tissuec.learn.learning import Unlearnable, learn
+from tissuec.learn.motion import Diverged
 from tissuec.learn.session import prepare
 
 HEAD = "t_s,node,x_mm,y_mm,z_mm\n"
@@ -65,20 +67,25 @@ def test_a_number_that_begins_outside_its_limits_is_told(tmp_path):
     assert f"{expected}spring constant of line" in notes
 
 
-@pytest.mark.parametrize(
-    ("method", "stiffness", "said"),
-    [
-        ("velocity verlet", "1e30", "too far from what was measured"),
-        ("velocity verlet", "1e80", "the motion has no numbers after"),
-        ("esdirk43", "1e307", "has no solution that can be found"),
-    ],
-)
-def test_a_first_motion_without_numbers_is_told_in_a_sentence(
-    tmp_path, method, stiffness, said
-):
-    entries = ADJUST + f"integrator is {method}; step = 100 ms\n"
-    with pytest.raises(Unlearnable, match=said):
-        learn(*begin(tmp_path, MOVED.replace("0.05,", "0.5,"), entries, c=stiffness))
+def test_a_first_motion_without_numbers_is_told_in_a_sentence(tmp_path):
+    entries = ADJUST + "integrator is velocity verlet; step = 100 ms\n"
+    with pytest.raises(Unlearnable, match="the motion has no numbers after"):
+        learn(*begin(tmp_path, MOVED.replace("0.05,", "0.5,"), entries, c="1e80"))
+
+
+def test_a_first_error_beyond_all_measure_is_told_in_a_sentence(tmp_path):
+    far = MOVED + "0.05,2,1e200,0,0\n"
+    with pytest.raises(Unlearnable, match="too far from what was measured"):
+        learn(*begin(tmp_path, far, ADJUST + "error is absolute\n"))
+
+
+def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path):
+    compiled, own, request = begin(tmp_path, MOVED, ADJUST + "integrator is esdirk43\n")
+    model = prepare(compiled, own, request).learning[0].model
+    size = 3 * compiled.network.node_count
+    model.stepping.matrices.solver = lambda *_: sparse.csc_matrix((size, size))  # singular
+    with pytest.raises(Diverged, match="has no solution that can be found"):
+        model.freeze(np.zeros(1))
 
 
 def test_a_broken_file_of_a_search_is_none(tmp_path):

@@ -102,13 +102,15 @@ class Search:
         problem.freeze(theta)
         horizon = self._first_horizon(theta)
         self._limit(horizon)
-        error = problem.error(theta)
-        if not np.isfinite(error):
-            raise Countless(problem.stop)
+        error = self._error(theta)
         return Standing(theta, horizon, 0, error, problem.noise, problem.evaluations)
 
     def go(self, standing: Standing) -> Standing:
-        """Return where the search ends, from where it stands."""
+        """Return where the search ends, from where it stands.
+
+        Raises:
+            Diverged: What it came to has no numbers on a longer horizon.
+        """
         self.problem.evaluations = standing.evaluations
         while not standing.reason:
             standing = self._pass(standing)
@@ -144,6 +146,13 @@ class Search:
         part = HORIZONS[horizon]
         self.problem.limit(np.inf if part == 1.0 else part * self.problem.duration)
 
+    def _error(self, theta: Floats) -> float:
+        """Return E where a pass begins, which no optimiser can do without."""
+        error = self.problem.error(theta)
+        if not np.isfinite(error):
+            raise Countless(self.problem.stop)
+        return error
+
     def _pass(self, old: Standing) -> Standing:
         """Return where one pass comes to."""
         problem, last = self.problem, old.horizon == len(HORIZONS) - 1
@@ -151,7 +160,7 @@ class Search:
         self._limit(old.horizon)
         problem.trust, problem.noise = self._trust(old.rounds, old.rest), old.noise
         problem.freeze(old.theta)
-        before = problem.error(old.theta)
+        before = self._error(old.theta)
         theta = self._optimised(old.theta, tolerance, WIDE if last else NEAR)
         error = problem.error(theta)
         if not error <= before:

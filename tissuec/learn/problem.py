@@ -118,7 +118,8 @@ class Problem:
     def relative(self, theta: Floats) -> float:
         """Return what is left over how far data deviates from its mean; 0 without data."""
         left = self.left(theta) / self.spread[self.fits]
-        return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+        with np.errstate(over="ignore"):
+            return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
 
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
@@ -126,8 +127,9 @@ class Problem:
         return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
 
     def error(self, theta: Floats) -> float:
-        """Return E."""
-        return 0.5 * float(np.square(self.residuals(theta)).sum())
+        """Return E; infinite where it is beyond all measure."""
+        with np.errstate(over="ignore"):
+            return 0.5 * float(np.square(self.residuals(theta)).sum())
 
     def error_at(self, theta: Floats) -> float:
         """Return E with what happens for these parameters."""
