@@ -23,7 +23,7 @@ def scene():
 def motion_of(scene, name, step, times):
     network = scene.network
     order = Order.of(network, 0)
-    vector = order.vector(network, np.zeros(0))
+    vector = order.vector(network)
     bound = kernels(network.laws, 0)
     chosen = choose(name, step, network, scene.plan, 0.05, network.laws, bound)
     course = Freezer(scene.plan, chosen.stepping, order, step).course(network, vector, 0.05)

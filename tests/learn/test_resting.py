@@ -153,7 +153,7 @@ def test_the_constant_of_a_law_is_found_in_a_curve(model):
     shaping = found.shaping
     search = Search(problem, shaping.bounds(), lambda _: None)
     end = search.go(search.begin())
-    values = [shaping.blocks[n].value(shaping.part(end.theta, n))[0] for n in range(2)]
+    values = [shaping.blocks[n].value(end.theta[shaping.place(n)])[0] for n in range(2)]
     # Data is exact, and the lesson ends at its own tolerance of the error.
     assert values == pytest.approx([c, k], rel=1e-6)
 

@@ -1,6 +1,6 @@
 """A scene with other numbers in its tissues: what is learnt is put where it was written."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -108,10 +108,10 @@ def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene
     return replace(written, law=law, force=law.force())
 
 
-def recompiled(compiled: Compiled, change: Callable[[Scene], Scene]) -> Compiled:
-    """Return a compiled scene with other numbers.
+def recompiled(compiled: Compiled, given: Numbers, constants: Numbers) -> Compiled:
+    """Return a compiled scene with other numbers; see ``changed``.
 
     Raises:
         CompileError: The numbers make no scene.
     """
-    return compile_scene(change(compiled.scene), Findings())
+    return compile_scene(changed(compiled.scene, given, constants), Findings())

@@ -7,11 +7,11 @@ import numpy as np
 
 from tissuec.kernels.sensitivity import Links, Seeds, Values
 from tissuec.learn.kernels import Kernels
-from tissuec.learn.looks import View
 from tissuec.learn.resistance import Resistance
 from tissuec.learn.stands import Stand
 from tissuec.learn.stepping import Act
 from tissuec.learn.stepping.matrices import Matrices
+from tissuec.learn.views import View
 from tissuec.network import Floats
 
 

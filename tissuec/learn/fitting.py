@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import TissueError
 from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import Problem
 from tissuec.network import Floats
@@ -32,6 +32,13 @@ TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance before the last horizon
 FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
 PERFECT = 1e-28  # of the first error: rounding is all that is left
+
+
+class Countless(Diverged):
+    """Predictions are so far from what was measured that their error is no number."""
+
+    def __str__(self) -> str:
+        return "what is predicted is too far from what was measured for any number"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +94,7 @@ class Search:
         """Return where a search begins.
 
         Raises:
-            Diverged: The first prediction has no numbers.
+            Diverged: The first prediction has no numbers, or is beyond all measure.
         """
         problem = self.problem
         problem.trust = self._trust(0, 0.0)
@@ -95,11 +102,15 @@ class Search:
         problem.freeze(theta)
         horizon = self._first_horizon(theta)
         self._limit(horizon)
-        error = problem.error(theta)
+        error = self._error(theta)
         return Standing(theta, horizon, 0, error, problem.noise, problem.evaluations)
 
     def go(self, standing: Standing) -> Standing:
-        """Return where the search ends, from where it stands."""
+        """Return where the search ends, from where it stands.
+
+        Raises:
+            Diverged: What it came to has no numbers on a longer horizon.
+        """
         self.problem.evaluations = standing.evaluations
         while not standing.reason:
             standing = self._pass(standing)
@@ -117,16 +128,13 @@ class Search:
     def _first_horizon(self, theta: Floats) -> int:
         """Return the horizon to begin with: the whole, unless its prediction is far off."""
         problem, last = self.problem, len(HORIZONS) - 1
-        if problem.lesson.axis.nodes is not None:
+        if problem.lesson.axis.nodes is not None or not problem.duration:
             return last
         try:
-            left = problem.left(theta)
-        except Diverged:
-            left = np.full(1, np.inf)
-        else:
-            spread = problem.spread[problem.fits]
-            if np.sqrt(np.mean(np.square(left / spread))) < FAR:
+            if problem.relative(theta) < FAR:
                 return last
+        except Diverged:
+            pass  # as far off as can be
         enough = [
             k
             for k, part in enumerate(HORIZONS)
@@ -138,6 +146,13 @@ class Search:
         part = HORIZONS[horizon]
         self.problem.limit(np.inf if part == 1.0 else part * self.problem.duration)
 
+    def _error(self, theta: Floats) -> float:
+        """Return E where a pass begins, which no optimiser can do without."""
+        error = self.problem.error(theta)
+        if not np.isfinite(error):
+            raise Countless(self.problem.stop)
+        return error
+
     def _pass(self, old: Standing) -> Standing:
         """Return where one pass comes to."""
         problem, last = self.problem, old.horizon == len(HORIZONS) - 1
@@ -145,7 +160,7 @@ class Search:
         self._limit(old.horizon)
         problem.trust, problem.noise = self._trust(old.rounds, old.rest), old.noise
         problem.freeze(old.theta)
-        before = problem.error(old.theta)
+        before = self._error(old.theta)
         theta = self._optimised(old.theta, tolerance, WIDE if last else NEAR)
         error = problem.error(theta)
         if not error <= before:
@@ -228,20 +243,19 @@ class Search:
 
         def residuals(at: Floats) -> Floats:
             try:
-                return self.problem.residuals(at)
-            except (Diverged, CompileError):
+                return problem.residuals(at)
+            except (Diverged, TissueError):
                 return np.full(size, np.nan)  # SciPy takes a shorter step
 
-        found: Any = least_squares(
-            residuals,
-            theta,
-            self.problem.jacobian,
-            bounds,
-            ftol=max(tolerance, 1e-15),
-            xtol=1e-14,
-            gtol=None,
-            max_nfev=ROUNDS,
-        )
+        options: dict[str, Any] = {
+            "jac": problem.jacobian,
+            "bounds": bounds,
+            "ftol": max(tolerance, 1e-15),
+            "xtol": 1e-14,
+            "gtol": None,
+            "max_nfev": ROUNDS,
+        }
+        found: Any = least_squares(residuals, theta, **options)
         return np.asarray(found.x)
 
     def _by_lbfgs(
@@ -253,7 +267,9 @@ class Search:
         def value(at: Floats) -> tuple[float, Floats]:
             try:
                 error, slope = self.problem.gradient(at)
-            except (Diverged, CompileError):
+            except (Diverged, TissueError):
+                return 1e30, np.zeros_like(at)
+            if not (np.isfinite(error) and np.isfinite(slope).all()):
                 return 1e30, np.zeros_like(at)
             return error / scale, slope / scale
 

@@ -17,6 +17,9 @@ from tissuec.learn.stepping import Stepping
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import RELAXATION, Event, Plan
 from tissuec.running.agenda import Timetable
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
 from tissuec.running.sampling import SAME
 from tissuec.situation import Situation
 from tissuec.verbs import Action
@@ -107,9 +110,6 @@ class Freezer:
 
 def _told(network: Network, plan: Plan) -> Iterator[Breaks | Event]:
     """Yield what breaks, and the events behind conditions, as the engine finds them."""
-    from tissuec.running.recording import Recorder
-    from tissuec.running.run import run
-
     silent = replace(plan, expectations=(), needs_ledger=False)
     outcome = run(network, silent, Recorder(network, silent, _Nowhere()))
     if outcome.kind != "done":
@@ -124,11 +124,11 @@ def _told(network: Network, plan: Plan) -> Iterator[Breaks | Event]:
             yield from (replace(event, time=time + event.time) for event in fired.events)
 
 
-class _Nowhere:
-    """Takes what a run writes, and forgets it."""
+class _Nowhere(MemoryRecording):
+    """Takes what a run writes, and forgets all rows."""
 
-    def __getattr__(self, name: str):
-        return lambda *_, **__: None
+    def _add(self, table: str, *columns: np.ndarray) -> None:
+        """Keep nothing."""
 
 
 def note(action: Action, changes: dict[str, Change], situation: Situation) -> None:

@@ -8,7 +8,7 @@ does not tell. (A. Raue et al., Bioinformatics 25:1923, 2009, on identifiability
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +96,8 @@ def _completed(turned: Floats, size: int) -> Floats:
     """Return further directions, at right angles to those that there are."""
     if len(turned) == size:
         return turned[:0]
-    whole, _ = qr(turned.T, mode="full")
-    return whole[:, len(turned) :].T
+    found: Any = qr(turned.T, mode="full")
+    return found[0][:, len(turned) :].T
 
 
 def _blind(
@@ -112,7 +112,7 @@ def _blind(
     found: list[Blind] = []
     alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
     if len(alone):
-        found.append(_alone([names[k] for k in alone], spread))
+        found.append(_alone([names[k] for k in alone.tolist()], spread))
         space = _without(space, np.eye(space.shape[1])[alone])
     together = np.array([kind in SCALED for kind in kinds], dtype=float)
     if together.sum() > 1:
@@ -135,7 +135,8 @@ def _plain(space: Floats) -> Floats:
     """Return a basis in which every direction has few parameters, each scaled to 1."""
     if not len(space):
         return space
-    _, upper, order = qr(space, mode="economic", pivoting=True)
+    found: Any = qr(space, mode="economic", pivoting=True)
+    _, upper, order = found
     count = len(space)
     plain = np.zeros_like(space)
     plain[:, order] = np.linalg.solve(upper[:, :count], upper)

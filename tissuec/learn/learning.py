@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
 from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, Standing
-from tissuec.learn.judging import Sureness, judge
+from tissuec.learn.judging import SHOWN, Sureness, judge
 from tissuec.learn.keeping import keep, kept, key_of
 from tissuec.learn.models.moving import Moving
 from tissuec.learn.motion import Diverged
@@ -25,6 +26,7 @@ from tissuec.pipeline import Request
 
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of differences, in parameters
 AGREED = 1e-9  # of a derivative: differences with two steps that agree so well are believed
+NEAR_LIMIT = 1e-3  # of a parameter: the search stays that far inside
 
 
 class Unlearnable(TissueError):
@@ -103,7 +105,7 @@ def learn(
     try:
         before = None if fresh or state is None else kept(state, key)
         standing = search.go(before or search.begin())
-        first_error = problem.error_at(np.zeros(problem.size))
+        first_error = _first_error(problem)
         error = problem.error_at(standing.theta)
         sureness = judge(problem, standing.theta, *_names(session, problem))
         fitted = tuple(_fitted(session, problem, standing.theta))
@@ -129,7 +131,7 @@ def learn(
         reason=standing.reason,
         converged=standing.converged,
         wall_time=clock.monotonic() - began,
-        notes=(*_notes(session, stepping_error), *words.sentences),
+        notes=(*_notes(session, standing.theta, stepping_error), *words.sentences),
         words=words.texts,
     )
 
@@ -230,11 +232,24 @@ def _estimates(session: Session, theta: Floats, sureness: Sureness) -> Iterator[
         )
 
 
+def _first_error(problem: Problem) -> float:
+    """Return the error function at the beginning; infinite where the motion has no numbers."""
+    try:
+        return problem.error_at(np.zeros(problem.size))
+    except Diverged:
+        return np.inf
+
+
 def _relative(problem: Problem, theta: Floats) -> float:
-    """Return what is left of a problem over how far its data deviates from its mean."""
-    problem.freeze(theta)
-    left = problem.left(theta) / problem.spread[problem.fits]
-    return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+    """Return what is left of a problem over how far its data deviates from its mean.
+
+    Infinite where the motion has no numbers: it is held-out data that is not met, then.
+    """
+    try:
+        problem.freeze(theta)
+        return problem.relative(theta)
+    except Diverged:
+        return np.inf
 
 
 def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
@@ -245,7 +260,7 @@ def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
     for trial, held_out in both:
         problem = session.judged([trial], like)
         error = _relative(problem, theta)
-        left = problem.left(theta)
+        left = problem.left(theta) if np.isfinite(error) else np.full(len(problem.fits), np.inf)
         fits = session.lesson.fits
         rest = {
             fits[k].text: float(np.sqrt(np.mean(np.square(left[problem.fits == k]))))
@@ -261,19 +276,26 @@ def _stepping(session: Session, problem: Problem, theta: Floats) -> tuple[str, f
     for trial in session.learning:
         model = trial.model
         if not isinstance(model, Moving):
-            found = found or model.name
             continue
-        own = theta[: problem.own]
+        step = f"{model.motion.steps} steps of at most {show(model.motion.longest, TIME)}"
+        found, own = f"{model.stepping.name}, {step}", theta[: problem.own]
         finer = Moving(
             model.shaping, model.series, model.looks, model.stepping, 0.5 * model.motion.longest
         )
-        finer.freeze(own)
-        apart = np.abs(finer.predict(own) - model.predict(own))[: len(problem.data)]
-        scale = np.abs(model.predict(own)).max(initial=0.0)
-        span = float(np.ptp(model.predict(own))) or float(scale) or 1.0
-        worst = max(worst, float(apart.max(initial=0.0)) / span)
-        step = f"{model.motion.steps} steps of at most {show(model.motion.longest, TIME)}"
-        found = f"{model.stepping.name}, {step}"
+        try:
+            finer.freeze(own)
+            fine, coarse = finer.predict(own), model.predict(own)
+        except Diverged:
+            worst = np.inf
+            continue
+        for one, slot in zip(model.series, model.slots, strict=True):
+            mine = slice(slot.start, slot.start + slot.rows * slot.width)
+            seen = one.values[np.isfinite(one.values)]
+            # Each in its own unit; what hardly moves is held against what was measured.
+            both = [values for values in (coarse[mine], seen) if len(values)]
+            span = max((float(np.ptp(v)) or float(np.abs(v).max()) for v in both), default=0.0)
+            apart = float(np.abs(fine[mine] - coarse[mine]).max(initial=0.0))
+            worst = max(worst, apart / (span or 1.0))
     return found, worst
 
 
@@ -286,8 +308,19 @@ def _method(session: Session, search: Search) -> str:
     return f"{search.method}, {derivatives}"
 
 
-def _notes(session: Session, stepping_error: float) -> Iterator[str]:
+def _notes(session: Session, theta: Floats, stepping_error: float) -> Iterator[str]:
     """Yield what else is to be known."""
+    shaping = session.shaping
+    low, high = shaping.bounds()
+    own = theta[: shaping.size]
+    at_limit = (own <= low + NEAR_LIMIT) | (own >= high - NEAR_LIMIT)
+    if at_limit.any():
+        names = _first_few(shaping.names, at_limit)
+        yield f"at a limit, of which the interval takes no account: {names}"
+    outside = (low > 0.0) | (high < 0.0)
+    if outside.any():
+        names = _first_few(shaping.names, outside)
+        yield f"in the scene outside of its limits, and begun with at the nearer one: {names}"
     if stepping_error > 1e-4:
         yield (
             f"half the steps change what is predicted by {stepping_error:.1g} of its range: "
@@ -295,3 +328,10 @@ def _notes(session: Session, stepping_error: float) -> Iterator[str]:
         )
     for trial in (*session.learning, *session.held_out):
         yield from getattr(trial.model, "notes", ())
+
+
+def _first_few(names: Sequence[str], chosen: NDArray[np.bool_]) -> str:
+    """Return the first of some names, and how many more there are."""
+    found = [names[k] for k in np.flatnonzero(chosen).tolist()]
+    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+    return ", ".join(found[:SHOWN]) + more

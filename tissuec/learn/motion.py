@@ -52,6 +52,9 @@ class Between(NamedTuple):
     of_v: Floats
 
 
+Visit = Callable[[int, Floats, Floats], None]
+
+
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Some steps of a leg, between two states that are kept.
@@ -90,6 +93,8 @@ class Motion:
         self.longest = max(float(np.diff(grid).max()) for grid in grids)
         length = max(1, ceil(sqrt(self.steps)))
         self.stretches = tuple(self._divide(grids, length))
+        # Of the last motion: its numbers, the beginning of every stretch, and the last one.
+        self._vector: Floats = np.zeros(0)
         self._kept: list[State] = []
         self._trail: Trail | None = None
 
@@ -103,9 +108,9 @@ class Motion:
         found = Samples(*np.empty((2, len(self.times), count)))
         self._vector, self._kept = vector, []
         for stretch, trail in self._trails(vector, keep=True):
-            _look(trail, stretch.between, found)
-            if not np.isfinite(trail.x[-1]).all():
+            if not (np.isfinite(trail.x[-1]).all() and np.isfinite(trail.v[-1]).all()):
                 raise Diverged(_last_finite(trail))
+            _look(trail, stretch.between, found)
             self._trail = trail
         return found
 
@@ -121,12 +126,13 @@ class Motion:
         order = self.order
         gradient = np.zeros(order.size)
         due = State(*np.zeros((3, by_x.shape[1])))
-        by, act = None, None
+        act = self._act(self._vector, self.course.legs[-1])
+        by = _nothing(act.values)
         for number in range(len(self.stretches) - 1, -1, -1):
             stretch = self.stretches[number]
             leg = self.course.legs[stretch.leg]
-            if act is None or act.leg is not leg:
-                act, by = self._act(self._vector, leg), _nothing(order.values(gradient))
+            if act.leg is not leg:
+                act, by = self._act(self._vector, leg), _nothing(act.values)
             trail = self._trail if number == len(self.stretches) - 1 else None
             if trail is None:
                 trail = self.stepping.run(act, stretch.times, self._kept[number])
@@ -139,8 +145,7 @@ class Motion:
                 lx, lv = self.stepping.begin_back(act, *start, due, by)
                 lv[np.repeat(leg.stopped, 3)] = 0.0
                 due = State(lx, lv, np.zeros_like(lx))
-                for name, part in leg.past(by)._asdict().items():
-                    order.array(gradient, name)[:] += part
+                order.add(gradient, leg.past(by))
         order.array(gradient, "position")[:] += due.x
         order.array(gradient, "velocity")[:] += due.v
         return gradient
@@ -149,7 +154,7 @@ class Motion:
         self,
         vector: Floats,
         change: sparse.csr_matrix,
-        visit: Callable[[int, Floats, Floats], None],
+        visit: Visit,
     ) -> None:
         """Tell how the states that are looked at change with parameters.
 
@@ -167,7 +172,7 @@ class Motion:
         for stretch, trail in self._trails(vector, keep=False):
             leg = self.course.legs[stretch.leg]
             if stretch.first:
-                act, seeds = self._act(vector, leg), self._seeds(change, leg)
+                act, seeds = self._act(vector, leg), order.seeds(change, leg.factors)
                 state.v[np.repeat(leg.stopped, 3)] = 0.0
                 start = trail.x[0], trail.v[0], trail.a[0]
                 ta = self.stepping.begin_change(act, *start, seeds, state.x, state.v)
@@ -230,18 +235,14 @@ class Motion:
         values = leg.present(self.order.values(vector))
         return Act(leg, leg.links(values), values)
 
-    def _seeds(self, change: sparse.csr_matrix, leg: Leg) -> Seeds:
-        """Return how the numbers of a leg change."""
-        return self.order.changed_seeds(change, leg.factors)
-
     def _changed(
-        self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit
+        self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit: Visit
     ) -> State:
         """Return the changes at the end of a stretch; tell those of the samples on it."""
         waiting: dict[int, tuple[Floats, Floats]] = {}
 
         def at(row: int, now: State) -> None:
-            for k in np.flatnonzero(between.rows == row - 1):
+            for k in np.flatnonzero(between.rows == row - 1).tolist():
                 before = waiting[row - 1]
                 visit(int(between.samples[k]), *_mixed(between, k, before, (now.x, now.v)))
             waiting.pop(row - 1, None)
@@ -277,7 +278,7 @@ def _look(trail: Trail, between: Between, found: Samples) -> None:
 
 def _enter(trail: Trail, between: Between, by_x: Floats, by_v: Floats) -> tuple[Floats, Floats]:
     """Return derivatives by the rows of a stretch from those by its samples."""
-    at_x, at_v = np.zeros((2, *trail.x.shape))
+    at_x, at_v = np.zeros_like(trail.x), np.zeros_like(trail.v)
     rows = between.rows
     for weights, given in ((between.of_x, by_x), (between.of_v, by_v)):
         mine = given[between.samples]
@@ -288,14 +289,19 @@ def _enter(trail: Trail, between: Between, by_x: Floats, by_v: Floats) -> tuple[
     return at_x, at_v
 
 
-def _mixed(between: Between, k: int, before, after) -> tuple[Floats, Floats]:
+def _mixed(
+    between: Between, k: int, before: tuple[Floats, Floats], after: tuple[Floats, Floats]
+) -> tuple[Floats, Floats]:
     """Return the changes of one sample from those of the rows around it."""
-    four = (*before, *after)
-    both = []
-    for weights in (between.of_x, between.of_v):
-        used = [(w, part) for w, part in zip(weights[:, k], four, strict=True) if w]
-        both.append(sum((w * part for w, part in used), np.zeros_like(four[0])))
-    return both[0], both[1]
+
+    def weighed(weights: Floats) -> Floats:
+        found = np.zeros_like(before[0])
+        for weight, part in zip(weights.tolist(), (*before, *after), strict=True):
+            if weight:
+                found += weight * part
+        return found
+
+    return weighed(between.of_x[:, k]), weighed(between.of_v[:, k])
 
 
 def _nothing(values: Values) -> Values:
@@ -303,5 +309,6 @@ def _nothing(values: Values) -> Values:
 
 
 def _last_finite(trail: Trail) -> float:
-    good = np.isfinite(trail.x).all(axis=1)
+    """Return the last time at which a motion has numbers [s]."""
+    good = (np.isfinite(trail.x) & np.isfinite(trail.v)).all(axis=1)
     return float(trail.times[max(int(np.argmin(good)) - 1, 0)])

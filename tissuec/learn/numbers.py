@@ -46,6 +46,7 @@ class Order:
 
     @property
     def size(self) -> int:
+        """Return how many numbers there are."""
         return sum(self.sizes.values())
 
     def array(self, vector: Floats, name: str) -> Floats:
@@ -56,11 +57,11 @@ class Order:
         """Return views of the arrays that act all the time."""
         return Values(*(self.array(vector, name) for name in VALUES))
 
-    def vector(self, network: Network, constants: Floats) -> Floats:
-        """Return the numbers that a network has, shape (size,)."""
+    def vector(self, network: Network) -> Floats:
+        """Return the numbers that a network has, constants of laws as 0, shape (number,)."""
         parts = [getattr(network, name) for name in VALUES[:-1]]
         state = [network.position.ravel(), network.velocity.ravel()]
-        return np.concatenate([*parts, constants, *state])
+        return np.concatenate([*parts, np.zeros(self.sizes["constants"]), *state])
 
     def network(self, vector: Floats, network: Network) -> Network:
         """Return a network with other numbers; constants of its laws stay what they are."""
@@ -68,23 +69,25 @@ class Order:
         state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
         return replace(network, **arrays, **state)
 
-    def seeds(self, change: sparse.csr_matrix) -> Seeds:
+    def add(self, total: Floats, values: Values) -> None:
+        """Add numbers that act all the time, or derivatives by them, to a vector."""
+        for name, part in values._asdict().items():
+            self.array(total, name)[:] += part
+
+    def seeds(self, change: sparse.csr_matrix, factors: Mapping[str, Floats]) -> Seeds:
         """Return the parts of a change of all numbers that act all the time.
 
         Args:
-            change: By each parameter, shape (size, parameter).
+            change: By each parameter, shape (number, parameter).
+            factors: What a script has multiplied the entries of arrays by, by name.
         """
+        if factors:
+            every = np.ones(self.size)
+            for name, factor in factors.items():
+                self.array(every, name)[:] = factor
+            change = sparse.csr_matrix(sparse.diags(every) @ change)
         parts: list[np.ndarray] = []
         for name in VALUES:
             rows = sparse.csr_matrix(change[self.places[name]])
             parts += [rows.indptr.astype(np.int64), rows.indices.astype(np.int64), rows.data]
         return Seeds(*parts)
-
-    def changed_seeds(self, change: sparse.csr_matrix, factors: Mapping[str, Floats]) -> Seeds:
-        """Return the same where a script has multiplied entries of some arrays, by name."""
-        if not factors:
-            return self.seeds(change)
-        every = np.ones(self.size)
-        for name, factor in factors.items():
-            self.array(every, name)[:] = factor
-        return self.seeds(sparse.csr_matrix(sparse.diags(every) @ change))

@@ -87,9 +87,9 @@ class Learnt:
             noise) by the logarithms of the numbers, descending.
         blind: Combinations that are not identified.
         method: "least squares, forward sensitivities" or "L-BFGS-B, adjoint".
-        stepping: "velocity verlet, 1000 steps of 50 us".
-        stepping_error: Of the positions of the last pass, compared with half its steps,
-            relative to the largest displacement.
+        stepping: "velocity verlet, 1000 steps of 50 us"; empty where nothing was stepped.
+        stepping_error: Of what is predicted, compared with half the steps, relative to the
+            range of what was measured.
         passes, evaluations: What was used.
         reason: Why it ended.
         converged: Whether that was not because the passes ran out.

@@ -8,7 +8,7 @@ parameter that has one; a faint one for all others keeps where they are those th
 not tell.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +55,9 @@ class Problem:
         self.priors = tuple(priors)
         self.zeroed = [k for k, fit in enumerate(lesson.fits) if fit.free_zero]
         self.size = parameters + len(self.zeroed)
-        self.data = np.concatenate([measured(t.experiment.series) for t in trials])
+        self.data = np.concatenate(
+            [np.zeros(0), *(measured(t.experiment.series) for t in trials)]
+        )
         self._fit = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
         self._time = np.concatenate([np.zeros(0), *self._of_times()])
         self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
@@ -107,11 +109,17 @@ class Problem:
         """Return all predictions with their zeros, in SI units, shape (number,)."""
         self.evaluations += 1
         parts = [trial.model.predict(theta[: self.own]) for trial in self.trials]
-        return np.concatenate(parts) + self._zeros(theta)[self._fit]
+        return np.concatenate([np.zeros(0), *parts]) + self._zeros(theta)[self._fit]
 
     def left(self, theta: Floats) -> Floats:
         """Return predictions less measurements in SI units, shape (counted,)."""
         return (self.predicted(theta) - self.data)[self.counted]
+
+    def relative(self, theta: Floats) -> float:
+        """Return what is left over how far data deviates from its mean; 0 without data."""
+        left = self.left(theta) / self.spread[self.fits]
+        with np.errstate(over="ignore"):
+            return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
 
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
@@ -119,8 +127,9 @@ class Problem:
         return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
 
     def error(self, theta: Floats) -> float:
-        """Return E."""
-        return 0.5 * float(np.square(self.residuals(theta)).sum())
+        """Return E; infinite where it is beyond all measure."""
+        with np.errstate(over="ignore"):
+            return 0.5 * float(np.square(self.residuals(theta)).sum())
 
     def error_at(self, theta: Floats) -> float:
         """Return E with what happens for these parameters."""
@@ -182,19 +191,20 @@ class Problem:
         found[self.zeroed] = theta[self.own :] * self.unit_of_zero[self.zeroed]
         return found
 
-    def _of_fits(self):
+    def _of_fits(self) -> Iterator[NDArray[np.int64]]:
+        """Yield the place in the lesson of the fit of each number, by series."""
         fits = self.lesson.fits
         for trial in self.trials:
             series = trial.experiment.series
             for one, slot in zip(series, slots_of(series), strict=True):
                 number = next(k for k, fit in enumerate(fits) if fit.span == one.fit.span)
-                yield np.full(slot.rows * slot.width, number)
+                yield np.full(slot.rows * slot.width, number, dtype=np.int64)
 
-    def _of_times(self):
+    def _of_times(self) -> Iterator[Floats]:
+        """Yield the time of each number [s], by series."""
         for trial in self.trials:
-            for one, slot in zip(
-                trial.experiment.series, slots_of(trial.experiment.series), strict=True
-            ):
+            series = trial.experiment.series
+            for one, slot in zip(series, slots_of(series), strict=True):
                 yield np.repeat(one.times, slot.width)
 
     def _deviation(self, fit: int) -> float:
@@ -212,8 +222,9 @@ class Problem:
             for one in trial.experiment.series:
                 if one.fit.span == self.lesson.fits[fit].span:
                     values = one.values.reshape(len(one.times), -1)
-                    with np.errstate(all="ignore"):
-                        mean = np.nanmean(values, axis=0)
-                    both = np.broadcast_to(mean, values.shape)[np.isfinite(values)]
-                    parts.append(both)
+                    known = np.isfinite(values)
+                    # A component that was never measured has no mean, and needs none.
+                    many = np.maximum(known.sum(axis=0), 1)
+                    mean = np.where(known, values, 0.0).sum(axis=0) / many
+                    parts.append(np.broadcast_to(mean, values.shape)[known])
         return np.concatenate(parts)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import TissueError
 from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import Problem
 from tissuec.learn.session import Session, prepare
@@ -48,7 +48,10 @@ def _score(
     theta: Floats,
     texts: Mapping[str, str],
 ) -> tuple[float, float]:
-    """Return the errors, in units of the data, with other texts of the vocabulary."""
+    """Return the errors, in units of the data, with other texts of the vocabulary.
+
+    That of what was held out is infinite where nothing was; both are where there is no motion.
+    """
     old = session.lesson
     try:
         files = request_of(session.shaping.compiled.scene, texts)
@@ -61,8 +64,7 @@ def _score(
         for trials in (other.learning, other.held_out):
             judged = other.judged(trials, problem)
             judged.freeze(inner)
-            left = judged.left(inner) / judged.spread[judged.fits]
-            errors.append(float(np.sqrt(np.mean(np.square(left)))))
-    except (CompileError, Diverged):
+            errors.append(judged.relative(inner) if trials else np.inf)
+    except (TissueError, Diverged):
         return np.inf, np.inf
     return errors[0], errors[1]

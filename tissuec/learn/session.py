@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiler import Compiled
 from tissuec.learn.choosing import choose
-from tissuec.learn.data.experiment import Series
+from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.freezing import refusal
 from tissuec.learn.kernels import kernels
@@ -69,15 +69,15 @@ def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
     for data in lesson.data:
         mine = _of_data(compiled, lesson, data, request)
         own = mine.lesson
-        experiment = read_experiment(_same(own, data), own, mine.compiled.network)
+        experiment = read_experiment(data, own, mine.compiled.network)
         check_times(experiment, mine.compiled.plan.simulation.duration)
         if data.held_out:
-            held.append(Trial(experiment, mine.model(experiment.series)))
+            held.append(Trial(experiment, mine.model(experiment)))
             continue
-        if lesson.last_part:
-            experiment, last = experiment.split(lesson.last_part)
-            held.append(Trial(last, mine.model(last.series)))
-        learning.append(Trial(experiment, mine.model(experiment.series)))
+        experiment, last = experiment.split(lesson.last_part)
+        if any(len(one.times) for one in last.series):  # a single row is not parted
+            held.append(Trial(last, mine.model(last)))
+        learning.append(Trial(experiment, mine.model(experiment)))
     return Session(lesson, shaping, words, tuple(learning), tuple(held))
 
 
@@ -89,9 +89,10 @@ class _Scene:
     lesson: Lesson
     shaping: Shaping
 
-    def model(self, series: tuple[Series, ...]) -> Model:
-        """Return what predicts some series."""
-        plan, lesson, shaping = self.compiled.plan, self.lesson, self.shaping
+    def model(self, experiment: Experiment) -> Model:
+        """Return what predicts an experiment."""
+        series, plan = experiment.series, self.compiled.plan
+        lesson, shaping = self.lesson, self.shaping
         bound = kernels(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, bound) for one in series]
         known = tuple(look for look in looks if look is not None)
@@ -104,7 +105,7 @@ class _Scene:
             from tissuec.learn.models.differing import Differing
 
             return Differing(shaping, series)
-        stop = max(float(one.times[-1]) for one in series)
+        stop = experiment.duration or plan.simulation.duration
         chosen = choose(
             lesson.integrator,
             lesson.step,
@@ -124,10 +125,6 @@ def _of_data(compiled: Compiled, lesson: Lesson, data: Data, request: Request) -
         compiled, _ = compile_request(own)
         lesson = next(one for one in compiled.lessons if one.name == lesson.name)
     return _Scene(compiled, lesson, Shaping(compiled, lesson, _words(compiled, lesson)))
-
-
-def _same(lesson: Lesson, data: Data) -> Data:
-    return next(one for one in lesson.data if one.path == data.path)
 
 
 def _words(compiled: Compiled, lesson: Lesson) -> WordsModel | None:

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from tissuec.learn.data.experiment import Series
-from tissuec.network import Floats, Indices
+from tissuec.network import Floats
 
 
 class Model(Protocol):
@@ -71,8 +71,3 @@ def slots_of(series: tuple[Series, ...]) -> tuple[Slots, ...]:
 def measured(series: tuple[Series, ...]) -> Floats:
     """Return what was measured in SI units, NaN in gaps, shape (number,)."""
     return np.concatenate([np.zeros(0), *(one.values.ravel() for one in series)])
-
-
-def places_of(times: Floats, wanted: Floats) -> Indices:
-    """Return where each wanted time is among ascending times that hold it."""
-    return np.searchsorted(times, wanted)

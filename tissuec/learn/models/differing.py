@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import TissueError
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.freezing import refusal
 from tissuec.learn.models import measured, slots_of
@@ -76,7 +76,7 @@ class Differing:
         self._stop, self._known, self._slopes = stop, None, None
 
     def predict(self, theta: Floats) -> Floats:
-        """Return the predictions; raises Diverged, and CompileError where there is no scene."""
+        """Return the predictions; raises Diverged, and TissueError where there is no scene."""
         return self._told(theta).values.copy()
 
     def gradient(self, theta: Floats, weights: Floats) -> Floats:
@@ -108,7 +108,7 @@ class Differing:
             moved[k] = at
             try:
                 values = self._run(moved, here.method).values if at != theta[k] else None
-            except (Diverged, CompileError):
+            except (Diverged, TissueError):
                 values = None
             if values is not None:
                 sides.append((at, values))

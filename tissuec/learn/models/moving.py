@@ -1,17 +1,19 @@
 """An experiment in time, with exact derivatives of every step."""
 
-import numpy as np
+from collections.abc import Iterator
 
-from tissuec.kernels.sensitivity import Values
-from tissuec.learn.course import Course, Leg
+import numpy as np
+from scipy import sparse
+
+from tissuec.learn.course import Course
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.freezing import Freezer
-from tissuec.learn.looks import Look, View, pull, push
-from tissuec.learn.models import measured, slots_of
+from tissuec.learn.looks import pull, push
+from tissuec.learn.models import Slots, measured, slots_of
 from tissuec.learn.motion import Motion, Samples
-from tissuec.learn.numbers import VALUES
 from tissuec.learn.shaping import Shaping
 from tissuec.learn.stepping import Stepping
+from tissuec.learn.views import Look, View
 from tissuec.network import Floats
 
 CHANGES = 256  # that are carried through the steps at once
@@ -83,7 +85,7 @@ class Moving:
         """Return the derivatives of Σ weights · predictions, by one pass backwards."""
         vector, samples = self._samples(theta)
         order = self.shaping.order
-        by_x, by_v = np.zeros((2, *samples.x.shape))
+        by_x, by_v = np.zeros_like(samples.x), np.zeros_like(samples.v)
         direct = np.zeros(order.size)
         for look, slot, rows in self._rows():
             for row, sample in rows:
@@ -95,33 +97,27 @@ class Moving:
                 by_x[sample] += slope.x
                 by_v[sample] += slope.v
                 if slope.values is not None:
-                    self._add(direct, view.leg, slope.values)
+                    order.add(direct, view.leg.past(slope.values))
         direct += self.motion.backward(by_x, by_v)
         return np.asarray(self.shaping.change(theta).T @ direct)
 
     def jacobian(self, theta: Floats) -> Floats:
         """Return the derivatives of all predictions, by changes carried through the steps."""
         vector, samples = self._samples(theta)
-        change = self.shaping.change(theta)
-        found = np.zeros((self.size, change.shape[1]))
-        by_sample: dict[int, list] = {}
+        order, change = self.shaping.order, self.shaping.change(theta)
+        found = np.zeros((self.size, self.shaping.size))
+        by_sample: dict[int, list[tuple[Look, slice]]] = {}
         for look, slot, rows in self._rows():
             for row, sample in rows:
                 by_sample.setdefault(sample, []).append((look, slot.of(row)))
-        for first in range(0, change.shape[1], CHANGES):
-            some = change[:, first : first + CHANGES].tocsr()
-            columns = slice(first, first + some.shape[1])
+        for first in range(0, self.shaping.size, CHANGES):
+            columns = slice(first, min(first + CHANGES, self.shaping.size))
+            some = sparse.csr_matrix(change[:, columns])
 
             def visit(sample: int, tx: Floats, tv: Floats, columns=columns, some=some) -> None:
                 view = self._view(vector, samples, sample)
                 for look, part in by_sample.get(sample, ()):
-                    moved, values = push(look, view, tx, tv)
-                    for row, slope in enumerate(values):
-                        if slope is not None:
-                            direct = np.zeros(self.shaping.order.size)
-                            self._add(direct, view.leg, slope)
-                            moved[row] += some.T @ direct
-                    found[part, columns] = moved
+                    found[part, columns] = push(look, view, tx, tv, order, some)
 
             self.motion.forward_with(vector, some, visit)
         return found
@@ -136,7 +132,7 @@ class Moving:
             self._known = key, vector, self.motion.forward(vector)
         return self._known[1:]
 
-    def _rows(self):
+    def _rows(self) -> Iterator[tuple[Look, Slots, list[tuple[int, int]]]]:
         """Yield each series' look and place, and its rows with the number of their samples."""
         times = self.motion.times
         for one, look, slot in zip(self.series, self.looks, self.slots, strict=True):
@@ -149,8 +145,3 @@ class Moving:
         leg = motion.course.legs[motion.leg_of[sample]]
         values = leg.present(self.shaping.order.values(vector))
         return View(leg, values, samples.x[sample], samples.v[sample])
-
-    def _add(self, total: Floats, leg: Leg, slope: Values) -> None:
-        past = leg.past(slope)
-        for name in VALUES:
-            self.shaping.order.array(total, name)[:] += getattr(past, name)

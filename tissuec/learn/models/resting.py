@@ -12,19 +12,18 @@ from scipy import sparse
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
-from tissuec.kernels.sensitivity import Values
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.equilibrium import Equilibrium
 from tissuec.learn.freezing import refusal
 from tissuec.learn.kernels import Kernels
-from tissuec.learn.looks import Look, View, pull, push
+from tissuec.learn.looks import pull, push
 from tissuec.learn.models import measured, slots_of
-from tissuec.learn.numbers import VALUES
 from tissuec.learn.resistance import Yielding
 from tissuec.learn.shaping import Shaping
 from tissuec.learn.stands import Stand, Unbalanced, stands
 from tissuec.learn.stepping.matrices import Matrices
 from tissuec.learn.travel import Travel
+from tissuec.learn.views import Look, View
 from tissuec.network import Floats, Indices
 
 CHANGES = 256  # that are carried from equilibrium to equilibrium at once
@@ -101,8 +100,8 @@ class Resting:
                 slope = pull(look, balanced.view, weights[part])
                 due += slope.x
                 if slope.values is not None:
-                    self._add(direct, balanced.stand, slope.values)
-            self._add(direct, balanced.stand, balanced.back(due))
+                    order.add(direct, balanced.stand.leg.past(slope.values))
+            order.add(direct, balanced.stand.leg.past(balanced.back(due)))
         order.array(direct, "position")[:] += due
         return np.asarray(self.shaping.change(theta).T @ direct)
 
@@ -124,13 +123,7 @@ class Resting:
             for balanced, parts in self._measured(theta):
                 self._move(balanced, some, tx)
                 for look, part in parts:
-                    moved, slopes = push(look, balanced.view, tx, still)
-                    for row, slope in enumerate(slopes):
-                        if slope is not None:
-                            direct = np.zeros(order.size)
-                            self._add(direct, balanced.stand, slope)
-                            moved[row] += some.T @ direct
-                    found[part, columns] = moved
+                    found[part, columns] = push(look, balanced.view, tx, still, order, some)
         return found
 
     # --- parts --------------------------------------------------------------------------------
@@ -164,9 +157,8 @@ class Resting:
     def _move(self, balanced: Equilibrium, change: sparse.csr_matrix, tx: Floats) -> None:
         """Carry changes of places from one equilibrium to the next."""
         try:
-            balanced.move(
-                tx, self.shaping.order.changed_seeds(change, balanced.stand.leg.factors)
-            )
+            seeds = self.shaping.order.seeds(change, balanced.stand.leg.factors)
+            balanced.move(tx, seeds)
         except Yielding as failure:
             stand = balanced.stand
             node = stand.leg.network.node_ids[stand.free[failure.args[0]]]
@@ -175,11 +167,6 @@ class Resting:
                 "act along, so that no derivatives can be told"
             )
             raise Unbalanced(stand.time, message) from failure
-
-    def _add(self, total: Floats, stand: Stand, slope: Values) -> None:
-        past = stand.leg.past(slope)
-        for name in VALUES:
-            self.shaping.order.array(total, name)[:] += getattr(past, name)
 
     def _where(self, stand: Stand) -> str:
         """Return how the place of an equilibrium in the experiment is called."""

@@ -11,35 +11,18 @@ from tissuec.kernels.explicit import Prescribed, Table
 from tissuec.kernels.sensitivity import Seeds, Values
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Act, State, Trail
+from tissuec.learn.stepping.onestep import OneStep
 from tissuec.learn.stepping.tableau import Tableau
 from tissuec.network import Floats
 
 
-class Explicit:
+class Explicit(OneStep):
     """Steps by a tableau whose stages follow from those before."""
-
-    lands = True
 
     def __init__(self, tableau: Tableau, kernels: Kernels):
         self.name, self.kernels = tableau.name, kernels
         self.table = Table(*tableau.rows)
         self._stages = len(tableau.result)
-
-    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
-        """Return no accelerations: each step works out its own."""
-        return np.zeros_like(x)
-
-    def begin_back(
-        self, act: Act, x: Floats, v: Floats, a: Floats, due: State, by: Values
-    ) -> tuple[Floats, Floats]:
-        """Return what is due to the state: nothing else was worked out."""
-        return due.x, due.v
-
-    def begin_change(
-        self, act: Act, x: Floats, v: Floats, a: Floats, seeds: Seeds, tx: Floats, tv: Floats
-    ) -> Floats:
-        """Return zeros, as ``begin`` does."""
-        return np.zeros_like(tx)
 
     def run(self, act: Act, times: Floats, state: State) -> Trail:
         """Return the states at some times."""

@@ -15,22 +15,30 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
+from tissuec.core.units import TIME, show
 from tissuec.kernels.sensitivity import Seeds, Values
+from tissuec.learn.course import Paths
 from tissuec.learn.kernels import Kernels
+from tissuec.learn.motion import Diverged
 from tissuec.learn.stepping import Act, State, Trail
 from tissuec.learn.stepping.matrices import Matrices
+from tissuec.learn.stepping.onestep import OneStep
 from tissuec.learn.stepping.tableau import Tableau
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 
 ITERATIONS = 40
 SLOW = 0.1  # contraction from which S is made anew
 ROUNDING = 4.0 * np.finfo(float).eps
 
 
-class Unsolved(Exception):
-    """Newton's method does not find a stage; the time [s] is its argument."""
+class Unsolved(Diverged):
+    """A stage is not found; the time [s] is its argument."""
+
+    def __str__(self) -> str:
+        return f"a step at {show(float(self.args[0]), TIME)} has no solution that can be found"
 
 
 class Stage(NamedTuple):
@@ -41,10 +49,8 @@ class Stage(NamedTuple):
     a: Floats
 
 
-class Implicit:
+class Implicit(OneStep):
     """Steps by a tableau."""
-
-    lands = True
 
     def __init__(self, tableau: Tableau, kernels: Kernels, matrices: Matrices):
         self.name, self.tableau = tableau.name, tableau
@@ -55,21 +61,9 @@ class Implicit:
         self._factored: tuple[object, float] = (None, 0.0)
 
     def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
-        """Return no accelerations: each step works out its own."""
+        """Return no accelerations; matrices of other numbers are forgotten."""
         self._factor = None
-        return np.zeros_like(x)
-
-    def begin_back(
-        self, act: Act, x: Floats, v: Floats, a: Floats, due: State, by: Values
-    ) -> tuple[Floats, Floats]:
-        """Return what is due to the state: nothing else was worked out."""
-        return due.x, due.v
-
-    def begin_change(
-        self, act: Act, x: Floats, v: Floats, a: Floats, seeds: Seeds, tx: Floats, tv: Floats
-    ) -> Floats:
-        """Return zeros, as ``begin`` does."""
-        return np.zeros_like(tx)
+        return super().begin(act, x, v)
 
     def run(self, act: Act, times: Floats, state: State) -> Trail:
         """Return the states at equidistant times."""
@@ -145,9 +139,10 @@ class Implicit:
         for _ in range(ITERATIONS):
             at = x + own * own * a, v + own * a
             self.kernels.acceleration(*at, load, act.links, act.values, found)
-            if not self._is_made_for(act, own):
-                self._renew(act, *at, own)
-            step = self._factor.solve(found - a)  # type: ignore[union-attr]
+            factor = self._factor
+            if factor is None or not self._is_made_for(act, own):
+                factor = self._made(act, *at, own, time)
+            step = factor.solve(found - a)
             a += step
             size, scale = np.abs(step).max(initial=0.0), np.abs(a).max(initial=0.0)
             noise = ROUNDING * (scale + np.abs(x).max() / (own * own))
@@ -156,18 +151,27 @@ class Implicit:
             if not np.isfinite(size):
                 break
             if size > SLOW * before:
-                self._renew(act, x + own * own * a, v + own * a, own)
+                self._made(act, x + own * own * a, v + own * a, own, time)
             before = size
         raise Unsolved(time)
 
     def _is_made_for(self, act: Act, own: float) -> bool:
         """Tell whether S is that of a leg, for a step that differs by rounding only."""
         leg, size = self._factored
-        return self._factor is not None and leg is act.leg and abs(size - own) <= 1e-9 * own
+        return leg is act.leg and abs(size - own) <= 1e-9 * own
 
-    def _renew(self, act: Act, x: Floats, v: Floats, own: float) -> None:
-        self._factor = splu(self.matrices.solver(act, x, v, own))
+    def _made(self, act: Act, x: Floats, v: Floats, own: float, time: float) -> SuperLU:
+        """Return S, factorised, and keep it."""
+        self._factor = self._factorised(act, x, v, own, time)
         self._factored = act.leg, own
+        return self._factor
+
+    def _factorised(self, act: Act, x: Floats, v: Floats, own: float, time: float) -> SuperLU:
+        """Return S, factorised; raises Unsolved where it is singular."""
+        try:
+            return splu(self.matrices.solver(act, x, v, own))
+        except RuntimeError as failure:
+            raise Unsolved(time) from failure
 
     def _step_back(
         self, act: Act, trail: Trail, row: int, lx: Floats, lv: Floats, by: Values
@@ -186,8 +190,8 @@ class Implicit:
             weight[held] = 0.0
             own = h * self.tableau.weights[i, i]
             if own != 0.0:
-                matrix = self.matrices.solver(act, stage.x, stage.v, own)
-                weight = splu(matrix).solve(weight, "T")
+                factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
+                weight = factor.solve(weight, "T")
             self.kernels.pull_back(
                 stage.x, stage.v, stage.a, weight, act.links, act.values, by_x[i], by_v[i], by
             )
@@ -214,13 +218,12 @@ class Implicit:
             )  # fmt: skip
             own = h * self.tableau.weights[i, i]
             if own != 0.0:
-                known[i] = splu(self.matrices.solver(act, stage.x, stage.v, own)).solve(
-                    known[i]
-                )
+                factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
+                known[i] = factor.solve(known[i])
         return State(*self._changed(self._stages, h, tx, tv, known, held), change.a)
 
     def _changed(
-        self, i: int, h: float, tx: Floats, tv: Floats, known: Floats, held: Floats
+        self, i: int, h: float, tx: Floats, tv: Floats, known: Floats, held: NDArray[np.bool_]
     ) -> tuple[Floats, Floats]:
         """Return the changes of a stage that follow from those before it."""
         for_x = np.tensordot(self._for_x[i, :i], known[:i], axes=1)
@@ -228,12 +231,12 @@ class Implicit:
         at_x = tx + h * self._nodes[i] * np.where(held[:, None], 0.0, tv) + h * h * for_x
         return at_x, np.where(held[:, None], 0.0, tv + h * for_v)
 
-    def _paths(self, act: Act, times: Floats, row: int):
+    def _paths(self, act: Act, times: Floats, row: int) -> Paths:
         """Return what is prescribed at the start of a step, at all stages and at its end."""
         h = times[row + 1] - times[row]
         return act.leg.paths(np.append(times[row], times[row] + h * self._nodes))
 
 
-def _three(nodes: np.ndarray) -> np.ndarray:
+def _three(nodes: Indices) -> Indices:
     """Return where the components of nodes are, shape (3 node,)."""
     return (3 * nodes[:, None] + np.arange(3)).ravel()

@@ -1,12 +1,13 @@
 """The matrices of implicit steps: how accelerations change with places and velocities."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy import sparse
 
 from tissuec.laws import Law
 from tissuec.laws.formula import Formula
+from tissuec.laws.partial import constant_name
 from tissuec.learn.stepping import Act
 from tissuec.network import Floats
 
@@ -56,7 +57,7 @@ class Matrices:
         tension, steep, brisk = c * e + d * w, c.copy(), d.copy()
         for number, law in enumerate(self.laws[1:], start=1):
             chosen = links.law == number
-            known = {f"k[{i}]": value for i, value in enumerate(values.constants)}
+            known = {constant_name(i): value for i, value in enumerate(values.constants)}
             known |= {"c": c[chosen], "d": d[chosen], "rest": rest[chosen]}
             known |= {"e": e[chosen], "w": w[chosen]}
             tension[chosen] = _at(law.elastic, known) + _at(law.viscous, known)
@@ -85,5 +86,6 @@ class Matrices:
         return sparse.csr_matrix(sparse.coo_matrix(parts, shape=(size, size)))
 
 
-def _at(formula: Formula, known) -> Floats:
+def _at(formula: Formula, known: Mapping[str, Floats]) -> Floats:
+    """Return the values of a formula of some springs, shape (spring,)."""
     return np.asarray(formula.at(known), dtype=float)

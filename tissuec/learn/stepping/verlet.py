@@ -46,8 +46,9 @@ class Verlet:
         """Return the states at equidistant times."""
         x, v, a = np.empty((3, len(times), len(state.x)))
         x[0], v[0], a[0] = state
-        way, speed, load = self._paths(act, times)
-        h = (times[-1] - times[0]) / (len(times) - 1)
+        place, speed, load = act.leg.paths(times)
+        way = np.diff(place, axis=0)
+        h = _step(times)
         self.kernels.verlet_forward(x, v, a, h, way, speed, load, act.links, act.values)
         return Trail(times, x, v, a)
 
@@ -57,7 +58,7 @@ class Verlet:
         """Return the derivatives by the first row of a trail."""
         lx, lv, la = (part.copy() for part in end)
         guess, weight = np.empty((2, len(lx)))
-        h = _step(trail)
+        h = _step(trail.times)
         self.kernels.verlet_back(
             *trail[1:], h, act.links, act.values, at_x, at_v, lx, lv, la, guess, weight, by
         )
@@ -70,7 +71,7 @@ class Verlet:
         """Return the changes of the last row that follow from those of the first one."""
         tx, tv, ta = change
         part, predicted, ta_end = np.empty(tx.shape[1]), np.empty_like(tx), np.empty_like(tx)
-        h, held = _step(trail), np.repeat(act.leg.held, 3)
+        h, held = _step(trail.times), np.repeat(act.leg.held, 3)
         for row in range(1, len(trail.times)):
             guess = trail.v[row - 1] + h * trail.a[row - 1]
             guess[held] = trail.v[row, held]
@@ -81,11 +82,7 @@ class Verlet:
             visit(row, change)
         return change
 
-    @staticmethod
-    def _paths(act: Act, times: Floats) -> tuple[Floats, Floats, Floats]:
-        paths = act.leg.paths(times)
-        return np.diff(paths.place, axis=0), paths.speed, paths.load
 
-
-def _step(trail: Trail) -> float:
-    return (trail.times[-1] - trail.times[0]) / (len(trail.times) - 1)
+def _step(times: Floats) -> float:
+    """Return the step between equidistant times [s]."""
+    return (times[-1] - times[0]) / (len(times) - 1)

@@ -71,5 +71,6 @@ def _effort(learnt: Learnt) -> Iterator[str]:
     passes = "1 pass" if learnt.passes == 1 else f"{learnt.passes} passes"
     evaluations = counted(learnt.evaluations, "evaluation")
     yield f"method: {learnt.method}; {passes}, {evaluations}, {learnt.wall_time:.1f} s"
-    known = f"; steps half as long differ by {learnt.stepping_error:.1e}"
-    yield f"steps: {learnt.stepping}{known} of the largest displacement"
+    if learnt.stepping:
+        known = f"steps half as long differ by {learnt.stepping_error:.1e}"
+        yield f"steps: {learnt.stepping}; {known} of the range of what was measured"

@@ -32,7 +32,7 @@ def origin(learnt: Learnt, request: Request) -> list[str]:
         lines += _entry("noise", f"{text}: {_of_fit(learnt, text, noise)}")
     for text, zero in learnt.zeros.items():
         lines += _entry("zero", f"{text}: {_of_fit(learnt, text, zero)}")
-    lines += _entry("method", f"{learnt.method}; {learnt.stepping}")
+    lines += _entry("method", "; ".join(filter(None, (learnt.method, learnt.stepping))))
     lines += _entry("error", f"{learnt.first_error:.6g} before, {learnt.error:.6g} after")
     ended = "" if learnt.converged else "NOT CONVERGED: "
     lines += _entry("end", f"{ended}{learnt.reason}")

@@ -1,0 +1,93 @@
+"""Learning where there is little to learn from, or where it cannot go on."""
+
+import warnings
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from tests.learn.test_learning import FIT, START, lesson
+from tissuec.learn.keeping import kept
+from tissuec.learn.learning import Unlearnable, learn
+from tissuec.learn.motion import Diverged
+from tissuec.learn.session import prepare
+
+HEAD = "t_s,node,x_mm,y_mm,z_mm\n"
+MOVED = "".join(f"{t},3,{20 + 30 * t},{20 * t},0\n" for t in (0.01, 0.02, 0.03, 0.04, 0.05))
+ADJUST = "adjust spring constant of line\n"
+WARNED = (RuntimeWarning, UserWarning)
+
+
+def begin(folder, rows, entries, **start):
+    arguments = lesson(folder, FIT + entries, START | start)
+    (folder / "measured.csv").write_text(HEAD + rows)
+    return arguments
+
+
+def test_a_single_row_is_not_held_out(tmp_path):
+    session = prepare(*begin(tmp_path, "0.02,2,10.1,0.1,0\n", ADJUST + "hold out = 20 %\n"))
+    assert len(session.learning) == 1
+    assert session.held_out == ()
+
+
+def test_what_is_measured_at_the_beginning_only_tells_the_beginning(tmp_path):
+    rows = "".join(f"0,{node},{10 * node - 8},0,0\n" for node in (2, 3, 4))
+    learnt = learn(*begin(tmp_path, rows, "adjust start position of inner along (1, 0, 0)\n"))
+    assert learnt.estimates[0].value - learnt.estimates[0].start == pytest.approx(2e-3)
+
+
+def test_nodes_that_were_never_measured_are_left_aside_in_silence(tmp_path):
+    with warnings.catch_warnings():
+        for kind in WARNED:
+            warnings.simplefilter("error", kind)
+        arguments = begin(tmp_path, MOVED + "0.05,2,,,\n", ADJUST)
+        problem = prepare(*arguments).problem
+    assert int(problem.counted.sum()) == 15
+    assert np.isfinite(problem.spread).all()
+
+
+def test_nothing_held_out_has_no_error(tmp_path):
+    session = prepare(*begin(tmp_path, MOVED, ADJUST))
+    judged = session.judged((), session.problem)
+    assert judged.relative(np.zeros(judged.size)) == 0.0
+
+
+def test_a_number_at_its_limit_is_told(tmp_path):
+    entries = "adjust spring constant of line from 9.9 N/m to 10.1 N/m\n"
+    notes = learn(*begin(tmp_path, MOVED, entries)).notes
+    assert (
+        "at a limit, of which the interval takes no account: spring constant of line" in notes
+    )
+
+
+def test_a_number_that_begins_outside_its_limits_is_told(tmp_path):
+    entries = "adjust spring constant of line from 11 N/m to 1 kN/m\n"
+    notes = learn(*begin(tmp_path, MOVED, entries)).notes
+    expected = "in the scene outside of its limits, and begun with at the nearer one: "
+    assert f"{expected}spring constant of line" in notes
+
+
+def test_a_first_motion_without_numbers_is_told_in_a_sentence(tmp_path):
+    entries = ADJUST + "integrator is velocity verlet; step = 100 ms\n"
+    with pytest.raises(Unlearnable, match="the motion has no numbers after"):
+        learn(*begin(tmp_path, MOVED.replace("0.05,", "0.5,"), entries, c="1e80"))
+
+
+def test_a_first_error_beyond_all_measure_is_told_in_a_sentence(tmp_path):
+    far = MOVED + "0.05,2,1e200,0,0\n"
+    with pytest.raises(Unlearnable, match="too far from what was measured"):
+        learn(*begin(tmp_path, far, ADJUST + "error is absolute\n"))
+
+
+def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path):
+    compiled, own, request = begin(tmp_path, MOVED, ADJUST + "integrator is esdirk43\n")
+    model = prepare(compiled, own, request).learning[0].model
+    size = 3 * compiled.network.node_count
+    model.stepping.matrices.solver = lambda *_: sparse.csc_matrix((size, size))  # singular
+    with pytest.raises(Diverged, match="has no solution that can be found"):
+        model.freeze(np.zeros(1))
+
+
+def test_a_broken_file_of_a_search_is_none(tmp_path):
+    (tmp_path / "state").write_bytes(b"PK\x03\x04 and nothing else")
+    assert kept(tmp_path / "state", "key") is None
