@@ -45,7 +45,7 @@ def test_the_whole_text(compiled):
         "error function: 120 before, 0.5 after",
         "method: least squares, forward sensitivities; 3 passes, 40 evaluations, 1.5 s",
         "steps: velocity verlet, 1000 steps of 50 us; steps half as long differ by 2.1e-05 of "
-        "the largest displacement",
+        "the range of what was measured",
     ]
 
 
