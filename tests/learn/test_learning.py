@@ -8,6 +8,8 @@ import pytest
 from tests.learn.making import motion, write_positions
 from tissuec.core.source import Source
 from tissuec.learn.learning import check_gradient, learn
+from tissuec.learn.motion import Diverged
+from tissuec.learn.session import prepare
 from tissuec.pipeline import Request, compile_request
 
 CHAIN = """language 1
@@ -203,6 +205,21 @@ def test_expectations_and_limits_hold(truth, tmp_path):
     share = sure**2 / (sure**2 + known**2)
     expected = np.exp(share * np.log(numbers(free)) + (1 - share) * np.log(11.9))
     assert numbers(pulled) == pytest.approx(expected, rel=2e-4)
+
+
+def test_a_motion_that_diverges_late_is_predicted_before_that(truth, tmp_path):
+    # Steps above the limit of stability: errors grow from rounding to overflow in 0.1 s or so.
+    measure(truth, tmp_path / "measured.csv")
+    stiff = {"c": 1e6, "d": 0.01, "m": 10}
+    steps = "  integrator is velocity verlet; step = 1 ms\n"
+    session = prepare(*lesson(tmp_path, FIT + ADJUST + steps, stiff))
+    theta = np.zeros(session.shaping.size)
+    (trial,) = session.learning
+    trial.model.freeze(theta)
+    with pytest.raises(Diverged):
+        trial.model.predict(theta)
+    trial.model.limit(0.02)
+    assert np.isfinite(trial.model.predict(theta)).all()
 
 
 def test_gradients_agree_with_differences(truth, tmp_path):

@@ -43,29 +43,36 @@ class Moving:
         self.size = len(measured(series))
         self.times = np.unique(np.concatenate([one.times for one in series]))
         self._stop = self.stop = float(self.times[-1]) or step
+        self._theta: Floats | None = None  # at which everything is frozen
         self._course: Course | None = None
         self._motion: Motion | None = None
         self._known: tuple[bytes, Floats, Samples] | None = None
 
     @property
     def motion(self) -> Motion:
-        """Return the motion up to the limit."""
+        """Return the motion up to the limit; raises Diverged where the script leads nowhere."""
         if self._motion is None:
-            assert self._course is not None, "freeze comes first"
             times = self.times[self.times <= self._stop]
-            course = self._course.until(self._stop)
-            self._motion = Motion(course, self.stepping, self.shaping.order, self.step, times)
+            course, order = self._frozen(), self.shaping.order
+            self._motion = Motion(course, self.stepping, order, self.step, times)
         return self._motion
 
     def freeze(self, theta: Floats) -> None:
-        """Go through the script once; which springs break and who is held stays so."""
-        compiled = self.shaping.compiled
-        freezer = Freezer(compiled.plan, self.stepping, self.shaping.order, self.step)
-        vector, network = self.shaping.vector(theta), compiled.network
-        if compiled.plan.triggers or compiled.plan.breakable:
-            network = self.shaping.network(theta)
-        self._course = freezer.course(network, vector, self.stop)
+        """Keep what happens as it is for these numbers, once it is asked for."""
+        self._theta, self._course = theta.copy(), None
         self._motion, self._known = None, None
+
+    def _frozen(self) -> Course:
+        """Return what happens up to the limit; gone through no further than that."""
+        if self._course is None or self._course.stop < self._stop:
+            assert self._theta is not None, "freeze comes first"
+            compiled = self.shaping.compiled
+            freezer = Freezer(compiled.plan, self.stepping, self.shaping.order, self.step)
+            vector, network = self.shaping.vector(self._theta), compiled.network
+            if compiled.plan.triggers or compiled.plan.breakable:
+                network = self.shaping.network(self._theta)
+            self._course = freezer.course(network, vector, self._stop)
+        return self._course.until(self._stop)
 
     def limit(self, stop: float) -> None:
         """Predict only up to a time [s]."""
