@@ -3,7 +3,7 @@
 import ast
 import hashlib
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from types import FunctionType
 
@@ -23,21 +23,27 @@ def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
         laws: The first is ``LINEAR``.
     """
     written = {
-        "pull": ("e", "c", [law.elastic for law in laws]),
-        "slope": ("e", "c", [law.elastic.slope("e") for law in laws]),
-        "brake": ("w", "d", [law.viscous for law in laws]),
-        "brake_slope": ("w", "d", [law.viscous.slope("w") for law in laws]),
+        "pull": ("e, c, rest", [law.elastic for law in laws]),
+        "slope": ("e, c, rest", [law.elastic.slope("e") for law in laws]),
+        "brake": ("w, d, rest", [law.viscous for law in laws]),
+        "brake_slope": ("w, d, rest", [law.viscous.slope("w") for law in laws]),
     }
-    return {name: _function(name, *parts) for name, parts in written.items()}
+    return {name: choosing(name, *parts) for name, parts in written.items()}
 
 
-def _function(name: str, at: str, factor: str, formulas: list[Formula]) -> Callable[..., float]:
-    lines = [f"def law_function(law, {at}, {factor}, rest):"]
+def choosing(name: str, arguments: str, formulas: Sequence[Formula]) -> Callable[..., float]:
+    """Return a function of a law's number and arguments that evaluates the formula of it."""
+    lines = [f"def law_function(law, {arguments}):"]
     for number, formula in enumerate(formulas[1:], start=1):
         if formula != formulas[0]:
             lines.append(f"    if law == {number}:")
             lines.append(f"        return {formula.code()}")
     lines.append(f"    return {formulas[0].code()}")
+    return made_of(name, lines)
+
+
+def made_of(name: str, lines: Sequence[str]) -> Callable[..., float]:
+    """Return a function of the lines of ``law_function``, named by a digest of them."""
     text = "\n".join(lines) + "\n"
     names: dict[str, object] = {"spline": spline}
     exec(compile(_HEAD + text, f"<{name} of laws>", "exec"), names)

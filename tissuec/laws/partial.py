@@ -4,16 +4,12 @@ Constants of laws that may change are variables called ``k[0]``, ``k[1]``, … o
 they reach the functions as an array k.
 """
 
-import hashlib
 from collections.abc import Callable, Sequence
 from functools import cache
-from types import FunctionType
 
 from tissuec.laws import Law
-from tissuec.laws.code import spline
+from tissuec.laws.code import choosing, made_of
 from tissuec.laws.formula import ZERO, Formula
-
-_HEAD = "from math import cos, exp, log, sin, sqrt\n"
 
 
 def constant_name(number: int) -> str:
@@ -46,17 +42,12 @@ def functions(laws: tuple[Law, ...], constants: int) -> dict[str, Callable[..., 
         "brake_by_d": ("w, d", derived(viscous, "d")),
         "brake_by_rest": ("w, d", derived(viscous, "rest")),
     }
-    found = {name: _function(name, at, formulas) for name, (at, formulas) in written.items()}
+    found = {
+        name: choosing(name, f"{at}, rest, k", formulas)
+        for name, (at, formulas) in written.items()
+    }
     found["by_constant"] = _by_constant(elastic, viscous, constants)
     return found
-
-
-def _function(name: str, at: str, formulas: Sequence[Formula]) -> Callable[..., float]:
-    lines = [f"def law_function(law, {at}, rest, k):"]
-    for number, formula in enumerate(formulas[1:], start=1):
-        if formula != formulas[0]:
-            lines += [f"    if law == {number}:", f"        return {formula.code()}"]
-    return _made(name, [*lines, f"    return {formulas[0].code()}"])
 
 
 def _by_constant(
@@ -69,17 +60,4 @@ def _by_constant(
             if (total := one + two) != ZERO:
                 lines += [f"    if law == {law} and number == {number}:"]
                 lines += [f"        return {total.code()}"]
-    return _made("by_constant", [*lines, "    return 0.0"])
-
-
-def _made(name: str, lines: Sequence[str]) -> Callable[..., float]:
-    """Return a function of some lines, whose name ends in a digest of what it does."""
-    text = "\n".join(lines) + "\n"
-    names: dict[str, object] = {"spline": spline}
-    exec(compile(_HEAD + text, f"<{name} of laws>", "exec"), names)
-    made = names["law_function"]
-    assert isinstance(made, FunctionType)
-    made.__module__ = __name__
-    digest = hashlib.sha256(text.encode()).hexdigest()[:12]
-    made.__name__ = made.__qualname__ = f"{name}_{digest}"
-    return made
+    return made_of("by_constant", [*lines, "    return 0.0"])

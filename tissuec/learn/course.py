@@ -183,20 +183,26 @@ class Course:
         return np.maximum(np.searchsorted(starts, times + near, side="right") - 1, 0)
 
 
-def leg_of(situation: Situation, stop: float, changes: Mapping[str, Change]) -> Leg:
-    """Return the leg that begins with a situation whose events are over."""
+def leg_of(
+    situation: Situation,
+    stop: float,
+    changes: Mapping[str, Change],
+    set_anew: NDArray[np.bool_] | bool = False,
+) -> Leg:
+    """Return the leg that begins with a situation whose events are over.
+
+    Args:
+        set_anew: Which free nodes were given their velocities by events, shape (node,).
+    """
     held = situation.held
-    given = np.zeros((situation.network.node_count, 3))
-    for motion in situation.motions.values():
-        given[motion.nodes] = motion.at(situation.time)[1]
     return Leg(
         situation.time,
         stop,
         situation.network,
         np.flatnonzero(situation.alive),
         held,
-        held,
-        given,
+        held | set_anew,
+        situation.velocity.copy(),
         situation.gravity.copy(),
         situation.drag,
         dict(situation.holders),

@@ -55,9 +55,7 @@ class Freezer:
         plan = self.plan
         present = self.order.network(vector, network)
         situation = Situation.start(present, gravity=plan.gravity, drag=plan.drag)
-        agenda = Timetable(
-            SAME * plan.simulation.duration, written=[e.time for e in plan.events]
-        )
+        agenda = Timetable.of(plan)
         breaks = self._happenings(present, agenda)
         changes: dict[str, Change] = {}
         legs: list[Leg] = []
@@ -74,10 +72,10 @@ class Freezer:
             situation.place_held()
             until = min(agenda.next, breaks[0].time if breaks else inf, stop)
             set_anew = (situation.velocity != before).any(axis=1) | thrown
-            leg = leg_of(situation, until, changes)
-            given = np.where(set_anew[:, None], situation.velocity, leg.given)
-            legs.append(replace(leg, stopped=leg.held | set_anew, given=given))
-            self._go(legs[-1], situation, vector)
+            legs.append(leg_of(situation, until, changes, set_anew))
+            if until < stop:  # nobody asks for the state at the end
+                self._go(legs[-1], situation, vector)
+            situation.time = until
         return Course(tuple(legs))
 
     def _go(self, leg: Leg, situation: Situation, vector: Floats) -> None:
@@ -91,12 +89,10 @@ class Freezer:
         end = motion.forward(start)
         situation.position[:] = end.x[0].reshape(-1, 3)
         situation.velocity[:] = end.v[0].reshape(-1, 3)
-        situation.time = leg.stop
 
     def _happenings(self, network: Network, agenda: Timetable) -> list[Breaks]:
-        """Enter the script; return what breaks, in the order of time."""
+        """Enter what is behind conditions; return what breaks, in the order of time."""
         plan = self.plan
-        agenda.script(plan.events, 0.0)
         if not (plan.triggers or plan.breakable):
             return []
         breaks: list[Breaks] = []

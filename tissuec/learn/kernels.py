@@ -1,7 +1,7 @@
 """The functions of ``kernels.sensitivity`` and ``explicit``, bound to laws and compiled."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any
 
@@ -9,19 +9,6 @@ from tissuec.engine.binding import Binder
 from tissuec.kernels import explicit, sensitivity
 from tissuec.laws import Law
 from tissuec.laws.partial import functions
-
-OPERATIONS = (
-    "acceleration",
-    "pull_back",
-    "push_forward",
-    "verlet_forward",
-    "verlet_back",
-    "verlet_change",
-    "explicit_stages",
-    "explicit_forward",
-    "explicit_back",
-    "explicit_change",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +25,9 @@ class Kernels:
     explicit_forward: Callable[..., Any]
     explicit_back: Callable[..., Any]
     explicit_change: Callable[..., Any]
+
+
+OPERATIONS = tuple(entry.name for entry in fields(Kernels))
 
 
 @cache

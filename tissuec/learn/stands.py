@@ -19,7 +19,6 @@ from tissuec.learn.motion import Diverged
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
 from tissuec.running.agenda import Timetable
-from tissuec.running.sampling import SAME
 from tissuec.situation import Situation
 from tissuec.statics.settling import Remark, Unsettled, settle
 from tissuec.verbs.motion import EndMotion
@@ -103,10 +102,7 @@ def stands(network: Network, plan: Plan, times: Floats) -> Iterator[tuple[Stand,
     """
     situation = Situation.start(network, gravity=plan.gravity, drag=plan.drag)
     situation.velocity[:] = 0.0
-    agenda = Timetable(
-        SAME * plan.simulation.duration, written=[event.time for event in plan.events]
-    )
-    agenda.script(plan.events, 0.0)
+    agenda = Timetable.of(plan)
     changes: dict[str, Change] = {}
     everything = np.ones(network.node_count, dtype=bool)
     before = situation.position.copy()

@@ -94,8 +94,7 @@ class Travel:
     def _pieces(self, network: Network, plan: Plan, nodes: Indices) -> Iterator[Piece]:
         """Yield what is between events, until somebody lets go of the nodes."""
         situation = Situation.start(network, gravity=plan.gravity, drag=plan.drag)
-        agenda = Timetable(self.near, written=[e.time for e in plan.events])
-        agenda.script(plan.events, 0.0)
+        agenda = Timetable.of(plan)
         stop, were_held = plan.simulation.duration, False
         while situation.time < stop:
             for action in agenda.due(situation.time):

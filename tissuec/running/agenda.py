@@ -4,9 +4,11 @@ import heapq
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import Self
 
 from tissuec.network import Floats
-from tissuec.plan import Event
+from tissuec.plan import Event, Plan
+from tissuec.running.sampling import SAME
 from tissuec.verbs import Action
 
 _ADDED, _SCRIPTED = 0, 1
@@ -28,6 +30,14 @@ class Timetable:
     entries: list[tuple[float, int, int, Action | None]] = field(default_factory=list)
     written: list[float] = field(default_factory=list)
     count: int = 0
+
+    @classmethod
+    def of(cls, plan: Plan) -> Self:
+        """Return the script of a plan, all of which is still to come."""
+        near = SAME * plan.simulation.duration
+        agenda = cls(near, written=[event.time for event in plan.events])
+        agenda.script(plan.events, 0.0)
+        return agenda
 
     def add(self, time: float, action: Action) -> None:
         """Enter what an action adds, such as the end of a motion, at a time [s]."""

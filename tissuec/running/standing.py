@@ -11,7 +11,6 @@ from tissuec.network import Network
 from tissuec.plan import Plan
 from tissuec.running.agenda import Timetable
 from tissuec.running.checkpoint import read_state, write_state
-from tissuec.running.sampling import SAME
 from tissuec.running.verdicts import Memory
 from tissuec.situation import Situation
 from tissuec.verbs import Happening
@@ -44,14 +43,11 @@ class Standing:
     @classmethod
     def begin(cls, network: Network, plan: Plan, memory: Memory) -> Self:
         """Return where a run stands at 0 s, before the events of that time."""
-        near = SAME * plan.simulation.duration
-        agenda = Timetable(near, written=[event.time for event in plan.events])
-        agenda.script(plan.events, 0.0)
         return cls(
             Situation.start(
                 network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
             ),
-            agenda,
+            Timetable.of(plan),
             list(range(len(plan.triggers))),
             np.zeros(network.spring_count, dtype=bool),
             memory,
