@@ -23,6 +23,7 @@ from tissuec.plan import RELAXATION
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
+from tissuec.statics.rest import rests_pressed
 from tissuec.verbs import Action, Failed
 from tissuec.verbs.change import ChangeParameter
 from tissuec.verbs.settle import Settle
@@ -102,6 +103,29 @@ def floppy(
                 "add diagonals or interior springs, a longer reach of the lattice, "
                 "or prestress",
             )
+
+
+def unstable(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W307: the net rests at 0 s where it would buckle."""
+    plan = compiled.plan
+    if any(event.time == 0.0 and isinstance(event.action, Settle) for event in plan.events):
+        return
+    situation = situation_at_start(compiled)
+    if not rests_pressed(situation):
+        return
+    from tissuec.statics.stability import unstable_node  # SciPy: only where it is needed
+
+    if (node := unstable_node(situation)) is None:
+        return
+    network = compiled.network
+    body = next(body for body in network.bodies if node < body.nodes.stop)
+    yield Diagnostic(
+        "W307",
+        f"{body.name} is drawn at an unstable equilibrium: the least disturbance makes it "
+        f"buckle, above all node {network.node_ids[node]}",
+        body.span,
+        'let it settle ("at 0 s: settle"), push it a little to one side, or press it less',
+    )
 
 
 def uncounted(compiled: Compiled) -> list[str]:
@@ -299,7 +323,7 @@ CHECKS: tuple[Check, ...] = (
     ruptures_in_vain,
     buried_openings,
 )
-THOROUGH: tuple[Check, ...] = (floppy,)
+THOROUGH: tuple[Check, ...] = (floppy, unstable)
 
 
 def _stiffest(compiled: Compiled) -> str:

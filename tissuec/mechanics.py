@@ -134,6 +134,15 @@ def inner_forces(
     return total
 
 
+def applied_forces(situation: Situation) -> Floats:
+    """Return weight and external forces on every node now, jets aside [N], shape (node, 3)."""
+    total = situation.mass[:, None] * situation.gravity
+    for acting in situation.loads.values():
+        # A node may be named more than once.
+        np.add.at(total, acting.nodes, acting.at(situation.time))
+    return total
+
+
 def force_on(
     situation: Situation,
     time: Floats | float,

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from tests.engine.running import EVERLASTING, Bench, block, tube
 from tests.hand_net import chain, make_net, span, start
@@ -132,6 +133,16 @@ def test_relaxation_ends_where_forces_change_by_less_than_the_threshold(threshol
     assert earlier.change > threshold
 
 
+def test_the_force_on_some_nodes_is_that_of_the_whole_net_there():
+    rng = np.random.default_rng(8)
+    situation = held(block(3, stiffness=50.0), [0, 5], gravity=np.array(DOWN))
+    situation.position += 0.002 * rng.normal(size=situation.position.shape)
+    balance = Balance(situation, every(situation))
+    x, nodes = balance.start, np.array([3, 7, 20])
+    whole = balance.force(balance.bars(x))[nodes]
+    assert balance.force_on(balance.star(nodes), x) == pytest.approx(whole, abs=1e-15)
+
+
 def test_energy_falls_in_every_sweep_also_far_from_equilibrium():
     rng = np.random.default_rng(5)
     net = block(3, stiffness=50.0)
@@ -150,7 +161,7 @@ def test_layers_go_outwards_from_the_node_of_the_greatest_force():
     situation = held(chain(6), [5])
     layers = Layers(Balance(situation, every(situation)))
     urge = np.array([0.0, 0.0, 3.0, 1.0, 0.0])
-    order = [layer.nodes.tolist() for layer in layers.beginning_with(urge)]
+    order = [layer.star.nodes.tolist() for layer in layers.beginning_with(urge)]
     assert order == [[2], [1, 3], [0, 4]]
 
 
@@ -187,14 +198,92 @@ def test_a_body_that_nothing_holds_has_no_equilibrium_and_stays_as_it_was():
     assert np.array_equal(situation.position, before)
 
 
-def test_a_free_body_without_load_settles_where_it_is_and_is_called_a_mechanism():
+def test_a_free_body_without_load_settles_where_it_is_and_is_no_mechanism():
     situation = held(block(3, shrink=0.9))
     (remark,) = settle(situation, every(situation))
-    assert "mechanism" in remark.message
+    assert "nothing holds the net" in remark.message
     balance = Balance(situation, every(situation))
     assert np.abs(balance.bars(situation.position).tension).max() < 1e-13
     middle = situation.position.mean(axis=0)
-    assert middle == pytest.approx([0.01, 0.01, 0.01], abs=1e-9)
+    assert middle == pytest.approx([0.01, 0.01, 0.01], abs=1e-17)  # rounding of 0.01
+
+
+def stretched(rng, drawn):
+    """Return a free block of unequal masses, pulled apart along its first axis, and its loads.
+
+    It is turned and moved at random; ``drawn`` is the relative size of the loads.
+    """
+    turn = Rotation.random(rng=rng).as_matrix()
+    net = block(3, stiffness=50.0, mass=rng.uniform(0.5, 2.0, 27))
+    situation = held(net)
+    side = np.round(100.0 * net.position[:, 0]) - 1.0
+    situation.position[:] = situation.position @ turn.T + 0.01 * rng.normal(size=3)
+    pull = drawn * 50.0 * 0.01 * turn[:, 0]
+    push(situation, np.flatnonzero(side > 0), pull)
+    push_also(situation, np.flatnonzero(side < 0), -pull)
+    return situation, turn[:, 0]
+
+
+def push_also(situation, nodes, vector):
+    terms = (Term(np.array(vector, float), EVERLASTING),)
+    situation.loads["back"] = Load(np.array(nodes), terms, span())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_free_body_under_balanced_loads_keeps_its_centre_of_mass_and_spins_nowhere(seed):
+    rng = np.random.default_rng(seed)
+    situation, axis = stretched(rng, 10.0 ** rng.uniform(-4, -1))
+    before, mass = situation.position.copy(), situation.mass
+    (remark,) = settle(situation, every(situation))
+    assert "nothing holds the net" in remark.message
+    assert residual(situation) < 1e-9  # loads of 1e-4 leave rounding of whole lengths
+    moved = situation.position - before
+    size = np.abs(moved).max()
+    assert np.abs(mass @ moved).max() < 1e-10 * size * mass.sum()
+    arm = before - mass @ before / mass.sum()
+    spin = np.cross(arm, moved).T @ mass
+    assert abs(spin @ axis) < 1e-9 * size * np.abs(arm).max() * mass.sum()
+
+
+def test_a_free_body_out_of_line_with_its_loads_is_turned_into_line():
+    """Dead loads along x at both ends of a bar turn it until it lies along x."""
+    net = make_net([[0, 0, 0], [0.6, 0.8, 0]], [[0, 1]], stiffness=10.0, rest=1.0)
+    situation = held(net)
+    push(situation, [1], (2.0, 0, 0))
+    push_also(situation, [0], (-2.0, 0, 0))
+    settle(situation, every(situation))
+    expected = [[0.3 - 0.6, 0.4, 0.0], [0.3 + 0.6, 0.4, 0.0]]
+    assert situation.position == pytest.approx(np.array(expected), abs=1e-12)
+
+
+def test_what_a_point_holds_is_not_turned_about_it():
+    """A triangle held at a corner settles to its rest lengths without a turn."""
+    net = make_net([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1], [0, 2], [1, 2]], rest=1.1)
+    (remark,) = settle(situation := held(net, [0]), every(situation))
+    assert "can turn about what holds it" in remark.message
+    ends = situation.position
+    assert np.linalg.norm(ends[1]) == pytest.approx(1.1)
+    assert np.linalg.norm(ends[1] - ends[2]) == pytest.approx(1.1)
+    assert np.abs(ends[:, 2]).max() < 1e-15
+    # No turn about the corner would bring it closer to where it was.
+    mass, before = situation.mass, situation.network.position
+    assert mass @ np.cross(before, ends) == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_a_mechanism_in_a_free_body_is_still_told():
+    """Two triangles that share a node can turn against each other."""
+    corner = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1, 0]])
+    position = np.vstack([corner, -corner[1:]])
+    ends = [[0, 1], [1, 2], [0, 2], [0, 3], [3, 4], [0, 4]]
+    remarks = settle(situation := held(make_net(position, ends)), every(situation))
+    assert [r.node is not None for r in remarks] == [False, True]
+    assert "mechanism" in remarks[1].message
+
+
+def test_a_pendulum_has_a_place_to_hang_and_is_not_neutral():
+    situation = held(chain(3, stiffness=50.0), [0], gravity=np.array(DOWN))
+    assert settle(situation, every(situation)) == ()
+    assert np.abs(situation.position[:, :2] - situation.position[0, :2]).max() < 1e-12
 
 
 def test_a_hinge_without_load_is_told_by_its_node():

@@ -56,7 +56,7 @@ def describe_spring(situation: Situation, spring: int) -> str:
 def _named(network: Network, node: int, spring: int) -> str:
     """Return the end of a spring by its number, with its body where the spring has none."""
     is_joint = spring >= network.body_springs
-    return f"{network.node_ids[node]}{_of_body(network, node) if is_joint else ''}"
+    return f"{network.node_ids[node]}{of_body(network, node) if is_joint else ''}"
 
 
 def describe_node(situation: Situation, node: int) -> str:
@@ -64,13 +64,14 @@ def describe_node(situation: Situation, node: int) -> str:
     network = situation.network
     mass = show(float(situation.mass[node]), MASS)
     return (
-        f"node {network.node_ids[node]}{_of_body(network, node)}, "
+        f"node {network.node_ids[node]}{of_body(network, node)}, "
         f"with a mass of {mass}"
         f"{_origin(network, 'mass', node)}"
     )
 
 
-def _of_body(network: Network, node: int) -> str:
+def of_body(network: Network, node: int) -> str:
+    """Return " of BODY" for a node, nothing for one of a tool."""
     for body in network.bodies:
         if body.nodes.start <= node < body.nodes.stop:
             return f" of {body.name}"

@@ -165,6 +165,8 @@ class _Loop:
                     return "interrupted", self._interrupted()
                 continue
             self.stage.leave(*self._sums())
+            if reason.kind == "reached":
+                self.stage.look_at_rest()
             true = self.true if reason.kind == "triggered" else None
             self.true = []
             if self.stage.happen(ruptured=reason.springs, true=true):

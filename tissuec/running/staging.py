@@ -13,6 +13,7 @@ from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
 from tissuec.running.failing import explain_action
 from tissuec.running.recording import Recorder
+from tissuec.running.resting import unstable_rest
 from tissuec.running.standing import Standing
 from tissuec.verbs import Failed, Happening
 from tissuec.verbs.tie import seized, slipped
@@ -94,6 +95,12 @@ class Stage:
             ledger = Ledger(standing.initial, work, dissipated, standing.switched)
             moment = moment.with_ledger(ledger)
         self.recorder.leave(moment)
+
+    def look_at_rest(self) -> None:
+        """Note it if the net rests at an unstable equilibrium, before anything happens."""
+        found = unstable_rest(self.standing, self.plan.simulation.span)
+        if found is not None:
+            self._log(found)
 
     def moment(self) -> Moment:
         """Return the present moment, without a ledger."""

@@ -27,6 +27,7 @@ class Standing:
         memory: What the recorder must know.
         initial, switched: Of the energy ledger [J].
         happenings: The event log so far, each entry with its time [s].
+        looks: How often the net was looked at for an unstable equilibrium that it rests in.
         engine: What the engine keeps; set for a checkpoint only.
     """
 
@@ -38,6 +39,7 @@ class Standing:
     initial: float = 0.0
     switched: float = 0.0
     happenings: list[tuple[float, Happening]] = field(default_factory=list)
+    looks: int = 0
     engine: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
 
-from tissuec.mechanics import rest_lengths
+from tissuec.laws.evaluation import Behaviour
+from tissuec.mechanics import applied_forces, rest_lengths
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
@@ -41,6 +42,22 @@ class Bars(NamedTuple):
     position: Floats
 
 
+class Star(NamedTuple):
+    """Some of the free nodes with the springs that pull at them.
+
+    Attributes:
+        nodes: Numbers among the free nodes, shape (n,).
+        springs: Places among the springs that act, shape (spring,).
+        rows: Place of either end of these among ``nodes``, -1 for others, shape (spring, 2).
+        behaviour: Of these springs.
+    """
+
+    nodes: Indices
+    springs: Indices
+    rows: Indices
+    behaviour: Behaviour
+
+
 class Balance:
     """The nodes of a situation that may move, and what acts on them now.
 
@@ -53,7 +70,9 @@ class Balance:
         ends: Free node at either end of each spring that acts, -1 for one that stays, shape
             (spring, 2).
         behaviour: Of these springs.
+        outer_ends: The same as numbers among all nodes of the scene, shape (spring, 2).
         rest: Their rest lengths with what they flowed [m], shape (spring,).
+        mass: Of the free nodes [kg], shape (free,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
 
@@ -63,37 +82,51 @@ class Balance:
         ends = situation.network.ends
         resists = (situation.stiffness > 0.0) | (situation.network.law > 0)
         acts = situation.alive & resists & is_free[ends].any(axis=1)
-        self._all = ends[acts]
+        self.outer_ends = ends[acts]
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
-        self.ends = number[self._all]
-        self.behaviour = situation.behaviour(np.flatnonzero(acts))
+        self.ends = number[self.outer_ends]
+        self._springs = np.flatnonzero(acts)
+        self._behaviour_of = situation.behaviour
+        self.behaviour = situation.behaviour(self._springs)
         self.rest = rest_lengths(situation, situation.velocity, np.flatnonzero(acts))
-        self.load = self._loads(situation)[self.free]
+        self.mass = situation.mass[self.free]
+        self.load = applied_forces(situation)[self.free]
         self._number, self._time = number, situation.time
-        self._fields = situation.fields
+        self._fields, self._contact = situation.fields, situation.touching
         self._position = situation.position.copy()
         self._start = self._position[self.free]
         self._jets = tuple(situation.jets.values())
         self._blown = np.zeros_like(self._start)
-
-    @staticmethod
-    def _loads(situation: Situation) -> Floats:
-        load = situation.mass[:, None] * situation.gravity
-        for acting in situation.loads.values():
-            # A node may be named more than once.
-            np.add.at(load, acting.nodes, acting.at(situation.time))
-        return load
 
     @property
     def start(self) -> Floats:
         """Return where the free nodes are in the situation [m], shape (free, 3)."""
         return self._start.copy()
 
+    @property
+    def present_load(self) -> Floats:
+        """Return weight, external forces and jets on the free nodes [N], shape (free, 3)."""
+        return self.load + self._blown
+
+    def touched(self, position: Floats) -> NDArray[np.bool_]:
+        """Return which free nodes contact acts on, shape (free,).
+
+        Args:
+            position: Of all nodes of the scene [m], shape (node, 3).
+        """
+        found = np.zeros(len(position), dtype=bool)
+        if self._contact is not None:
+            touch = self._contact.touches(position, np.zeros_like(position))
+            acts = touch.pressure != 0.0
+            found[self._contact.nodes[touch.pairs.node[acts]]] = True
+            found[self._contact.points[touch.pairs.shape[acts]]] = True
+        return found[self.free]
+
     def bars(self, x: Floats) -> Bars:
         """Return what the springs do with the free nodes at x [m], shape (free, 3)."""
         position = self._position
         position[self.free] = x
-        reach = position[self._all[:, 1]] - position[self._all[:, 0]]
+        reach = position[self.outer_ends[:, 1]] - position[self.outer_ends[:, 0]]
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         has_direction = length > 0.0
         direction = reach / np.where(has_direction, length, 1.0)[:, None]
@@ -114,6 +147,36 @@ class Balance:
             total += pressed[self.free]
         return total
 
+    def star(self, nodes: Indices) -> Star:
+        """Return some of the free nodes with the springs that pull at them."""
+        row = np.full(len(self.free) + 1, -1)  # the last is that of ends that stay
+        row[nodes] = np.arange(len(nodes))
+        rows = row[self.ends]
+        springs = np.flatnonzero((rows >= 0).any(axis=1))
+        chosen = self._behaviour_of(self._springs[springs]).with_rest(self.rest[springs])
+        return Star(nodes, springs, rows[springs], chosen)
+
+    def force_on(self, star: Star, x: Floats) -> Floats:
+        """Return the sum of all forces on some nodes [N], shape (n, 3).
+
+        Args:
+            x: Where all free nodes are [m], shape (free, 3).
+        """
+        if self._fields:
+            return self.force(self.bars(x))[star.nodes]
+        position = self._position
+        position[self.free] = x
+        first, second = self.outer_ends[star.springs].T
+        reach = position[second] - position[first]
+        length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
+        tension = star.behaviour.pull(length - star.behaviour.rest)
+        pull = (tension / np.where(length > 0.0, length, np.inf))[:, None] * reach
+        total = self.load[star.nodes]
+        for end, sign in ((0, 1.0), (1, -1.0)):
+            moves = star.rows[:, end] >= 0
+            np.add.at(total, star.rows[moves, end], sign * pull[moves])
+        return total
+
     def freeze(self, bars: Bars) -> None:
         """Let energies take the work of jets to be that of their present forces."""
         if self._jets:
@@ -128,7 +191,7 @@ class Balance:
         The loads count from where the free nodes are in the situation.
         """
         elastic = self.behaviour.energy(bars.length - self.rest)
-        done = (self.load + self._blown) * (x - self._start)
+        done = self.present_load * (x - self._start)
         pressed = sum(float(e.energy(self._time, bars.position)) for e in self._fields)
         total = float(elastic.sum() - done.sum()) + pressed
         spoilt = bars.length * np.abs(bars.tension)

@@ -3,8 +3,8 @@
 Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
 near it the exact K, where it is positive definite, converges quadratically. Steps are cut to a
 tenth of the net or half a spring, because a net that is not yet under tension resists hardly at
-all across its springs, and halved until the energy falls. (J. Nocedal, S. J. Wright, Numerical
-Optimization, 2006, chapter 3.)
+all across its springs, and halved until the energy falls. Rigid motions that cost no energy are
+left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, chapter 3.)
 """
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.sparse.linalg import splu
 
 from tissuec.network import Floats
 from tissuec.statics.balance import Balance, Bars
+from tissuec.statics.rigid import NeutralMotions
 
 PRECISE = 1e-12  # of the largest force: what may be left of one that balances
 NEAR = 1e-2  # of the largest force: from here on K is exact
@@ -31,7 +32,8 @@ def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
             return x, True
         balance.freeze(bars)
         near = greatest(force) <= NEAR * balance.largest(bars)
-        step = direction(balance, bars, force, exact=near)
+        neutral = NeutralMotions.of(balance, x)
+        step = direction(balance, bars, neutral, force, exact=near)
         found = None if step is None else downhill(balance, x, bars, force, step)
         if found is None:
             return x, False
@@ -50,13 +52,19 @@ def greatest(force: Floats) -> float:
     return float(np.sqrt((force * force).sum(axis=1).max(initial=0.0)))
 
 
-def direction(balance: Balance, bars: Bars, force: Floats, *, exact: bool) -> Floats | None:
-    """Return a step downhill [m], shape (free, 3); None if no matrix gives one."""
-    step = _solved(balance.matrix(bars, exact=True), force) if exact else None
-    if step is not None:
-        return step
-    top = balance.top(bars)
-    return _solved(balance.matrix(bars, exact=False, shift=SHIFT * top), force)
+def direction(
+    balance: Balance, bars: Bars, neutral: NeutralMotions, force: Floats, *, exact: bool
+) -> Floats | None:
+    """Return a step downhill without neutral motions [m], shape (free, 3).
+
+    None if no matrix gives one.
+    """
+    top, force = balance.top(bars), neutral.balanced(force)
+    support = neutral.grounding(top)
+    step = _solved(balance.matrix(bars, exact=True) + support, force) if exact else None
+    if step is None:
+        step = _solved(balance.matrix(bars, exact=False, shift=SHIFT * top) + support, force)
+    return None if step is None else neutral.without(step)
 
 
 def _solved(matrix: csc_matrix, force: Floats) -> Floats | None:

@@ -22,8 +22,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 
-from tissuec.network import Floats, Indices
-from tissuec.statics.balance import Balance
+from tissuec.network import Floats
+from tissuec.statics.balance import Balance, Star
 
 
 class Relaxed(NamedTuple):
@@ -77,28 +77,27 @@ def _sweep(balance: Balance, layers: "Layers", x: Floats, urge: Floats) -> Float
     """Return where the free nodes are after each layer gave way once [m], shape (free, 3)."""
     x = x.copy()
     for layer in layers.beginning_with(urge):
-        force = balance.force(balance.bars(x))[layer.nodes]
-        x[layer.nodes] += force / layer.weight[:, None]
+        x[layer.star.nodes] += balance.force_on(layer.star, x) / layer.weight[:, None]
     return x
 
 
-class Layer:
+class Layer(NamedTuple):
     """Nodes that give way at once.
 
     Attributes:
-        nodes: Shape (node,).
+        star: The nodes, and the springs that pull at them.
         weight: What resists each of them [N/m], shape (node,).
     """
 
-    def __init__(self, nodes: Indices, weight: Floats):
-        self.nodes, self.weight = nodes, weight
+    star: Star
+    weight: Floats
 
 
 class Layers:
     """The layers of a net, from any node outwards."""
 
     def __init__(self, balance: Balance):
-        self._count = len(balance.free)
+        self._balance, self._count = balance, len(balance.free)
         self._ends = balance.ends
         bars = balance.bars(balance.start)
         self._stiffness = balance.behaviour.steepness(bars.length - balance.rest)
@@ -122,7 +121,7 @@ class Layers:
             if first not in self._known:
                 self._known[first] = tuple(self._from(first))
             for layer in self._known[first]:
-                waiting[layer.nodes] = False
+                waiting[layer.star.nodes] = False
                 yield layer
 
     def _from(self, first: int) -> Iterator[Layer]:
@@ -130,7 +129,7 @@ class Layers:
         weight = self._weights(depth)
         for number in range(int(depth[np.isfinite(depth)].max()) + 1):
             nodes = np.flatnonzero(depth == number)
-            yield Layer(nodes, weight[nodes])
+            yield Layer(self._balance.star(nodes), weight[nodes])
 
     def _weights(self, depth: Floats) -> Floats:
         """Return Σ c of each node, springs within a layer counted twice, shape (free,).

@@ -1,28 +1,28 @@
 """Settling: nodes are put where all forces on them balance, and rest there.
 
 Newton's method goes first; where it ends short of an equilibrium, relaxation goes on from there
-and Newton's method again. Where it ends at an equilibrium that is none to stay at, the net is
-pushed off along the motion that would let it buckle, and goes on from there.
+and Newton's method again. Where the equilibrium is unstable, the net is pushed off along the
+motion in which it buckles, and goes on from there.
 """
 
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import ArpackError, eigsh
 
 from tissuec import mechanics, topology
+from tissuec.core.errors import counted
 from tissuec.core.units import FORCE, show
 from tissuec.network import Floats
 from tissuec.situation import Situation
 from tissuec.statics.balance import Balance
 from tissuec.statics.newton import HALVINGS, descend, greatest
 from tissuec.statics.relaxation import relax
+from tissuec.statics.rigid import NeutralMotions
+from tissuec.statics.stability import LOOSE, Mode, softest
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
-LOOSE = 1e-10  # of the stiffest: what resists less is said not to be held
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 
 
@@ -41,10 +41,13 @@ class Unsettled(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What is to be known of an equilibrium, and the node that shows it best."""
+    """What is to be known of an equilibrium, and the node that shows it best, if one does."""
 
     message: str
-    node: int
+    node: int | None = None
+
+
+UNKNOWN = Remark("whether the equilibrium is stable could not be found out")
 
 
 def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
@@ -64,7 +67,7 @@ def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...
         return ()
     refuse_falling(balance)
     x, remarks = _minimum(balance)
-    situation.position[balance.free] = x
+    situation.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     situation.velocity[balance.free] = 0.0
     situation.forget_friction(balance.free)
     _let_relax(situation, balance)
@@ -88,16 +91,33 @@ def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
     """Return a minimum of the energy [m], shape (free, 3), and what is to be known of it."""
     x, remarks, node = _equilibrium(balance, balance.start), (), 0
     for _ in range(TURNS):
+        free = _free_pieces(NeutralMotions.of(balance, x))
         mode = softest(balance, x)
-        if mode is None or mode.resists > LOOSE:
-            return x, remarks
+        if mode is None:
+            return x, (*remarks, *free, UNKNOWN)
+        if mode.resists > LOOSE:
+            return x, (*remarks, *free)
         node = mode.node(balance)
         if mode.resists > -LOOSE:
             text = "the net is a mechanism here, which could move without any force"
-            return x, (*remarks, Remark(text, node))
+            return x, (*remarks, *free, Remark(text, node))
         remarks = (Remark("the net buckled, to one side of several", node),)
         x = _equilibrium(balance, _pushed_off(balance, x, mode))
     return x, (Remark("this equilibrium is unstable", node),)
+
+
+def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
+    """Return what is said of pieces that can move as a whole without any force."""
+    if not neutral.freedoms:
+        return ()
+    held = all(freedom.pivot is not None for freedom in neutral.freedoms)
+    who = "the net" if len(neutral.freedoms) == 1 else counted(len(neutral.freedoms), "piece")
+    text = (
+        f"{who} can turn about what holds it without any force; it was not turned"
+        if held
+        else f"nothing holds {who}: the centre of mass stays where it was"
+    )
+    return (Remark(text),)
 
 
 def _equilibrium(balance: Balance, x: Floats) -> Floats:
@@ -115,7 +135,7 @@ def _equilibrium(balance: Balance, x: Floats) -> Floats:
     raise Unsettled(text, int(balance.free[worst]))
 
 
-def _pushed_off(balance: Balance, x: Floats, mode: "Mode") -> Floats:
+def _pushed_off(balance: Balance, x: Floats, mode: Mode) -> Floats:
     """Return a place beside an unstable equilibrium with less energy [m], shape (free, 3)."""
     bars = balance.bars(x)
     energy, _ = balance.energy(x, bars)
@@ -127,40 +147,6 @@ def _pushed_off(balance: Balance, x: Floats, mode: "Mode") -> Floats:
                 return there
         size *= 0.5
     return x
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Mode:
-    """The motion about an equilibrium that the net resists least.
-
-    Attributes:
-        resists: Its stiffness over the largest there is; negative where the net would buckle.
-        shape: How the free nodes move in it, shape (free, 3).
-    """
-
-    resists: float
-    shape: Floats
-
-    def node(self, balance: Balance) -> int:
-        """Return the node that moves most."""
-        return int(balance.free[np.argmax((self.shape**2).sum(axis=1))])
-
-
-def softest(balance: Balance, x: Floats) -> Mode | None:
-    """Return the softest motion at x [m], shape (free, 3); None where it was not found."""
-    bars = balance.bars(x)
-    matrix, top = balance.matrix(bars, exact=True), balance.top(bars)
-    below = -balance.weakening(bars) - 1e-3 * top
-    start = np.sin(1.0 + np.arange(3.0 * len(balance.free)) ** 2)
-    try:
-        found = cast(Any, eigsh)(matrix, k=1, sigma=below, v0=start)
-    except (ArpackError, RuntimeError):
-        return None
-    value, shape = float(found[0][0]), np.asarray(found[1]).reshape(-1, 3)
-    # A rule that says to which side the net buckles: the first that moves much, moves forwards.
-    size = np.abs(shape.ravel())
-    first = int(np.argmax(size > 0.9 * size.max()))
-    return Mode(value / top, shape * np.sign(shape.ravel()[first]))
 
 
 def refuse_falling(balance: Balance) -> None:

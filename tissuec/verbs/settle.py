@@ -21,9 +21,9 @@ class Settle:
     named. No time passes, and nothing breaks on the way; what is under too much tension then,
     breaks right after. Relaxing branches have given way for good, and rest lengths stay as they
     have flowed; what is above its yield force flows on right after. The event log notes where
-    the net buckled, and where it could move
-    without any force. The run ends if there is no equilibrium, as for a body under its weight
-    that nothing holds.
+    the net buckled, and where it could move without any force. What nothing holds keeps its
+    centre of mass, and its orientation unless loads turn it; under a weight it has no
+    equilibrium, and the run ends.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")
@@ -53,10 +53,9 @@ class Settle:
         except Unsettled as failure:
             raise Failed(f"{text}: {failure.message}", failure.node, self.span) from failure
         ids = situation.network.node_ids
+        above = ("" if r.node is None else f", above all node {ids[r.node]}" for r in remarks)
         notes = tuple(
-            Happening(
-                "note", (), f"{text}: {r.message}, above all node {ids[r.node]}", self.span
-            )
-            for r in remarks
+            Happening("note", (), f"{text}: {r.message}{node}", self.span)
+            for r, node in zip(remarks, above, strict=True)
         )
         return (Happening("settle", (), text, self.span), *notes)

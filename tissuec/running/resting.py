@@ -1,0 +1,35 @@
+"""Whether the net rests where it would buckle: symmetry alone keeps it there."""
+
+from tissuec.core.source import Span
+from tissuec.running.failing import of_body
+from tissuec.running.standing import Standing
+from tissuec.statics.rest import rests_pressed
+from tissuec.verbs import Happening
+
+MOST_LOOKS = 8  # in a run: each may factorise a matrix
+
+
+def unstable_rest(standing: Standing, span: Span) -> Happening | None:
+    """Return a note for the event log if the net rests at an unstable equilibrium now.
+
+    After the first such note, or ``MOST_LOOKS`` looks, nothing is looked for.
+
+    Args:
+        span: Of the note.
+    """
+    if standing.looks >= MOST_LOOKS or not rests_pressed(standing.situation):
+        return None
+    from tissuec.statics import stability  # SciPy: only where it is needed
+
+    standing.looks += 1
+    node = stability.unstable_node(standing.situation)
+    if node is None:
+        return None
+    standing.looks = MOST_LOOKS
+    network = standing.situation.network
+    where = f"node {network.node_ids[node]}{of_body(network, node)}"
+    text = (
+        "the net rests at an unstable equilibrium: any disturbance makes it buckle, above all "
+        f"{where}; `settle` finds the buckled shape"
+    )
+    return Happening("note", (), text, span)
