@@ -9,6 +9,7 @@ from tests.engine.members import MEMBERS, affordable, those
 from tests.engine.running import TIERS, Bench, block, chain, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
+from tissuec.engine.within import Within
 
 
 def break_and_go_on(bench, until):
@@ -238,3 +239,14 @@ def test_springs_between_nodes_that_keep_still_leave_the_sums():
     bench = Bench(chain(4), 1.0, step=0.01, fixed=[0, 1, 2], ruptures=True)
     bench.engine.restart(bench.situation)
     assert sorted(bench.engine._layout.springs.ids) == [2, 3, 4]
+
+
+@pytest.mark.parametrize("start", [0.0, 2.0, 1e6])
+def test_the_largest_load_within_the_shortest_of_steps_is_found(start):
+    """Where a step is but some roundings long, halving it further would never end."""
+    within = Within.__new__(Within)
+    within.start, within.end = start, start + 8.0 * np.spacing(start)
+    top = start + 3.0 * np.spacing(start)
+    within.loads = lambda when, limit: np.array([-abs(when - top)])
+    found = within._summit(within.start, within.end, limit=None)
+    assert abs(found - top) <= 4.0 * np.spacing(start)

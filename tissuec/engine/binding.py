@@ -18,7 +18,14 @@ from typing import Any
 from tissuec.core.resources import PACKAGE, cache_folder
 
 Function = Callable[..., Any]
-SOURCES = ("engine", "integrators", "kernels", "laws")
+#: What compiled code is made from; laws are told apart by the names of their functions.
+SOURCES = (
+    "engine/binding.py",
+    "engine/drive.py",
+    "integrators/*.py",
+    "kernels/*.py",
+    "laws/code.py",
+)
 
 
 class Binder:
@@ -85,8 +92,8 @@ def kernel_folder() -> Path | None:
     if base is None:
         return None
     digest = hashlib.sha256()
-    for part in SOURCES:
-        for path in sorted((PACKAGE / part).glob("*.py")):
+    for pattern in SOURCES:
+        for path in sorted(PACKAGE.glob(pattern)):
             digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return Path(base) / f"kernels-{digest.hexdigest()[:16]}"
 

@@ -116,7 +116,8 @@ class Within:
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         value_left, value_right = self.loads(left, limit)[0], self.loads(right, limit)[0]
-        while high - low > 1e-8 * (self.end - self.start):
+        # Times in a very short step are only as fine as rounding lets them be.
+        while high - low > max(1e-8 * (self.end - self.start), 4.0 * np.spacing(self.end)):
             if value_left > value_right:
                 high, right, value_right = right, left, value_left
                 left = high - ratio * (high - low)
