@@ -9,6 +9,23 @@ import pytest
 from tests.browser import browser as browser
 from tests.browser import page as page
 
+SLOW = Path(__file__).with_name("slow.txt")
+
+
+def long_ones() -> set[str]:
+    """Return the tests that ``slow.txt`` names."""
+    lines = SLOW.read_text(encoding="utf-8").splitlines()
+    return {line.partition("  |")[0] for line in lines if not line.startswith("#")}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark long tests before those of the default run are chosen."""
+    named = long_ones()
+    for item in items:
+        if item.nodeid in named:
+            item.add_marker(pytest.mark.slow)
+
 
 @pytest.fixture(scope="session")
 def repository() -> Path:

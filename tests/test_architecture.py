@@ -36,9 +36,17 @@ def test_light_commands_import_no_heavy_library(name, repository):
 
 
 def test_imports_point_down_only(repository):
-    pytest.importorskip("importlinter", reason="needs the dev extra")
     run = subprocess.run(
         [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"],
+        cwd=repository, capture_output=True, text=True,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout
+
+
+@pytest.mark.parametrize("rule", [("check",), ("format", "--check")])
+def test_code_is_linted_and_formatted(rule, repository):
+    run = subprocess.run(
+        [sys.executable, "-m", "ruff", *rule, "tissuec", "tests", "docs"],
         cwd=repository, capture_output=True, text=True,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout

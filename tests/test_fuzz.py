@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import normalise
@@ -50,7 +51,7 @@ WORDS = (
 def many(count: int) -> settings:
     """Return settings for a number of examples, the same ones in each run."""
     return settings(
-        max_examples=count,
+        max_examples=examples(count),
         derandomize=True,
         database=None,
         deadline=None,

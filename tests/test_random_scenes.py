@@ -33,10 +33,11 @@ def is_told(compiled):
 
 
 @pytest.mark.parametrize(
-    "first", [0, *(pytest.param(first, marks=pytest.mark.slow) for first in range(40, 400, 40))]
+    ("first", "count"),
+    [(0, 10), *(pytest.param(k, 40, marks=pytest.mark.slow) for k in range(0, 400, 40))],
 )
-def test_random_scenes_keep_their_promises(first):
-    verdicts = [verdict_of(seed) for seed in range(first, first + 40)]
+def test_random_scenes_keep_their_promises(first, count):
+    verdicts = [verdict_of(seed) for seed in range(first, first + count)]
     # Some contradict themselves and are refused; in some motion is chaotic.
     assert set(verdicts) <= {"kept", "told", "refused", "undecided"}
     assert verdicts.count("kept") > 0.75 * len(verdicts)

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity
 from tissuec.fuzzy.conditions import And, Is, Not, Or
@@ -113,7 +114,7 @@ def unions(draw):
     return low, high, terms, draw(st.sampled_from(CHOICES["implication"]))
 
 
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=examples(400), deadline=None, derandomize=True)
 @given(unions())
 def test_the_centre_of_any_union_is_exact(union):
     low, high, terms, implication = union

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity
 from tissuec.fuzzy.hedges import Power, Shift, has_effect, hedged, moves
@@ -184,7 +185,7 @@ def hedge_cases(draw, count: int = 1):
     return axis, shift, [draw(sets_on(axis)) for _ in range(count)]
 
 
-LAWS = settings(max_examples=300, deadline=None, derandomize=True)
+LAWS = settings(max_examples=examples(300), deadline=None, derandomize=True)
 
 
 @LAWS

@@ -31,9 +31,9 @@ def swing(step, *, ratio=0.0, duration=1.0, times=(1.0,), tier="interpreted", **
 @pytest.mark.parametrize(
     ("ratio", "tier"),
     [
-        (0.05, "compiled"),
-        *((ratio, "interpreted") for ratio in (0.0, 0.05, 0.5)),
-        *(pytest.param(ratio, "compiled", marks=pytest.mark.slow) for ratio in (0.0, 0.5)),
+        *((ratio, "compiled") for ratio in (0.05, 0.5)),
+        pytest.param(0.0, "compiled", marks=pytest.mark.slow),
+        *(pytest.param(r, "interpreted", marks=pytest.mark.slow) for r in (0.0, 0.05, 0.5)),
     ],
 )
 def test_propagation_is_of_first_order(ratio, tier, floor):
@@ -132,7 +132,7 @@ def test_energy_of_small_steps_is_booked_and_that_of_large_ones_is_told():
 
 
 def test_work_is_booked_along_with_the_steps():
-    bench = Bench(pair(damping=1.0), 1.0, method="propagation", step=1e-4, ledger=True)
+    bench = Bench(pair(damping=1.0), 0.1, method="propagation", step=1e-4, ledger=True)
     bench.push([1], (3.0, 0.0, 0.0))
     ran = bench.run()
     stretch = np.diff(ran.position[:, :, 0], axis=1)[:, 0] - 1.0
