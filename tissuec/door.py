@@ -3,12 +3,10 @@
 import os
 import shutil
 import warnings
-import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
 from tissuec.core.errors import (
@@ -85,13 +83,14 @@ def run(
     """
     from tissuec.pipeline import compile_request, simulate
     from tissuec.results.places import SUFFIX, make_folder
+    from tissuec.results.trajectory import Trajectory, temporary_folder
 
     request = _request(scene, {**(params or {}), **more}, libraries, strict=strict)
     compiled, found = compile_request(request)
     for finding in found:
         _warn(str(finding))
     name, duration = request.source.name, compiled.plan.simulation.duration
-    folder = Path(mkdtemp(prefix="tissuec-")) if out is None else None
+    folder = temporary_folder() if out is None else None
     path = Path(name).with_suffix(SUFFIX).name if folder else Path(out or "")
     try:
         target = (folder or Path()) / path
@@ -100,7 +99,7 @@ def run(
             result = simulate(
                 compiled, target, request=request, resume=resume, twin=twin, progress=tell
             )
-        trajectory = load(result.path)
+        trajectory = (Trajectory.temporary if folder else Trajectory)(result.path)
         for complaint in _complaints(result.outcome, trajectory):
             if strict:
                 raise complaint
@@ -109,8 +108,6 @@ def run(
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
         raise
-    if folder is not None:
-        weakref.finalize(trajectory, shutil.rmtree, folder, ignore_errors=True)
     return trajectory
 
 

@@ -6,7 +6,7 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -203,6 +203,10 @@ class Network:
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
+
+    def __reduce__(self) -> tuple[type["Network"], tuple[object, ...]]:
+        # Made anew, so that its arrays are read-only in copies, too.
+        return Network, tuple(getattr(self, entry.name) for entry in fields(self))
 
     @property
     def node_count(self) -> int:

@@ -6,14 +6,13 @@ from typing import NoReturn
 import numpy as np
 
 from tissuec.compiling.groups import KINDS, Groups, unnamed
-from tissuec.compiling.readings import MeasureScope, Reading, describe_sides
+from tissuec.compiling.readings import Judgement, MeasureScope, Place, Reading, place_of
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.measures import MEASURES, Measure, Subject
-from tissuec.measures.moment import Moment
 from tissuec.network import Floats
 from tissuec.plan import Condition, Expectation
 from tissuec.scene.expressions import FUNCTIONS, Scope
@@ -61,12 +60,12 @@ class Conditions:
                     "when looks at the present; it cannot ask for another time",
                     node.span,
                 )
-        return self._decider(node, readings)
+        return self._judgement(node, readings)
 
     def expectation(self, item: s.Expect) -> Expectation:
         """Return an ``expect`` clause with its interval."""
         readings = self._readings(item.condition)
-        decide = self._decider(item.condition, readings)
+        judgement = self._judgement(item.condition, readings)
         pinned = tuple(sorted({r.time for r in readings.values() if r.time is not None}))
         if not item.clauses and readings and all(r.time is not None for r in readings.values()):
             start = stop = pinned[-1]  # every measure says its own time
@@ -79,10 +78,7 @@ class Conditions:
                 item.condition.span,
             )
 
-        def describe(moment: Moment) -> str:
-            return describe_sides(item.condition, MeasureScope(readings, self.scope, moment))
-
-        return Expectation(decide, describe, start, stop, pinned, item.span)
+        return Expectation(judgement, judgement.describe, start, stop, pinned, item.span)
 
     def reading(self, node: s.Call | s.Name) -> Reading:
         """Return what one measure is taken of, or reject it."""
@@ -96,25 +92,26 @@ class Conditions:
         """Return the subjects of a measure in an output sentence."""
         return tuple(self._subject(measure, name) for name in names)
 
-    def _decider(self, node: s.Expression, readings: Mapping[int, Reading]) -> Condition:
+    def _judgement(self, node: s.Expression, readings: Mapping[Place, Reading]) -> Judgement:
         truth = MeasureScope(readings, self.scope, None).decide(node)
         if truth.ndim:
             self.findings.reject(
                 "TIS312", "a condition is one truth, not one per component", node.span
             )
-        return lambda moment: bool(MeasureScope(readings, self.scope, moment).decide(node))
+        return Judgement(node, readings, self.scope)
 
     # --- measures -----------------------------------------------------------------------------
 
-    def _readings(self, node: s.Expression) -> dict[int, Reading]:
-        """Return every measure in a condition by the identity of its node."""
-        readings: dict[int, Reading] = {}
+    def _readings(self, node: s.Expression) -> dict[Place, Reading]:
+        """Return every measure in a condition by the place of its node."""
+        readings: dict[Place, Reading] = {}
         for part in walk(node, enters=_is_mathematical):
             match part:
                 case s.Name(key=key) if key in MEASURES and MEASURES[key].subjects == 0:
-                    readings[id(part)] = self._read(key, part, ())
+                    readings[place_of(part)] = self._read(key, part, ())
                 case s.Call() if not _is_mathematical(part):
-                    readings[id(part)] = self._read(part.function.key, part, part.arguments)
+                    reading = self._read(part.function.key, part, part.arguments)
+                    readings[place_of(part)] = reading
         return readings
 
     def _read(

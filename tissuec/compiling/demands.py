@@ -94,6 +94,27 @@ def errors_in(node: s.Expression) -> list[s.Call]:
     return [call for call in calls if call.function.key == ERROR]
 
 
+@dataclass(frozen=True, slots=True)
+class _Judgement:
+    """A condition as a function of errors."""
+
+    condition: s.Expression
+    constants: Scope
+    judged: Judged
+
+    def __call__(self, errors: Errors) -> bool:
+        scope = ErrorScope(self.constants, self.judged, errors)
+        return bool(np.all(scope.decide(self.condition)))
+
+    def describe(self, errors: Errors) -> str:
+        scope = ErrorScope(self.constants, self.judged, errors)
+        shown = {
+            call.span.one_line: 100.0 * float(scope.call(call).amount)
+            for call in errors_in(self.condition)
+        }
+        return ", ".join(f"{text} = {percent:.3g} %" for text, percent in shown.items())
+
+
 class DemandReader:
     """Reads expectations that ask for errors."""
 
@@ -124,18 +145,9 @@ class DemandReader:
         return found or self._refuse(names)
 
     def _demand(self, item: s.Expect, judged: Judged) -> Demand:
-        node, constants, calls = item.condition, self.scope, errors_in(item.condition)
-        ErrorScope(constants, judged, None).decide(node)
-
-        def holds(errors: Errors) -> bool:
-            return bool(np.all(ErrorScope(constants, judged, errors).decide(node)))
-
-        def describe(errors: Errors) -> str:
-            scope = ErrorScope(constants, judged, errors)
-            shown = {c.span.one_line: 100.0 * float(scope.call(c).amount) for c in calls}
-            return ", ".join(f"{text} = {percent:.3g} %" for text, percent in shown.items())
-
-        return Demand(holds, describe, item.span)
+        ErrorScope(self.scope, judged, None).decide(item.condition)
+        judgement = _Judgement(item.condition, self.scope, judged)
+        return Demand(judgement, judgement.describe, item.span)
 
     def _refuse(self, names: Sequence[s.Name]) -> dict[str, Demand]:
         """Reject an expectation that no lesson can meet."""

@@ -13,6 +13,7 @@ from tissuec.network import Floats
 from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
 
+Place = tuple[int, int]  # where a node of a condition begins and ends in its text
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
 
 
@@ -39,6 +40,11 @@ class Reading:
         )
 
 
+def place_of(node: s.Expression) -> Place:
+    """Return what names a node within its condition, also in a copy of it."""
+    return node.span.start, node.span.end
+
+
 class MeasureScope(Scope):
     """A scope in which measures can be asked for.
 
@@ -48,7 +54,7 @@ class MeasureScope(Scope):
     is_known = False
 
     def __init__(
-        self, readings: Mapping[int, Reading], constants: Scope, moment: Moment | None
+        self, readings: Mapping[Place, Reading], constants: Scope, moment: Moment | None
     ):
         super().__init__(constants.findings)
         self.readings = readings
@@ -56,10 +62,11 @@ class MeasureScope(Scope):
         self.moment = moment
 
     def name(self, name: s.Name) -> Value:
-        return self._measured(name) if id(name) in self.readings else self.constants.name(name)
+        measured = place_of(name) in self.readings
+        return self._measured(name) if measured else self.constants.name(name)
 
     def has(self, name: s.Name) -> bool:
-        return id(name) in self.readings or self.constants.has(name)
+        return place_of(name) in self.readings or self.constants.has(name)
 
     def names(self) -> Sequence[str]:
         return self.constants.names()
@@ -68,16 +75,36 @@ class MeasureScope(Scope):
         return self._measured(call)
 
     def test(self, node: s.Expression) -> Truth:
-        if isinstance(node, s.Call | s.Name) and id(node) in self.readings:
+        if isinstance(node, s.Call | s.Name) and place_of(node) in self.readings:
             value = self._measured(node)
             if value.dimension == NUMBER:
                 return np.asarray(value.amount != 0.0)
         return super().test(node)
 
     def _measured(self, node: s.Call | s.Name) -> Value:
-        reading = self.readings[id(node)]
+        reading = self.readings[place_of(node)]
         value = 1.0 if self.moment is None else reading.value(self.moment)
         return Value.number(value, reading.measure.dimension)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """A condition as a function of a moment."""
+
+    condition: s.Expression
+    readings: Mapping[Place, Reading]
+    constants: Scope
+
+    def __call__(self, moment: Moment) -> bool:
+        """Return whether the condition holds."""
+        return bool(self._at(moment).decide(self.condition))
+
+    def describe(self, moment: Moment) -> str:
+        """Return what was measured."""
+        return describe_sides(self.condition, self._at(moment))
+
+    def _at(self, moment: Moment) -> MeasureScope:
+        return MeasureScope(self.readings, self.constants, moment)
 
 
 def describe_sides(condition: s.Expression, scope: Scope) -> str:

@@ -68,6 +68,10 @@ class RuleBase:
         fill(self, "_corners", _corners(self.properties, self._atoms))
         fill(self, "_bearings", _bearings(self.quantities, self.rules))
 
+    def __reduce__(self) -> tuple[type["RuleBase"], tuple[object, ...]]:
+        axes, quantities = dict(self.properties), dict(self.quantities)
+        return RuleBase, (axes, quantities, self.rules, self.operators)
+
     def infer(self, facts: Mapping[str, float]) -> dict[str, Inference | NoRule]:
         """Return what the rules say about every quantity.
 

@@ -27,6 +27,9 @@ class Scale:
     def __post_init__(self) -> None:
         object.__setattr__(self, "words", MappingProxyType(dict(self.words)))
 
+    def __reduce__(self) -> tuple[type["Scale"], tuple[object, ...]]:
+        return Scale, (self.axis, dict(self.words))  # read-only views cannot be pickled
+
 
 @dataclass(frozen=True, slots=True)
 class Plateau:

@@ -1,8 +1,12 @@
 """Reading a result file: nothing is loaded before it is asked for."""
 
+import shutil
+import weakref
+from collections.abc import Callable
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
+from tempfile import mkdtemp
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -51,6 +55,7 @@ class Trajectory:
     def __init__(self, path: Path):
         self.path = Path(path)
         self._opened = open_result(self.path)
+        self._is_temporary = False
         self._drawn: tuple[int, Cells] | None = None  # of the part that was asked for last
 
     @property
@@ -63,6 +68,20 @@ class Trajectory:
     def open(cls, path: Path) -> Self:
         """Return the result file at ``path``; the errors are those of the class."""
         return cls(path)
+
+    @classmethod
+    def temporary(cls, path: Path) -> Self:
+        """Return a result whose folder is removed along with what is returned."""
+        trajectory = cls(path)
+        trajectory._is_temporary = True
+        weakref.finalize(trajectory, shutil.rmtree, path.parent, ignore_errors=True)
+        return trajectory
+
+    def __reduce__(self) -> tuple[Callable[..., "Trajectory"], tuple[object, ...]]:
+        """Pickle a result as its path; a temporary one, which nobody else keeps, by content."""
+        if self._is_temporary:
+            return _received, (self.path.name, self.path.read_bytes())
+        return Trajectory, (self.path.absolute(),)
 
     def close(self) -> None:
         """Close the file; what was not read yet can no longer be."""
@@ -394,3 +413,15 @@ class Trajectory:
         from tissuec.results.copying import copy_result
 
         return copy_result(self.path, Path(path), self.surfaces)
+
+
+def temporary_folder() -> Path:
+    """Return a new folder for a temporary result."""
+    return Path(mkdtemp(prefix="tissuec-"))
+
+
+def _received(name: str, content: bytes) -> Trajectory:
+    """Return a temporary result that came from another process."""
+    path = temporary_folder() / name
+    path.write_bytes(content)
+    return Trajectory.temporary(path)
