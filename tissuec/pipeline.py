@@ -161,7 +161,7 @@ def simulate(
     # The twin splits off before any file is open.
     with accompanied(network, plan, wanted=twin and not resume) as companion:
         if resume:
-            checkpoint = find_checkpoint(path, text, manifest)
+            checkpoint = find_checkpoint(path, text, manifest, network)
             writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
         else:
             groups = tuple(compiled.named_groups())

@@ -164,3 +164,43 @@ def test_two_processes_cannot_write_one_file(tmp_path):
         )
         assert other.stdout.strip() == "another process is writing it", other.stderr
         assert path.read_bytes() == b"mine"
+
+
+@pytest.mark.parametrize("budget", [0, 1, 1500, 2 * PAGE, 4 * PAGE - 1])
+def test_a_first_write_that_is_cut_short_begins_with_zeros(tmp_path, budget):
+    """Nothing takes it for a whole file, however much of it is there."""
+    path = tmp_path / "file"
+    file = JournaledFile(path, "create")
+    file.write(b"x" * (5 * PAGE))
+    raw = file._raw
+    file._raw = MortalFile(raw, budget, Died())
+    with pytest.raises(Died):
+        file.commit()
+    raw.close()
+    assert not any(path.read_bytes()[:PAGE])
+
+
+def test_each_step_of_a_commit_waits_for_the_one_before_it(tmp_path, monkeypatch):
+    """Data, journal and pages reach the disk in this order, each before the next is begun."""
+    steps = []
+    monkeypatch.setattr("os.fsync", lambda number: steps.append("sync"))
+    file, *_ = prepared(tmp_path / "file")
+    steps.clear()
+    raw = file._raw
+
+    class Watched(MortalFile):
+        def write(self, data):
+            place = self.raw.tell()
+            kept = file._kept
+            tail = kept + len(file._tail)
+            steps.append("page" if place < kept else "data" if place < tail else "journal")
+            return self.raw.write(data)
+
+        def truncate(self, size):
+            steps.append("cut")
+            return self.raw.truncate(size)
+
+    file._raw = Watched(raw, 0, None)
+    file.commit()
+    order = [step for step, former in zip(steps, ["", *steps], strict=False) if step != former]
+    assert order == ["data", "sync", "journal", "sync", "page", "sync", "cut"]

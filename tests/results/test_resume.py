@@ -29,6 +29,7 @@ def content(path):
         found["steps"] = file["VTKHDF/Steps"].attrs["NSteps"]
     manifest = json.loads(found.pop("tissuec/manifest"))
     assert found.pop("tissuec/checkpoint/wall_time") > 0
+    assert len(found.pop("tissuec/checkpoint/checksum").rstrip(b"\0")) == 64  # of that, too
     by_clock = ("wall_time", "begun")
     found["manifest"] = {name: manifest[name] for name in manifest if name not in by_clock}
     return found
@@ -171,14 +172,14 @@ def test_a_run_is_gone_on_with_only_where_nothing_has_changed_since(tmp_path, ex
     now["files"] = {"liver.obj": "digest"}
     path = tmp_path / "a.vtkhdf"
     with pytest.raises(PlaceError, match="no interrupted run"):
-        find_checkpoint(path, SCENE, now)
+        find_checkpoint(path, SCENE, now, example.network)
     with example.open(path, **now) as writer:
         writer.topology(example.alive(0))
         with pytest.raises(PlaceError, match="it holds no checkpoint; without --resume"):
-            find_checkpoint(path, SCENE, now)
+            find_checkpoint(path, SCENE, now, example.network)
         example.write(writer, last=6, checkpoints=(5,))
         writer.close("interrupted", finished=False)
-    assert find_checkpoint(path, SCENE, now).state["frame"] == 5
+    assert find_checkpoint(path, SCENE, now, example.network).state["frame"] == 5
     changed = {"sources": {"skin.tis": "t"}, "overrides": []}
     for text, change, message in (
         ("other", {}, '"a.tis" has changed since; without --resume the run starts anew'),
@@ -192,7 +193,7 @@ def test_a_run_is_gone_on_with_only_where_nothing_has_changed_since(tmp_path, ex
         ),
     ):
         with pytest.raises(PlaceError, match=message):
-            find_checkpoint(path, text, now | change)
+            find_checkpoint(path, text, now | change, example.network)
 
 
 def test_there_is_nothing_to_go_on_with_without_a_file(tmp_path, example):
@@ -203,3 +204,66 @@ def test_there_is_nothing_to_go_on_with_without_a_file(tmp_path, example):
         checkpoint = read.checkpoint()
     with pytest.raises(ResultError, match="there is no file"):
         ResultWriter.resume(tmp_path / "c.vtkhdf", checkpoint)
+
+
+def changed(path, change):
+    """Change a file with plain HDF5, as nobody should."""
+    with h5py.File(path, "r+") as file:
+        change(file["tissuec/checkpoint"])
+
+
+def other_version(checkpoint):
+    name = "version"
+    checkpoint[name][()] = checkpoint[name][()].replace(b"0.", b"9.")
+
+
+def other_number(checkpoint):
+    checkpoint["state/position"][0, 0] += 1e-4
+
+
+def other_rows(checkpoint):
+    checkpoint["rows"][()] = checkpoint["rows"][()].replace(b": 5", b": 4")
+
+
+def earlier_version(checkpoint):
+    for name in ("version", "scene", "checksum"):
+        del checkpoint[name]
+
+
+def no_number(checkpoint):
+    checkpoint["alive"][0] = not checkpoint["alive"][0]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (other_version, "holds a checkpoint of tissuec 9.1.0, and this is 0.1.0"),
+        (earlier_version, "holds a checkpoint of another version of tissuec"),
+        (other_number, "its checkpoint is not as it was written"),
+        (other_rows, "its checkpoint is not as it was written"),
+        (no_number, "its checkpoint is not as it was written"),
+    ],
+)
+def test_a_checkpoint_is_gone_on_with_only_as_this_version_wrote_it(
+    tmp_path, example, change, message
+):
+    path, manifest = tmp_path / "a.vtkhdf", {"scene": "a.tis", "overrides": []}
+    with example.open(path, **manifest) as writer:
+        example.write(writer, last=6, checkpoints=(5,))
+        partial = writer.close("interrupted", finished=False)
+    assert find_checkpoint(path, SCENE, manifest, example.network).state["frame"] == 5
+    changed(partial, change)
+    with pytest.raises(PlaceError, match=f"{message}.*without --resume the run starts anew"):
+        find_checkpoint(path, SCENE, manifest, example.network)
+    assert example.saved(path).exists()
+
+
+def test_a_run_of_another_network_is_not_gone_on_with(tmp_path, example):
+    """The same text can be compiled to another network by another library of meshes."""
+    path, manifest = tmp_path / "a.vtkhdf", {"scene": "a.tis", "overrides": []}
+    with example.open(path, **manifest) as writer:
+        example.write(writer, last=6, checkpoints=(5,))
+        writer.close("interrupted", finished=False)
+    other = replace(example.network, rest=example.network.rest * (1 + 1e-15))
+    with pytest.raises(PlaceError, match="compiled to another network"):
+        find_checkpoint(path, SCENE, manifest, other)

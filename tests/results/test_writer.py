@@ -274,6 +274,18 @@ def test_an_empty_file_can_be_replaced(tmp_path, example):
     assert example.saved(tmp_path / "a.vtkhdf").stat().st_size
 
 
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("begins", [True, False])
+def test_a_first_write_that_was_torn_can_be_replaced(tmp_path, example, kept, begins):
+    """The first page comes last; earlier versions wrote it first."""
+    partial = tmp_path / "a.partial.vtkhdf"
+    whole = example.saved(tmp_path / "a.vtkhdf").read_bytes()
+    torn = whole[: int(kept * len(whole)) + 4096]
+    partial.write_bytes(torn if begins else bytes(4096) + torn[4096:])
+    (tmp_path / "a.vtkhdf").unlink()
+    assert example.saved(tmp_path / "a.vtkhdf").read_bytes()
+
+
 def test_a_closed_folder_is_refused_at_once(tmp_path, example, monkeypatch):
     monkeypatch.setattr("os.access", lambda *_: False)  # a superuser may write everywhere
     with pytest.raises(ResultError, match="does not let you write"):

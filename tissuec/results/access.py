@@ -1,6 +1,6 @@
 """Members of an open HDF5 file by path, with their kind made sure of."""
 
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import h5py
 from numpy.typing import NDArray
@@ -40,6 +40,11 @@ def attribute(member: h5py.Dataset | h5py.Group, name: str) -> Any:
     if name not in member.attrs:
         raise ResultError(f'"{member.file.filename}" is damaged: "{member.name}" lacks {name}')
     return member.attrs[name]
+
+
+def damaged(file: h5py.File, flaw: str) -> NoReturn:
+    """Raise the error that tells what is wrong with a file."""
+    raise ResultError(f'"{file.filename}" is damaged: {flaw}')
 
 
 def _member(parent: h5py.Group, path: str, kind: type[T]) -> T:

@@ -1,18 +1,31 @@
-"""The state from which an interrupted run goes on, and how much of the file belongs to it."""
+"""The state from which an interrupted run goes on, and how much of the file belongs to it.
+
+A checkpoint says of which format, of which version of the program and of which scene and
+network it is, and has a checksum of all that.
+"""
 
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from hashlib import sha256
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec import __version__
+from tissuec.network import Network
 from tissuec.results import access
+from tissuec.results.arrays import ARRAYS
 from tissuec.results.errors import ResultError
 from tissuec.results.store import Store, member_name
 
+if TYPE_CHECKING:
+    from hashlib import _Hash as Hash
+
 CHECKPOINT = "/tissuec/checkpoint"
+FORMAT = 1
 Value = NDArray | int | float | bool | str
 
 
@@ -25,12 +38,41 @@ class Checkpoint:
         rows: How many rows every growing dataset had.
         alive: Which springs were alive, shape (spring,).
         wall_time: How long the run had taken [s].
+        scene: Digest of the scene and the network that were run.
     """
 
     state: Mapping[str, Value]
     rows: Mapping[str, int]
     alive: NDArray[np.bool_]
     wall_time: float
+    scene: str
+
+    def checksum(self) -> str:
+        """Return the SHA-256 of all that is kept, and of the versions."""
+        about = [FORMAT, __version__, self.scene, self.wall_time, sorted(self.rows.items())]
+        total = sha256(json.dumps(about).encode())
+        for name, value in [*sorted(self.state.items()), ("", self.alive)]:
+            _add(total, name, value)
+        return total.hexdigest()
+
+
+def scene_digest(text: str, network: Network) -> str:
+    """Return the SHA-256 of a scene and of the arrays that it was compiled to."""
+    total = sha256(text.encode())
+    for name in ARRAYS:
+        _add(total, name, getattr(network, name))
+    return total.hexdigest()
+
+
+def _add(total: "Hash", name: str, value: Value) -> None:
+    """Add a value to a digest, with its name, kind and shape."""
+    if np.ndim(value) == 0:
+        plain = value if isinstance(value, str) else np.asarray(value).item()
+        total.update(json.dumps([name, plain]).encode())
+        return
+    data = np.ascontiguousarray(value)
+    total.update(json.dumps([name, data.dtype.str, data.shape]).encode())
+    total.update(data)
 
 
 def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
@@ -47,8 +89,13 @@ def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
         attributes = access.dataset(group, member).attrs
         if "name" not in attributes:
             attributes["name"] = name
-    rows = json.dumps(checkpoint.rows)
-    store.array(f"{CHECKPOINT}/rows", rows, "rows of every growing dataset, as JSON")
+    for name, text, description in (
+        ("rows", json.dumps(checkpoint.rows), "rows of every growing dataset, as JSON"),
+        ("version", json.dumps([FORMAT, __version__]), "of this format and of tissuec"),
+        ("scene", checkpoint.scene, "SHA-256 of the scene and the network"),
+        ("checksum", checkpoint.checksum(), "SHA-256 of all of this"),
+    ):
+        store.array(f"{CHECKPOINT}/{name}", text, description)
     store.array(f"{CHECKPOINT}/alive", checkpoint.alive, "which springs were alive")
     store.array(
         f"{CHECKPOINT}/wall_time", checkpoint.wall_time, "how long it had taken", unit="s"
@@ -56,16 +103,37 @@ def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
 
 
 def read_checkpoint(file: h5py.File) -> Checkpoint | None:
-    """Return the last checkpoint in ``file``; None if there never was one."""
+    """Return the last checkpoint in ``file``; None if there never was one.
+
+    Raises:
+        ResultError: Another version of tissuec wrote it, or it is not as it was written.
+    """
     if CHECKPOINT not in file:
         return None
     group = access.group(file, CHECKPOINT)
+    _check_version(group)
     members = access.group(group, "state")
     values = [access.dataset(members, str(member)) for member in members]
     state = {str(access.attribute(value, "name")): _value(value) for value in values}
     rows = json.loads(access.text(group, "rows"))
     wall_time = float(access.dataset(group, "wall_time")[()])
-    return Checkpoint(state, rows, access.array(group, "alive"), wall_time)
+    scene = access.text(group, "scene")
+    checkpoint = Checkpoint(state, rows, access.array(group, "alive"), wall_time, scene)
+    if access.text(group, "checksum") != checkpoint.checksum():
+        access.damaged(file, "its checkpoint is not as it was written")
+    return checkpoint
+
+
+def _check_version(group: h5py.Group) -> None:
+    """Refuse the checkpoint of another version, which might go on otherwise."""
+    written = json.loads(access.text(group, "version")) if "version" in group else None
+    if written != [FORMAT, __version__]:
+        known = isinstance(written, list) and written[:1] == [FORMAT]
+        version = f"tissuec {written[-1]}" if known else "another version of tissuec"
+        raise ResultError(
+            f'"{group.file.filename}" holds a checkpoint of {version}, and this is '
+            f"{__version__}: only the version that wrote it can go on from there"
+        )
 
 
 def truncate(store: Store, checkpoint: Checkpoint) -> None:

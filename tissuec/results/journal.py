@@ -8,10 +8,11 @@ those writes leaves a file that may not open. Here every write stays in memory u
 3. the changed pages are written to their places;
 4. the file is cut to its new length, which removes the journal.
 
-A file that dies before the end of step 2 holds the old state, and later the new one: opening
-it here applies the journal. Readers that know nothing of journals see a whole file except in
-the few microseconds of step 3. No step but the first two needs space, so a full disk costs no
-more than the state that was about to be written.
+Each step waits until the one before it is on the disk, so that this order holds for a machine
+that loses its power, too. A file that dies before the end of step 2 holds the old state, and
+later the new one: opening it here applies the journal. Readers that know nothing of journals
+see a whole file except during step 3. No step but the first two needs space, so a full disk
+costs no more than the state that was about to be written.
 """
 
 import errno
@@ -124,20 +125,24 @@ class JournaledFile(io.RawIOBase):
             return
         runs = list(self._runs())
         try:
-            end = self._put(self._kept, self._tail)
+            end = self._put_tail()
+            self._sync()
             if runs:
                 self._put(max(end, self._kept), _journal(runs, self._size))
+                self._sync()
         except OSError:
             with suppress(OSError):
                 self._raw.truncate(self._kept)
             raise
         for offset, data in runs:
             self._put(offset, data)
+        if runs:
+            self._sync()
         self._raw.truncate(self._size)
         self._kept, self._pages, self._tail = self._size, {}, bytearray()
 
-    def sync(self) -> None:
-        """Wait until the committed state is on the disk, not only in the system's memory."""
+    def _sync(self) -> None:
+        """Wait until what was written is on the disk, not only in the system's memory."""
         os.fsync(self._raw.fileno())
 
     def close(self) -> None:
@@ -202,6 +207,18 @@ class JournaledFile(io.RawIOBase):
             while done < len(view):
                 done += self._raw.write(view[done:])
         return offset + len(data)
+
+    def _put_tail(self) -> int:
+        """Write what comes behind the old end; return where it ends.
+
+        The first page of a new file comes last: until then it begins with zeros.
+        """
+        if self._kept:
+            return self._put(self._kept, self._tail)
+        end = self._put(min(PAGE, len(self._tail)), self._tail[PAGE:])
+        self._sync()
+        self._put(0, self._tail[:PAGE])
+        return end
 
     def _load_journal(self) -> bool:
         """Take over the state of a commit that was cut short; return whether there was one."""

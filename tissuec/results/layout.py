@@ -14,6 +14,7 @@ LAYOUT_VERSION = 1
 VIEW = "tissuec_view"
 """Marks files that show a surface of a result, with the name of the surface."""
 _MARK = "layout_version"
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def mark_layout(file: h5py.File) -> None:
@@ -44,12 +45,15 @@ def open_result(path: Path) -> h5py.File:
 def check_replaceable(path: Path) -> None:
     """Make sure that a run to ``path`` replaces nothing but results, of whatever layout.
 
+    An unfinished result may be one whose first write was cut short, which nothing reads.
+
     Raises:
         PlaceError: Something else has the name of the result, or that of the unfinished one.
     """
     partial = partial_path(path)
     for place in (partial, final_path(partial)):
-        if place.exists() and not _is_empty(place) and not _is_result(place):
+        is_ours = _is_empty(place) or _is_result(place)
+        if place.exists() and not is_ours and not (place == partial and _is_torn(place)):
             raise PlaceError(
                 f'cannot write "{place}": it is there already and no result of tissuec; name '
                 "another file, or remove it"
@@ -59,6 +63,24 @@ def check_replaceable(path: Path) -> None:
 def _is_empty(path: Path) -> bool:
     """Return whether a file has no content, as a run that was killed at once leaves it."""
     return path.is_file() and not path.stat().st_size
+
+
+def _is_torn(path: Path) -> bool:
+    """Return whether a file is one whose first write was cut short.
+
+    It begins with zeros, as the first page comes last, or like HDF5 without being a whole one.
+    """
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        head = file.read(len(_SIGNATURE))
+    if not any(head):
+        return True
+    try:
+        _open(path).close()
+    except OSError:
+        return head == _SIGNATURE
+    return False
 
 
 def _is_result(path: Path) -> bool:

@@ -4,31 +4,41 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from tissuec.results.checkpoint import Checkpoint
-from tissuec.results.errors import PlaceError
+from tissuec.network import Network
+from tissuec.results.checkpoint import Checkpoint, scene_digest
+from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import partial_path
 from tissuec.results.trajectory import Trajectory
 
 
-def find_checkpoint(path: Path, text: str, manifest: Mapping[str, Any]) -> Checkpoint:
+def find_checkpoint(
+    path: Path, text: str, manifest: Mapping[str, Any], network: Network
+) -> Checkpoint:
     """Return the last checkpoint of the unfinished result at ``path``.
 
     Args:
         path: The partial file, or the final name.
         text: The scene as it is to be gone on with.
         manifest: What the result would say of its origin if it began now.
+        network: What the scene is compiled to now.
 
     Raises:
-        PlaceError: There is no such file, or it was run from another text or ``--set``.
+        PlaceError: There is no such file, it was run from another text or ``--set``, or its
+            checkpoint is of another version of tissuec, or not as it was written.
     """
     partial = partial_path(path)
     if not partial.exists():
         raise PlaceError(f'there is no interrupted run "{partial}" to go on with')
     with Trajectory.open(partial) as begun:
-        checkpoint = begun.checkpoint()
         changes = list(_changes(begun, text, manifest))
+        try:
+            checkpoint = begun.checkpoint()
+        except ResultError as error:
+            raise PlaceError(f"{error}; without --resume the run starts anew") from error
     if checkpoint is None:
         changes = ["it holds no checkpoint"]
+    elif not changes and checkpoint.scene != scene_digest(text, network):
+        changes = ["the scene is compiled to another network than then"]
     if checkpoint is None or changes:
         raise PlaceError(
             f'cannot go on with "{partial}": {", and ".join(changes)}; without --resume the '

@@ -200,7 +200,6 @@ class Store:
             with self._clear_errors():
                 self.file.close()  # in memory: the commit brings it to the disk
             self._commit()
-            self._disk.sync()
         finally:
             self._disk.close()
 

@@ -15,7 +15,13 @@ from tissuec.core.source import Source
 from tissuec.network import Indices, Network
 from tissuec.results import access
 from tissuec.results.arrays import read_network, read_recording, write_network, write_recording
-from tissuec.results.checkpoint import Checkpoint, Value, truncate, write_checkpoint
+from tissuec.results.checkpoint import (
+    Checkpoint,
+    Value,
+    scene_digest,
+    truncate,
+    write_checkpoint,
+)
 from tissuec.results.errors import ResultError
 from tissuec.results.frames import FrameRecorder
 from tissuec.results.groups import write_groups
@@ -95,7 +101,8 @@ class ResultWriter:
             write_origins(store, network.provenance)
             write_groups(store, groups)
             write_recording(store, recording)
-            self._begin(store, network, recording, mesh)
+            digest = scene_digest(scene_text, network)
+            self._begin(store, network, recording, mesh, digest)
             self._manifest = first_manifest(manifest, scene_text)
             write_manifest(store, self._manifest)
             self.flush()
@@ -130,7 +137,14 @@ class ResultWriter:
             mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
             check_views(partial, [channel.body for channel in recording.surfaces])
             writer = cls.__new__(cls)
-            writer._begin(store, network, recording, mesh, earlier=checkpoint.wall_time)
+            writer._begin(
+                store,
+                network,
+                recording,
+                mesh,
+                checkpoint.scene,
+                earlier=checkpoint.wall_time,
+            )
             running = {"outcome": RUNNING, "finished": False}
             writer._manifest = read_manifest(store.file) | running
             write_manifest(store, writer._manifest)
@@ -147,11 +161,16 @@ class ResultWriter:
         network: Network,
         recording: Recording,
         mesh: RecordedMesh,
+        scene: str,
         *,
         earlier: float = 0.0,
     ) -> None:
-        """Set up all that the content of the file determines; it took ``earlier`` seconds."""
-        self._store = store
+        """Set up all that the content of the file determines; it took ``earlier`` seconds.
+
+        Args:
+            scene: Digest of what is run.
+        """
+        self._store, self._scene = store, scene
         self._polydata = PolyDataFrames(store, network, mesh, single=recording.single)
         tools = ToolTable(store, network, self._polydata.kind)
         self._frames = FrameRecorder(network, mesh, self._polydata, tools)
@@ -287,9 +306,8 @@ class ResultWriter:
         if self._frames.alive is None:
             raise ValueError("state the topology before the first checkpoint")
         rows = self._store.row_counts()
-        write_checkpoint(
-            self._store, Checkpoint(state, rows, self._frames.alive, self._wall_time())
-        )
+        alive, wall_time = self._frames.alive, self._wall_time()
+        write_checkpoint(self._store, Checkpoint(state, rows, alive, wall_time, self._scene))
         self.flush()
 
     def flush(self) -> None:
