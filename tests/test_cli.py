@@ -9,8 +9,11 @@ import sys
 import time
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
+
+from tissuec.cli.guard import run_guarded
 
 # Found also in a checkout that was never installed.
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parent.parent)}
@@ -195,6 +198,27 @@ def test_explain_names_rule_line_and_degree_of_each_quantity_of_the_tube(reposit
 def test_completion_scripts_are_printed(shell, tmp_path):
     run = tissuec("completion", shell, cwd=tmp_path)
     assert run.returncode == 0 and "_TISSUEC_COMPLETE" in run.stdout
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as on POSIX")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.usefixtures("interruptible")
+def test_a_command_that_a_signal_ends_exits_with_128_and_its_number(name, capsys):
+    number = signal.Signals[name]
+    command = click.Command("wait", callback=lambda: os.kill(os.getpid(), number))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["tissuec"])
+        assert run_guarded(command) == 128 + number
+    assert "interrupted" in capsys.readouterr().err
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_a_run_by_relaxation_tells_its_method(scene):
+    timeless = "integrator is relaxation; step = 10 ms"
+    scene.write_text(OSCILLATOR.replace("tolerance = 1e-6", timeless))
+    run = tissuec("run", scene, cwd=scene.parent)
+    assert "relaxation, " in run.stderr
+    assert "tissuec itself failed" not in run.stderr
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals as on POSIX")

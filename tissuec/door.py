@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -80,6 +81,7 @@ def run(
         SimulationError: It is ``strict``, and the run diverged or could not go on.
         ExpectationError: It is ``strict``, and an expectation failed.
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
+        SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
     from tissuec.pipeline import compile_request, simulate
     from tissuec.results.places import SUFFIX, make_folder
@@ -203,10 +205,14 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
     """Yield what went otherwise than the scene expects.
 
     Raises:
-        KeyboardInterrupt: The run was interrupted.
+        KeyboardInterrupt, SystemExit: The run was interrupted.
     """
+    from tissuec.running.interrupting import exit_code
+
     if outcome.kind == "interrupted":
-        raise KeyboardInterrupt(outcome.message)
+        if outcome.signal in (None, signal.SIGINT):
+            raise KeyboardInterrupt(outcome.message)
+        raise SystemExit(exit_code(outcome.signal))
     name = trajectory.scene
     if outcome.kind != "done":
         yield SimulationError(f"{name}: {outcome.message}")

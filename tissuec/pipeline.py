@@ -152,6 +152,7 @@ def simulate(
     """
     from tissuec.results.resuming import find_checkpoint
     from tissuec.results.writer import ResultWriter
+    from tissuec.running.interrupting import asked_to_stop
     from tissuec.running.recording import Recorder, wishes
     from tissuec.running.run import run
     from tissuec.running.twin import accompanied
@@ -159,7 +160,11 @@ def simulate(
     manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
     # The twin splits off before any file is open.
-    with accompanied(network, plan, wanted=twin and not resume) as companion:
+    # Signals wait until the file is closed; HDF5 cannot be interrupted.
+    with (
+        asked_to_stop() as stop,
+        accompanied(network, plan, wanted=twin and not resume) as companion,
+    ):
         if resume:
             checkpoint = find_checkpoint(path, text, manifest, network)
             writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
@@ -168,7 +173,9 @@ def simulate(
             writer = ResultWriter(path, network, wishes(network, plan), manifest, text, groups)
         with writer:
             recorder = Recorder(network, plan, writer, tap=companion and companion.take)
-            outcome = run(network, plan, recorder, progress=progress, resume=state)
+            outcome = run(
+                network, plan, recorder, progress=progress, interrupt=stop, resume=state
+            )
             finished = outcome.kind == "done"
             likeness = companion.compare() if companion and finished else None
             if likeness is not None:

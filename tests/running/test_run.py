@@ -11,6 +11,7 @@ import pytest
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tests.whole_runs import AfterAsking, every_array
+from tissuec.running.interrupting import SIGNALS, Terminated, asked_to_stop, exit_code
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run
@@ -420,20 +421,63 @@ def test_checkpoints_on_the_way_change_nothing(monkeypatch):
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_the_keyboard_interrupts_at_the_end_of_a_step_with_a_checkpoint():
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+def test_a_signal_interrupts_at_the_end_of_a_step_with_a_checkpoint(number):
     network, plan = eventful()
     told = []
+    before = [signal.getsignal(one) for one in SIGNALS]
 
     def press_once(time):
         if time > 0.2 and not told:
             told.append(time)
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
 
     outcome, recording = carry_out(network, plan, progress=press_once)
     assert threading.current_thread() is threading.main_thread()
-    assert outcome.kind == "interrupted"
+    assert (outcome.kind, outcome.signal) == ("interrupted", number)
+    assert ("by SIG" in outcome.message) == (number != signal.SIGINT)
     assert recording.state is not None
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert [signal.getsignal(one) for one in SIGNALS] == before
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+def test_a_second_signal_ends_a_run_at_once(number):
+    network, plan = eventful()
+
+    def press(time):
+        os.kill(os.getpid(), number)
+        os.kill(os.getpid(), number)
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        carry_out(network, plan, progress=press)
+    assert exit_code(getattr(raised.value, "signal", None)) == 128 + number
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_a_signal_that_comes_while_a_file_is_closed_counts_when_that_is_done():
+    done = []
+    with pytest.raises(Terminated), asked_to_stop() as stop:
+        with asked_to_stop(stop) as inner:
+            assert not inner()
+        os.kill(os.getpid(), signal.SIGTERM)
+        done.append("closed")
+    assert done == ["closed"]
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_a_signal_that_somebody_else_handles_or_ignores_is_left_alone():
+    network, plan = eventful()
+    taken = []
+    before = signal.signal(signal.SIGTERM, lambda number, frame: taken.append(number))
+    try:
+        outcome, _ = carry_out(
+            network, plan, progress=lambda time: os.kill(os.getpid(), signal.SIGTERM)
+        )
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert outcome.kind == "done"
+    assert taken
 
 
 def test_progress_is_told_in_order_and_up_to_the_end():

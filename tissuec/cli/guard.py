@@ -7,6 +7,7 @@ import click
 
 from tissuec.cli.common import DONE, INTERRUPTED, STOPPED, WRONG_TEXT, print_json
 from tissuec.core.errors import SimulationError, TissueError
+from tissuec.running.interrupting import SIGNALLED, Terminated, ending, exit_code
 
 DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
 
@@ -14,7 +15,8 @@ DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
 def run_guarded(command: click.Command) -> int:
     """Run a command and return its exit code; with ``--json`` an error is a document too."""
     try:
-        return int(command(standalone_mode=False) or DONE)
+        with ending():
+            return int(command(standalone_mode=False) or DONE)
     except click.exceptions.Exit as error:
         return error.exit_code
     except BrokenPipeError:
@@ -28,7 +30,7 @@ def run_guarded(command: click.Command) -> int:
         elif isinstance(error, click.ClickException):
             error.show()
         else:
-            head = "" if code == INTERRUPTED else "error: "
+            head = "" if code > SIGNALLED else "error: "
             click.echo(f"{head}{message}", err=True)
         return code
 
@@ -38,6 +40,8 @@ def _judged(error: BaseException) -> tuple[int, str]:
     match error:
         case click.ClickException():
             return WRONG_TEXT, error.format_message()
+        case click.Abort(__cause__=Terminated() as cause):
+            return exit_code(cause.signal), f"interrupted by {cause}"
         case click.Abort() | KeyboardInterrupt():
             return INTERRUPTED, "interrupted"
         case SimulationError():

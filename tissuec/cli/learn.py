@@ -11,7 +11,6 @@ import click
 from tissuec.cli.common import (
     DONE,
     FAILED,
-    INTERRUPTED,
     STOPPED,
     WRONG_TEXT,
     Command,
@@ -24,6 +23,7 @@ from tissuec.cli.common import (
     tell_mistakes,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, did_you_mean
+from tissuec.running.interrupting import SIGNALLED, exit_code
 from tissuec.wording import run as wording
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def command(
         codes.append(code)
         facts = {"scene": str(scene), "lesson": lesson.name, "ok": code == DONE}
         documents.append(facts | {"diagnostics": as_json(warnings)} | document)
-        if code == INTERRUPTED:
+        if code > SIGNALLED:
             break
     if settings.json:
         print_json(documents[0] if len(lessons) == 1 else documents)
@@ -175,12 +175,15 @@ def _carry_out(
         if not settings.json:
             click.echo(f"error: {error}", err=True)
         return STOPPED, {"error": str(error)}
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         again = shlex.join(wishes.again)
         if not settings.json:
             click.echo("interrupted", err=True)
             settings.say(f"  go on with: {again}")
-        return INTERRUPTED, {"error": "interrupted", "again": again}
+        return exit_code(getattr(error, "signal", None)), {
+            "error": "interrupted",
+            "again": again,
+        }
 
 
 # --- learning ---------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ import click
 from tissuec.cli.common import (
     DONE,
     FAILED,
-    INTERRUPTED,
     STOPPED,
     WRONG_TEXT,
     Command,
@@ -24,6 +23,7 @@ from tissuec.cli.common import (
 )  # fmt: skip
 from tissuec.core.errors import CompileError, TissueError, counted
 from tissuec.core.units import TIME, show
+from tissuec.running.interrupting import SIGNALLED, exit_code
 from tissuec.wording import run as wording
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tissuec.running.twin import Likeness
 
 MOST_SPRINGS_NAMED = 6
-_CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED, "interrupted": INTERRUPTED}
+_CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 
 
 @click.command(cls=Command)
@@ -72,7 +72,8 @@ def command(
 
     The result opens in ParaView, as H5MD and with h5py. It replaces an earlier one when the run
     has come to its end, and never another file. Exit code: 0 done, 1 an expectation failed,
-    2 the text or the command line is wrong, 3 the run could not go on, 130 interrupted.
+    2 the text or the command line is wrong, 3 the run could not go on, 130 interrupted
+    (143 by SIGTERM, 129 by SIGHUP).
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
@@ -85,7 +86,7 @@ def command(
         )
         codes.append(code)
         documents.append(document)
-        if code == INTERRUPTED:
+        if code > SIGNALLED:
             break
     if settings.json:
         print_json(documents[0] if len(scenes) == 1 else documents)
@@ -150,18 +151,19 @@ def _run_one(
             click.echo(f"error: {error}", err=True)
         code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
         return code, document | {"error": str(error)}
-    code = _CODES[result.outcome.kind]
+    interrupted = result.outcome.kind == "interrupted"
+    code = exit_code(result.outcome.signal) if interrupted else _CODES[result.outcome.kind]
     if code == DONE and result.outcome.failures:
         code = FAILED
     document |= _document(compiled, result) | {
         "ok": code == DONE,
         "diagnostics": as_json(warnings),
     }
-    if code == INTERRUPTED:
+    if interrupted:
         document["go_on_with"] = again
     if not settings.json:
         _tell(path, compiled, result, settings)
-        if code == INTERRUPTED:
+        if interrupted:
             settings.say(f"  go on with: {again}")
     return code, document
 

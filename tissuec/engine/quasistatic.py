@@ -14,7 +14,7 @@ import numpy as np
 from tissuec import mechanics
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
-from tissuec.engine.method import Interruption, Method, Samples, Statistics
+from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics
 from tissuec.engine.within import Watch
 from tissuec.network import Floats, Network
 from tissuec.plan import RELAXATION
@@ -50,6 +50,7 @@ class QuasiStatic:
         self._times, self._record = sample_times, record
         self._sample = self._relaxations = self._sweeps = 0
         self._work = self._lost = self._begun = 0.0
+        self._reason = f'"{RELAXATION}" was asked for'
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
 
@@ -57,7 +58,7 @@ class QuasiStatic:
     def statistics(self) -> Statistics:
         return Statistics(
             method=RELAXATION,
-            reason=f'"{RELAXATION}" was asked for',
+            reason=self._reason,
             tier="interpreted",
             accepted=self._relaxations,
             rejected=0,
@@ -67,6 +68,7 @@ class QuasiStatic:
             stalls=0,
             smallest=self._smallest if self._largest else 0.0,
             largest=self._largest,
+            changes=(Change(0.0, RELAXATION, self._reason),),
         )
 
     def restart(self, situation: Situation) -> None:

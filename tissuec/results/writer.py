@@ -417,7 +417,8 @@ class ResultWriter:
         if error is None:
             self.close("the run ended without saying how", finished=False)
             return
-        outcome = "interrupted" if kind is KeyboardInterrupt else f"stopped: {error}"
+        interrupted = isinstance(error, KeyboardInterrupt)
+        outcome = "interrupted" if interrupted else f"stopped: {error}"
         with suppress(ResultError):  # the error that ended the run says more
             self.close(outcome, finished=False)
 

@@ -1,4 +1,8 @@
-"""Ctrl-C as a question that a run asks when it can answer to it."""
+"""Signals that end a program, as a question that a run asks when it can answer to it.
+
+These are Ctrl-C, what batch systems send before they kill (SIGTERM), and the loss of the
+terminal (SIGHUP).
+"""
 
 import signal
 import threading
@@ -7,30 +11,104 @@ from contextlib import contextmanager
 from types import FrameType
 
 Interrupt = Callable[[], bool]
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
+SIGNALLED = 128  # exit codes of what ends by a signal count from here
+
+
+class Terminated(KeyboardInterrupt):
+    """A signal other than that of Ctrl-C told the program to end."""
+
+    def __init__(self, number: int):
+        super().__init__(signal.Signals(number).name)
+        self.signal = number
+
+
+class Stop:
+    """The question whether to stop.
+
+    Attributes:
+        answered: Whether it was asked, and the answer was yes.
+    """
+
+    def __init__(self, further: Interrupt | None = None):
+        self.answered = False
+        self._signal: int | None = None
+        self._further = further
+
+    @property
+    def signal(self) -> int | None:
+        """Return the number of the first signal; None before it."""
+        return self._further.signal if isinstance(self._further, Stop) else self._signal
+
+    @property
+    def is_late(self) -> bool:
+        """Return whether a signal came after the last question."""
+        return self._signal is not None and not self.answered
+
+    def take(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal: the first one is an answer, the second ends the program at once."""
+        if self._signal is not None:
+            _end(number, frame)
+        self._signal = number
+
+    def __call__(self) -> bool:
+        further = self._further is not None and self._further()
+        self.answered = self._signal is not None or further
+        return self.answered
+
+
+def exit_code(number: int | None) -> int:
+    """Return the exit code of a program that a signal has ended, by default that of Ctrl-C."""
+    return SIGNALLED + (signal.SIGINT if number is None else number)
+
+
+def interruption(number: int | None) -> KeyboardInterrupt:
+    """Return the exception that stands for a signal, by default for Ctrl-C."""
+    return KeyboardInterrupt() if number in (None, signal.SIGINT) else Terminated(number)
 
 
 @contextmanager
-def asked_to_stop(further: Interrupt | None = None) -> Iterator[Interrupt]:
-    """Yield a question whether to stop: after Ctrl-C, or if ``further`` says so.
+def asked_to_stop(further: Interrupt | None = None) -> Iterator[Stop]:
+    """Yield a question whether to stop: after a signal, or if ``further`` says so.
 
-    A second Ctrl-C raises ``KeyboardInterrupt`` at once. Outside of the main thread, and where
-    somebody else handles the signal, it is left alone.
+    Outside of the main thread, and where somebody else handles a signal, it is left alone.
+
+    Raises:
+        KeyboardInterrupt: A signal came after the last question, in the end.
     """
-    pressed = threading.Event()
+    stop = Stop(further)
+    with _handled(stop.take):
+        yield stop
+    if stop.is_late:
+        raise interruption(stop.signal)
 
-    def press(number: int, frame: FrameType | None) -> None:
-        if pressed.is_set():
-            raise KeyboardInterrupt
-        pressed.set()
 
-    ours = (
-        threading.current_thread() is threading.main_thread()
-        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    )
-    if ours:
-        signal.signal(signal.SIGINT, press)
+@contextmanager
+def ending() -> Iterator[None]:
+    """Have signals end what runs within as Ctrl-C does: files are closed on the way."""
+    with _handled(_end):
+        yield
+
+
+@contextmanager
+def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Handle the signals that nobody else does, or that ``ending`` would."""
+    ours = (signal.SIG_DFL, signal.default_int_handler, _end)
+    former = {}
+    if threading.current_thread() is threading.main_thread():
+        former = {number: signal.getsignal(number) for number in SIGNALS}
+        former = {number: one for number, one in former.items() if one in ours}
+    for number in former:
+        signal.signal(number, handler)
     try:
-        yield lambda: pressed.is_set() or (further is not None and further())
+        yield
     finally:
-        if ours:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, one in former.items():
+            signal.signal(number, one)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End the program, through everything that is still to be closed."""
+    raise interruption(number)

@@ -6,6 +6,7 @@ of the script as they are written; then the triggers that have become true. Samp
 show what is after all of it.
 """
 
+import signal
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from tissuec.measures.moment import Ledger
 from tissuec.network import Floats, Network
 from tissuec.plan import RELAXATION, Plan
 from tissuec.running.failing import explain
-from tissuec.running.interrupting import Interrupt, asked_to_stop
+from tissuec.running.interrupting import Interrupt, Stop, asked_to_stop
 from tissuec.running.notes import notes
 from tissuec.running.recording import Recorder
 from tissuec.running.staging import Stage
@@ -51,6 +52,7 @@ class Outcome:
         happenings: The event log, each entry with its time [s].
         situation: The state at the end.
         notes: What else is to be known of it, in sentences.
+        signal: Number of the signal that interrupted it, if one did.
     """
 
     kind: Kind
@@ -63,6 +65,7 @@ class Outcome:
     situation: Situation
     notes: tuple[str, ...] = ()
     held: Mapping[int, tuple[float, str]] = field(default_factory=dict)
+    signal: int | None = None
 
 
 def run(
@@ -81,7 +84,7 @@ def run(
         recorder: A new one, of the same network and plan.
         progress: Told the simulated time [s] now and then.
         interrupt: Asked now and then; True ends the run between two steps, with a checkpoint.
-            Ctrl-C does the same.
+            Ctrl-C, SIGTERM and SIGHUP do the same.
         resume: The checkpoint of an earlier run of the same plan, which goes on from there as
             if it had never stopped.
         tier: Forces one tier of the engine; None lets it choose.
@@ -109,6 +112,7 @@ def run(
         loop.standing.situation,
         loop.notes(),
         recorder.memory.held,
+        stop.signal if kind == "interrupted" else None,
     )
 
 
@@ -124,7 +128,7 @@ class _Loop:
         plan: Plan,
         recorder: Recorder,
         progress: Progress,
-        stop: Interrupt,
+        stop: Stop,
         tier: "Tier | None",
     ):
         self.network, self.plan, self.recorder = network, plan, recorder
@@ -215,7 +219,9 @@ class _Loop:
 
     def _interrupted(self) -> str:
         now, duration = self.standing.situation.time, self.plan.simulation.duration
-        return f"interrupted at {now:g} s of {duration:g} s; the run can be resumed"
+        number = self.stop.signal
+        by = "" if number in (None, signal.SIGINT) else f" by {signal.Signals(number).name}"
+        return f"interrupted{by} at {now:g} s of {duration:g} s; the run can be resumed"
 
 
 def _make_engine(

@@ -153,7 +153,7 @@ def refuse_falling(balance: Balance) -> None:
     """Raise Unsettled if forces act on a piece of the net that nothing holds."""
     inner = (balance.ends >= 0).all(axis=1)
     labels = topology.pieces(len(balance.free), balance.ends[inner])
-    anchored = np.zeros(int(labels.max()) + 1, dtype=bool)
+    anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
     anchored[labels[balance.ends[~inner].max(axis=1)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)

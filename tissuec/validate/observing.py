@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Network
 from tissuec.plan import Output, Plan
+from tissuec.running.interrupting import interruption
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder, Samples
 from tissuec.running.run import Outcome, run
@@ -82,7 +83,7 @@ def observe(
     tap = _Tap(network, watched, times)
     outcome = run(network, watched, tap, progress=progress)
     if outcome.kind == "interrupted":
-        raise KeyboardInterrupt
+        raise interruption(outcome.signal)
     return tap.observed(outcome)
 
 

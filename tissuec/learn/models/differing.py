@@ -22,6 +22,7 @@ from tissuec.learn.motion import Diverged
 from tissuec.learn.shaping import Shaping
 from tissuec.network import Floats
 from tissuec.plan import RELAXATION, Simulation
+from tissuec.running.interrupting import interruption
 from tissuec.running.run import run
 from tissuec.running.twin import USUAL
 
@@ -142,7 +143,7 @@ class Differing:
         watcher = Watcher(present.network, plan, self.series, self.slots, self._stop)
         outcome = run(present.network, plan, watcher)
         if outcome.kind == "interrupted":
-            raise KeyboardInterrupt
+            raise interruption(outcome.signal)
         if outcome.kind != "done":
             raise Diverged(outcome.situation.time)
         statistics = outcome.statistics
