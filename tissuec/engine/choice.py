@@ -67,7 +67,7 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
     if tolerance < CROSSING and lossless and situation.inelastic is None:
         facts = measured_facts(situation)
         swept = facts["omega"] * method.duration
-        if swept > LONG and not method.ledger:
+        if swept > LONG:
             reason = (
                 f"nothing damps the motion, through {swept:.2g} radians: errors of a "
                 "symplectic method grow in proportion to time only"

@@ -5,7 +5,7 @@ NumPy; ``tissuec.engine.tiers`` binds the names of integrator and operations to 
 back to Python whenever something needs a decision, and can then go on where it was.
 """
 
-from math import isfinite, nan
+from math import inf, isfinite, nan
 
 from tissuec.integrators.verlet import (
     VelocityVerlet,
@@ -19,6 +19,7 @@ from tissuec.integrators.verlet import (
 from tissuec.kernels.records import (
     FULL,
     HELD,
+    LOOKED,
     OUTSIZE,
     PAUSED,
     REACHED,
@@ -59,6 +60,21 @@ FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
 # Rupture is examined closely from this part of the strength on; covers the difference between
 # the parabola through three looks and the tension's true course.
 MARGIN = 0.999
+# Of Gauss and Legendre on the unit interval.
+GAUSS_POINTS = (
+    0.06943184420297371,
+    0.33000947820757187,
+    0.6699905217924281,
+    0.9305681557970263,
+)
+GAUSS_WEIGHTS = (
+    0.17392742256872692,
+    0.32607257743127307,
+    0.32607257743127307,
+    0.17392742256872692,
+)
+MOST_PIECES = 64  # of a step that powers are looked at on
+MOST = 1.7e308
 
 
 def drive(
@@ -86,11 +102,11 @@ def drive(
             if time >= task.until:
                 reason = REACHED
                 break
-            if 2 * filled >= buffer.time.size:
+            # Not while a step is tried again: what was learned from it would be forgotten.
+            if growing and 2 * filled >= buffer.time.size:
                 # Emptied between steps, where a run can be resumed, rather than within one.
                 reason = FULL
                 break
-            # Not while a step is tried again: what was learned from it would be forgotten.
             if growing and work.effort[0] >= task.evaluations:
                 reason = PAUSED
                 break
@@ -118,23 +134,14 @@ def drive(
             reach = greater(displacement, distance(work.x[1 - current], work.origin, work.each))
             pace = greater(speed, distance(work.v[1 - current], work.zero, work.moving))
             ratio = 0.0
-            most = energy
-            wrong = 0.0
-            if LEDGER:
-                wrong = book(h, current, work)
-                most = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
-                # Implicit steps may brake what is too fast for them, and lose its energy.
-                strict = near or (LEDGER and IMPLICIT)
+                strict = near
                 if TOUCHED:
                     # What is thrown off flies on as wrongly as it was thrown.
                     strict |= net.touches.bends[1] < net.touches.bends[2]
                 growth = reach - displacement
                 ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
-                if LEDGER:
-                    worse = judge_ledger(h, wrong, most, task)
-                    ratio = greater(ratio, worse)
                 if not ratio <= 1.0:
                     factor = 0.25 if IMPLICIT else 0.1
                     if isfinite(ratio):
@@ -165,7 +172,7 @@ def drive(
             if TOUCHED:
                 bends = net.touches.bends[0]
             error += off / SAFETY
-            displacement, speed, energy = reach, pace, most
+            displacement, speed = reach, pace
             smallest, largest = min(smallest, h), max(largest, h)
             if task.fixed == 0:
                 proposal, memory, calm = propose(h, ratio, memory, calm)
@@ -178,8 +185,19 @@ def drive(
                     size, usual = max(size, usual), 0.0
                 growing = True
             pending, prepared = 1, 0
+            if LEDGER:
+                work.pieces[0] = 0
+                wrong = book(h, current, work)
+                moving = kinetic(work.v[1 - current], net)
+                energy = max(energy, moving, turnover(current, work))
+                may = bearable(h, energy, task)
+                # Fixed steps are as good as their method, where it keeps the ledger at all.
+                if not wrong <= (may if task.fixed == 0 else MOST):
+                    prepare(time, end, current, work, net)
+                    prepared = 1
+                    integrate_finely(time, end, current, may, work, net)
             suspect = WATCHED and near
-            if suspect or is_due(sample, time, end, buffer):
+            if prepared == 0 and (suspect or is_due(sample, time, end, buffer)):
                 prepare(time, end, current, work, net)
                 prepared = 1
             if suspect and surpasses(time, end, current, work, net):
@@ -325,15 +343,68 @@ def turnover(current: int, work: Work) -> float:
     return max(abs(work.ledger[1 - current, 0]), abs(work.ledger[1 - current, 1]))
 
 
-def judge_ledger(h: float, wrong: float, energy: float, task: Task) -> float:
-    """Return the error of the ledger in a step over what it may be, as ``judge`` does.
+def bearable(h: float, energy: float, task: Task) -> float:
+    """Return what work and dissipation of a step may be wrong by [J], as ``judge`` does.
 
-    Prescribed paths do work even where no free node feels them, so that positions alone do not
-    tell how finely the power must be resolved. Where a power jumps, as when a spring turns over
-    through no length, a smaller step is never better in proportion; hence the floor.
+    Where a power jumps, as when a spring turns over through no length, finer looks are never
+    better in proportion; hence the floor.
     """
     allowed = max(min(task.budget * h, task.share), 1e-3 * task.share)
-    return wrong / (allowed * max(energy, task.least) + 2.2e-16 * energy)
+    return allowed * max(energy, task.least) + 2.2e-16 * energy
+
+
+def integrate_finely(
+    time: float, end: float, current: int, may: float, work: Work, net: VectorNet
+) -> None:
+    """Set the ledger at the end of a prepared step by looks inside, as many as are needed.
+
+    Prescribed paths do work even where no free node feels them, so that steps may be too long
+    for it. The step stays as it is: what is looked at never changes what happens.
+    """
+    ledger, finer = work.ledger[1 - current], work.trial_ledger
+    integrate(time, end, time, end, 1, current, ledger, work, net)
+    pieces, left = 1, inf
+    while pieces < MOST_PIECES:
+        pieces = 2 * pieces
+        integrate(time, end, time, end, pieces, current, finer, work, net)
+        left = max(abs(finer[0] - ledger[0]), abs(finer[1] - ledger[1]))
+        ledger[0], ledger[1] = finer[0], finer[1]
+        if left <= may:
+            break
+    work.pieces[0] = pieces
+    work.doubt[0] += left
+
+
+def integrate(
+    low: float,
+    high: float,
+    time: float,
+    end: float,
+    pieces: int,
+    current: int,
+    ledger: Floats,
+    work: Work,
+    net: VectorNet,
+) -> None:
+    """Set a ledger to that at ``high``, by Gauss's rule of four points on equal pieces.
+
+    Args:
+        low, high: From the start of the prepared step to a time within it [s].
+        time, end: Of the step [s].
+    """
+    x, v, a, power = work.inner[0], work.inner[1], work.inner[2], work.booked[0]
+    done = lost = 0.0
+    size = (high - low) / pieces
+    for piece in range(pieces):
+        for point in range(4):
+            when = low + size * (piece + GAUSS_POINTS[point])
+            place_within(when, time, end, current, x, v, work, net)
+            force(when, x, v, a, power, net)
+            done += GAUSS_WEIGHTS[point] * power[0]
+            lost += GAUSS_WEIGHTS[point] * power[1]
+    work.effort[LOOKED] += 4 * pieces
+    ledger[0] = work.ledger[current, 0] + size * done
+    ledger[1] = work.ledger[current, 1] + size * lost
 
 
 def look(
@@ -348,6 +419,26 @@ def look(
     net: VectorNet,
 ) -> None:
     """Set state and ledger to those at a time within the prepared step."""
+    place_within(when, time, end, current, x, v, work, net)
+    if LEDGER:
+        if work.pieces[0] > 0:
+            integrate(time, when, time, end, work.pieces[0], current, ledger, work, net)
+        else:
+            h = end - time
+            quadrature(work.ledger[current], h, work.weights[1], work.power, ledger)
+
+
+def place_within(
+    when: float,
+    time: float,
+    end: float,
+    current: int,
+    x: Floats,
+    v: Floats,
+    work: Work,
+    net: VectorNet,
+) -> None:
+    """Set a state to that at a time within the prepared step."""
     h = end - time
     part = (when - time) / h
     polynomials(work.dense_x, part, work.weights[0])
@@ -355,8 +446,6 @@ def look(
     for_x, for_v = work.weights[0], work.weights[1]
     combine(work.x[current], h * h, for_x, work.v[current], h, for_v, work.rows, x, v)
     place(when, x, v, net)
-    if LEDGER:
-        quadrature(work.ledger[current], h, work.weights[1], work.power, ledger)
 
 
 def surpasses(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
@@ -364,7 +453,7 @@ def surpasses(time: float, end: float, current: int, work: Work, net: VectorNet)
     x, v = work.trial_x, work.trial_v
     for piece in range(LOOKS + 1):
         when = time + (end - time) * piece / LOOKS
-        look(when, time, end, current, x, v, work.trial_ledger, work, net)
+        place_within(when, time, end, current, x, v, work, net)
         tension(x, v, work.tension[piece % 3], net)
         if piece >= 2 and peaks(
             work.tension[(piece - 2) % 3],

@@ -32,6 +32,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import (
     FULL,
     HELD,
+    LOOKED,
     OUTSIZE,
     PAUSED,
     REACHED,
@@ -108,7 +109,7 @@ class Engine:
             tier=self._tier,
             accepted=now.accepted,
             rejected=now.rejected,
-            evaluations=int(effort[0]),
+            evaluations=int(effort[0] + effort[LOOKED]),
             factorisations=int(effort[1]),
             solutions=int(effort[2]),
             stalls=int(effort[3]),
@@ -208,6 +209,7 @@ class Engine:
             "power": work.power[1].copy(),
             "trend": work.trend.copy(),
             "effort": work.effort.copy(),
+            "doubt": work.doubt.copy(),
             "rate": work.rate[0],
             "cap": self._cap,
             "made": work.solver.made[0],
@@ -235,7 +237,7 @@ class Engine:
             name: type(value)(state[name]) for name, value in self._progress._asdict().items()
         }
         self._progress = Progress(**numbers)._replace(filled=0, current=0)
-        self._work.effort[:] = state["effort"]
+        self._work.effort[:], self._work.doubt[:] = state["effort"], state["doubt"]
         if self._integrator.implicit:
             self._work.solver.at[:] = state["made_at"]
             self._work.solver.speed[:] = state["made_speed"]
@@ -290,9 +292,7 @@ class Engine:
         self._work = new_work(self._integrator, self.network)
         method = self.method
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-        task = new_task(
-            self.network, self._integrator, tolerance, method.duration, ledger=method.ledger
-        )
+        task = new_task(self.network, self._integrator, tolerance, method.duration)
         self._task = task._replace(fixed=0 if method.step is None else 1)
         self._cap = np.inf  # of the step, by stability [s]
         if before is not None:
@@ -301,6 +301,7 @@ class Engine:
             self._work.trial_x[:], self._work.trial_v[:] = before.x[half], before.v[half]
             self._work.ledger[:] = before.ledger[half]
             self._work.origin[:], self._work.effort[:] = before.origin, before.effort
+            self._work.doubt[:] = before.doubt
             self._work = self._work._replace(tension=before.tension)
             self._update(fresh=1, memory=0.0, calm=0, current=0)
 
@@ -487,7 +488,7 @@ class Engine:
     def _review_tier(self) -> None:
         """Now and then, go over to the compiled tier if that much work is to come."""
         now, evaluations = self._progress, self._evaluations
-        if evaluations < self._review:
+        if evaluations < self._review or now.pending:
             return
         contact = self._layout.situation.contact
         pairs = 0 if contact is None else len(contact.nodes) * len(contact.radius)

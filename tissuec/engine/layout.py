@@ -196,8 +196,8 @@ class Layout:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
         ends = situation.network.ends
         acting = situation.alive & ~self.held[ends].all(axis=1)
-        if self.watched or self.ledger:
-            acting |= situation.alive & self.moved[ends].any(axis=1)
+        # Driven nodes feel them, whoever asks for that or not: steps shall not depend on it.
+        acting |= situation.alive & self.moved[ends].any(axis=1)
         if situation.inelastic is not None:
             acting |= situation.alive & situation.inelastic.remembers
         # Whoever draws them in does work on them, also where their ends are held.
@@ -227,17 +227,13 @@ class Layout:
         )
 
     def loss(self) -> str:
-        """Return why energy is not kept, or kept without being booked; empty if it is."""
+        """Return why energy is not kept; empty if it is."""
         if self._viscous or self.situation.drag:
             return "there is viscosity"
         if self.situation.jets:
             return "a jet puts energy in"
         if self.springs.inelastic is not None:
             return "there are springs that relax or flow"
-        pumped = any(part.swellings for part in self.situation.enclosures.values())
-        pumped = pumped or bool(self.situation.reelings)
-        if self.ledger and (self.moved.any() or self.timed or self.push.any() or pumped):
-            return "work is done that is to be booked"
         return ""
 
     def solver(self) -> Solver:

@@ -13,13 +13,9 @@ from tissuec.situation import Situation
 
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors
-# Where energies are kept, they are to be true of smaller motions as well: of those of which
-# rounding leaves more digits than the tolerance asks for.
+# Sums of work are to be true of smaller motions as well: of those of which rounding leaves more
+# digits than the tolerance asks for.
 LEDGER_FLOOR, LEDGER_DIGITS = 1e-8, 1e-12
-# Errors of energies are those of positions and velocities twice, and more between steps. The
-# estimates of higher orders are careful enough for that.
-BALANCE = 0.1  # of the tolerance, where energies are kept
-LOW_ORDER = 4
 JOLT = 0.005  # of the tolerance: change of speeds where a spring turns over, which may live on
 TINIEST = 1e-290  # [m], so that nothing is divided by zero
 # Part of the tolerance that errors of implicit steps may use up while displacements grow, not
@@ -53,7 +49,10 @@ def new_work(integrator: type[Integrator], network: Network) -> Work:
         tension=np.zeros((3, 0)),
         booked=np.zeros((2, 2)),
         trend=np.full(2, np.nan),
-        effort=np.zeros(4, dtype=np.int64),
+        effort=np.zeros(5, dtype=np.int64),
+        pieces=np.zeros(1, dtype=np.int64),
+        inner=np.zeros((3, size)),
+        doubt=np.zeros(1),
         goal=np.zeros(2),
         rate=np.zeros(1),
         solver=no_solver(),
@@ -108,18 +107,14 @@ def new_task(
     integrator: type[Integrator],
     tolerance: float,
     duration: float,
-    *,
-    ledger: bool,
 ) -> Task:
     """Return what stays the same in all calls of a run; the rest is filled in per call."""
-    least = min(max(LEDGER_FLOOR, LEDGER_DIGITS / tolerance), FLOOR) if ledger else FLOOR
-    if ledger and integrator.order <= LOW_ORDER:
-        tolerance *= BALANCE
+    least = min(max(LEDGER_FLOOR, LEDGER_DIGITS / tolerance), FLOOR)
     extent = network.extent
     # Nodes that all coincide in the drawing have no size; the springs may tell one.
     size = extent or float(network.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
-    floor = max(least * size, TINIEST)
+    floor = max(FLOOR * size, TINIEST)
     return Task(
         until=0.0,
         evaluations=0,
@@ -132,7 +127,7 @@ def new_task(
         jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,
         noise=max(ROUNDING * max(coordinates, size), TINIEST),
-        least=max(_least_energy(network, floor, duration), TINIEST),
+        least=max(_least_energy(network, least * size, duration), TINIEST),
         bound=1e6 * size if size and network.spring_count else inf,
     )
 

@@ -10,7 +10,7 @@ from math import sqrt
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.records import LOOKED, Floats, Work
 from tissuec.kernels.tableau853 import E3, E5, STAGES, A, C, D
 from tissuec.kernels.vector import (
     VectorNet,
@@ -133,7 +133,7 @@ def finish(time: float, end: float, current: int, work: Work, net: VectorNet) ->
 
 def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
     """Evaluate the three further stages of the dense output."""
-    work.effort[0] += STAGES - RESULT - 1
+    work.effort[LOOKED] += STAGES - RESULT - 1
     for stage in range(RESULT + 1, STAGES):
         evaluate_stage(time, end - time, stage, current, work, net)
 

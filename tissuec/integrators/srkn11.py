@@ -8,10 +8,12 @@ Symmetric and symplectic, so that without viscosity energies do not drift and ph
 proportion to time only. (S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142:313, 2002.)
 """
 
+from math import inf
+
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.records import LOOKED, Floats, Work
 from tissuec.kernels.vector import (
     VectorNet,
     accumulate,
@@ -113,6 +115,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     scale(1.0, work.x[current], work.x[1 - current])
     scale(1.0, work.v[current], work.v[1 - current])
     near = compose(time, end - time, work.x[1 - current], work.v[1 - current], work, net)
+    work.effort[0] += KICKS - 1
     scale(1.0, work.rows[END], work.a[1 - current])
     return near
 
@@ -120,7 +123,6 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
 def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: VectorNet) -> bool:
     """Carry a state on by h, from its acceleration in row 1 to that of the end in row 12."""
     table = work.tableau
-    work.effort[0] += KICKS - 1
     near = False
     for kick in range(KICKS - 1):
         accumulate(h * table[0, kick], work.rows[kick + 1], v)
@@ -143,10 +145,14 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
 
 
 def book(h: float, current: int, work: Work) -> float:
-    """Keep the ledger: nothing does work where this method is used."""
-    work.ledger[1 - current, 0] = work.ledger[current, 0]
-    work.ledger[1 - current, 1] = work.ledger[current, 1]
-    return 0.0
+    """Keep the ledger; return 0 J if no work is done, else infinity: stages do not tell it."""
+    worst = 0.0
+    for k in range(2):
+        work.ledger[1 - current, k] = work.ledger[current, k]
+        for row in range(1, END + 1):
+            if work.power[row, k] != 0.0:
+                worst = inf
+    return worst
 
 
 def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
@@ -161,6 +167,7 @@ def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -
     scale(1.0, work.x[current], x)
     scale(1.0, work.v[current], v)
     compose(time, 0.5 * h, x, v, work, net)
+    work.effort[LOOKED] += KICKS - 1
     scale(1.0, rows[KICKS], rows[MIDDLE])
     scale(1.0, work.a[other], rows[END])
     between(work.v[current], work.v[other], 1.0 / h, work.zero, rows[MEAN])

@@ -10,7 +10,7 @@ from math import sqrt
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import Work
+from tissuec.kernels.records import LOOKED, Work
 from tissuec.kernels.scalar import LEDGER
 from tissuec.kernels.vector import (
     VectorNet,
@@ -66,7 +66,7 @@ def finish(time: float, end: float, current: int, work: Work, net: VectorNet) ->
         # With the predicted velocity they would jump from step to step.
         x, v = work.x[1 - current], work.v[1 - current]
         force(end, x, v, work.trial_x, work.power[2], net)
-        work.effort[0] += 1
+        work.effort[LOOKED] += 1
         for k in range(2):
             work.trend[k] = (work.power[2, k] - work.power[1, k]) / (end - time)
     return False

@@ -192,7 +192,12 @@ class Work(NamedTuple):
     tension: Floats  # three looks at the springs [N], shape (3, spring) or (3, 0)
     booked: Floats  # two estimates of the error of the ledger [J], shape (2, 2)
     trend: Floats  # rates of both powers in the last step [W/s], NaN if unknown, shape (2,)
-    effort: Integers  # evaluations, factorisations, solutions, stalls so far, shape (4,)
+    # Evaluations, factorisations, solutions and stalls of steps so far, and evaluations for
+    # looks inside of steps, shape (5,)
+    effort: Integers
+    pieces: Integers  # that the powers of the step are integrated on, 0: by stages, shape (1,)
+    inner: Floats  # scratch of that: x, v and a within the step, shape (3, 3 node)
+    doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
     rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
     solver: Solver
@@ -254,6 +259,7 @@ class Buffer(NamedTuple):
     error: Floats  # of positions, as estimated [m], shape (sample,)
 
 
+LOOKED = 4  # place in ``Work.effort`` of evaluations for looks inside of steps
 # Why the stepping code came back.
 REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
 
