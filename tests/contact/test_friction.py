@@ -61,7 +61,8 @@ def test_a_mass_above_the_friction_angle_slides_with_the_rest_of_its_weight(degr
     found = np.polyfit(played.time[late], played.velocity[late, 0, 0], 1)[0]
     # From the bristles' bending on, the law is exact.
     assert found == pytest.approx(expected, rel=1e-4)
-    assert gap_of_balance(played) < 1e-6
+    # Positions are known to 1e-6, and energies are wrong by twice that.
+    assert gap_of_balance(played) < 2e-6
 
 
 BLOCK = """language 1
@@ -208,7 +209,7 @@ environment {{
   contact is tools only; friction = {friction}
   contact stiffness = 3 kN/m; contact layer = 0.05 mm; contact damping = 1 s/m
 }}
-simulate {{ duration = 0.2 s }}
+simulate {{ duration = 0.2 s; tolerance = 1e-6 }}
 output {{ trajectory every 2 ms; energy every 2 ms }}
 """
 

@@ -5,7 +5,7 @@ NumPy; ``tissuec.engine.tiers`` binds the names of integrator and operations to 
 back to Python whenever something needs a decision, and can then go on where it was.
 """
 
-from math import inf, isfinite, nan
+from math import inf, isfinite, nan, sqrt
 
 from tissuec.integrators.verlet import (
     VelocityVerlet,
@@ -33,18 +33,22 @@ from tissuec.kernels.records import (
     Task,
     Work,
 )
-from tissuec.kernels.scalar import LEDGER, TOUCHED, WATCHED
+from tissuec.kernels.scalar import CORNERED, LEDGER, TOUCHED, WATCHED
 from tissuec.kernels.vector import (
     VectorNet,
+    bend_of_passed,
     combine,
     copy_sample,
     distance,
+    find_sides,
     force,
+    is_passed,
     kinetic,
     peaks,
     place,
     polynomials,
     quadrature,
+    quintic,
     slack,
     tension,
 )
@@ -73,6 +77,8 @@ GAUSS_WEIGHTS = (
     0.32607257743127307,
     0.17392742256872692,
 )
+CORNER_SHARE = 0.1  # of what a step may be wrong by, for one corner
+CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 MOST_PIECES = 64  # of a step that powers are looked at on
 MOST = 1.7e308
 
@@ -136,7 +142,8 @@ def drive(
             ratio = 0.0
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
-                strict = near
+                # Implicit steps may brake what is too fast for them, and lose its energy.
+                strict = near or IMPLICIT
                 if TOUCHED:
                     # What is thrown off flies on as wrongly as it was thrown.
                     strict |= net.touches.bends[1] < net.touches.bends[2]
@@ -156,6 +163,9 @@ def drive(
             if not (reach <= task.bound and isfinite(pace + off)):
                 reason = OUTSIZE
                 break
+            wrong = 0.0
+            if LEDGER:
+                wrong = book(h, current, work)
             near |= finish(time, end, current, work, net)
             room -= pace * h
             if room < 0.0:
@@ -163,11 +173,19 @@ def drive(
                 if room < 0.0 and task.fixed == 0:
                     worse = jolt(h, pace, current, task, work)
                     if worse > 1.0:
-                        usual = max(size, usual)
+                        usual = max(size, abs(usual))
                         size, room = h * max(0.1, 0.9 / worse), 0.0
                         rejected += 1
                         growing = False
                         continue
+            if CORNERED and task.fixed == 0:
+                part = corner(time, end, current, reach, pace, task, work, net)
+                if part < 1.0:
+                    usual = -max(size, abs(usual))
+                    size = h * part
+                    rejected += 1
+                    memory, calm, growing = 0.0, 0, False
+                    continue
             accepted += 1
             if TOUCHED:
                 bends = net.touches.bends[0]
@@ -180,14 +198,14 @@ def drive(
                     proposal = min(proposal, h)
                 # A step cut short to land says nothing against the size before it.
                 size = max(size, proposal) if h < 0.999999 * size else proposal
-                if room < 0.0:
-                    # Nor does one that was only so small because a spring turned over in it.
-                    size, usual = max(size, usual), 0.0
+                if room < 0.0 or usual < 0.0:
+                    # Nor does one that was only so small because a spring turned over in it, or
+                    # because it was to land on a corner of a law.
+                    size, usual = max(size, abs(usual)), 0.0
                 growing = True
             pending, prepared = 1, 0
             if LEDGER:
                 work.pieces[0] = 0
-                wrong = book(h, current, work)
                 moving = kinetic(work.v[1 - current], net)
                 energy = max(energy, moving, turnover(current, work))
                 may = bearable(h, energy, task)
@@ -331,6 +349,79 @@ def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:
     """
     jump = h * distance(work.a[1 - current], work.a[current], work.each)
     return jump / (task.jolt * max(pace, task.floor / h) + task.noise / h)
+
+
+def corner(
+    time: float,
+    end: float,
+    current: int,
+    reach: float,
+    pace: float,
+    task: Task,
+    work: Work,
+    net: VectorNet,
+) -> float:
+    """Return at which part of a step a corner of a law is to be landed on, 1 if at none.
+
+    A corner that changes the rate of accelerations by b makes errors of b δ²/2 in velocities
+    and b δ² h/2 in positions, δ being the time to the nearer end of the step. Where that is
+    below what a step may be wrong by, no landing is needed.
+    """
+    h, x, v = end - time, work.inner[0], work.inner[1]
+    first, last, here = work.sides[0], work.sides[1], work.sides[2]
+    find_sides(time, work.x[current], work.v[current], first, net)
+    bend = 0.0
+    for look in range(1, CORNER_LOOKS + 1):
+        look_within(look / CORNER_LOOKS, time, h, current, x, v, work, net)
+        find_sides(time + h * look / CORNER_LOOKS, x, v, here, net)
+        if is_passed(first, here):
+            from_x, from_v = work.x[current], work.v[current]
+            bend = greater(bend, bend_of_passed(from_x, from_v, x, v, h, first, here, net))
+    if bend == 0.0:
+        return 1.0
+    # Nothing is on the safe side here, as estimates of the method are.
+    allowed = CORNER_SHARE / SAFETY * min(task.budget * h, task.share)
+    place_off = allowed * max(reach, task.floor) + task.noise
+    speed_off = allowed * max(pace, task.floor / h) + task.noise / h
+    near = sqrt(2.0 * min(speed_off, place_off / h) / bend) / h
+    near = max(near, 32.0 * 2.2e-16 * max(abs(end), h) / h)
+    if near >= 0.5:
+        return 1.0
+    look_within(near, time, h, current, x, v, work, net)
+    find_sides(time + h * near, x, v, first, net)
+    before = near
+    for look in range(1, CORNER_LOOKS + 1):
+        after = min(max(look / CORNER_LOOKS, near), 1.0 - near)
+        look_within(after, time, h, current, x, v, work, net)
+        find_sides(time + h * after, x, v, last, net)
+        if is_passed(first, last):
+            # Closer than this is the same to the next step.
+            while after - before > 0.25 * near:
+                middle = 0.5 * (before + after)
+                look_within(middle, time, h, current, x, v, work, net)
+                find_sides(time + h * middle, x, v, here, net)
+                if is_passed(first, here):
+                    after = middle
+                else:
+                    before = middle
+            return after
+        before = after
+    return 1.0
+
+
+def look_within(
+    part: float,
+    time: float,
+    h: float,
+    current: int,
+    x: Floats,
+    v: Floats,
+    work: Work,
+    net: VectorNet,
+) -> None:
+    """Set a state to that at a part of a step whose ends are known."""
+    quintic(part, h, work.x, work.v, work.a, current, x, v)
+    place(time + h * part, x, v, net)
 
 
 def greater(one: float, two: float) -> float:

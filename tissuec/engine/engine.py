@@ -139,6 +139,9 @@ class Engine:
         springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
         if self._work.tension.shape[1] != springs:
             self._work = self._work._replace(tension=np.zeros((3, springs)))
+        cornered = len(self._layout.springs.ids) if self._layout.features.cornered else 0
+        if self._work.sides.shape[2] != cornered:
+            self._work = self._work._replace(sides=np.zeros((3, 2, cornered)))
         self._equip(situation)
         self._nets: dict[Tier, Any] = {}
         self._stale, self._segment = False, None
@@ -302,7 +305,7 @@ class Engine:
             self._work.ledger[:] = before.ledger[half]
             self._work.origin[:], self._work.effort[:] = before.origin, before.effort
             self._work.doubt[:] = before.doubt
-            self._work = self._work._replace(tension=before.tension)
+            self._work = self._work._replace(tension=before.tension, sides=before.sides)
             self._update(fresh=1, memory=0.0, calm=0, current=0)
 
     def _equip(self, situation: Situation) -> None:

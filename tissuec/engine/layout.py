@@ -190,6 +190,8 @@ class Layout:
         # Kept, because features are asked for at every call of the stepping code.
         self._viscous = self.springs.behaviour().is_viscous
         self._laws = self.springs.laws if law.any() else ()
+        yields = inelastic is not None and bool(np.isfinite(inelastic.limit).any())
+        self._cornered = yields or self.springs.behaviour().has_corners
         self._crushed = self.watched and bool(np.isfinite(self.springs.crush).any())
 
     def _select(self, situation: Situation) -> Bools:
@@ -223,6 +225,7 @@ class Layout:
             # Whatever may be irrigated, for the same reason.
             rinsed=any(tool.kind == "nozzle" for tool in self.situation.network.tools),
             inelastic=self.springs.inelastic is not None,
+            cornered=self._cornered,
             laws=self._laws,
         )
 

@@ -35,16 +35,20 @@ OPERATIONS = (
     "blended_error",
     "combine",
     "copy_sample",
+    "bend_of_passed",
     "distance",
     "drift",
+    "find_sides",
     "force",
     "greatest_force",
+    "is_passed",
     "kick",
     "kinetic",
     "peaks",
     "place",
     "polynomials",
     "quadrature",
+    "quintic",
     "scale",
     "slack",
     "subtract",
@@ -72,6 +76,7 @@ class Features:
     touched: bool = False
     rinsed: bool = False
     inelastic: bool = False
+    cornered: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
 
 

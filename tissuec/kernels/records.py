@@ -197,6 +197,7 @@ class Work(NamedTuple):
     effort: Integers
     pieces: Integers  # that the powers of the step are integrated on, 0: by stages, shape (1,)
     inner: Floats  # scratch of that: x, v and a within the step, shape (3, 3 node)
+    sides: Floats  # of corners of laws at three looks, shape (3, 2, spring) or (3, 2, 0)
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
     rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
@@ -244,7 +245,9 @@ class Progress(NamedTuple):
     energy: float  # largest so far, where the ledger is kept [J]
     error: float  # of positions, local estimates summed up [m]
     room: float  # that nodes may move before any spring can have turned over [m]
-    usual: float  # step before it was made smaller because a spring turns over, or 0 [s]
+    # Step before it was made smaller because a spring turns over, minus that if it was to land
+    # on a corner of a law, or 0 [s]
+    usual: float
     bends: int  # of the laws of contact that pressures have passed
 
 

@@ -32,7 +32,8 @@ TOUCHED = True  # there are instruments or threads that touch
 RINSED = True  # there are jets
 INELASTIC = True  # some springs relax or flow
 CURVED = True  # some springs have laws that are not linear
-pull, slope, brake, brake_slope = functions((LINEAR,)).values()
+CORNERED = True  # some of these laws have corners
+pull, slope, brake, brake_slope, side, brake_side = functions((LINEAR,)).values()
 
 # Added to a length before dividing: a spring of no length then has no direction and no force,
 # while any length that is not squared to zero stays what it is.
@@ -40,6 +41,7 @@ TINY = 1e-200
 # Part of a spring's length, along where it pointed, that a step must leave of it (and have
 # begun with) for stages on the way not to see it turned over.
 LEFT = 0.1
+YIELDING = 2.0**51  # what the side of a spring has more where it yields
 STIFFEST = 1e30  # viscosity in a matrix [N s/m]
 UNSIGNED = 0x7FFF_FFFF_FFFF_FFFF  # all bits of a number but its sign
 # Unsigned, so that no index has to be tested for being negative.
@@ -136,6 +138,125 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         power[0] = work
         power[1] = dissipated
     return near
+
+
+def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None:
+    """Set ``out``, shape (2, spring), to the sides of corners that springs are on."""
+    first, other, law, rest = net.first, net.other, net.law, net.rest
+    if REELED:
+        reel(time, rest, net.reels, net.acts)
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        for s in range(first[node], first[node + 1]):
+            if law[s] > 0 or INELASTIC:
+                e, w = stretching(s, i, np.uint64(other[s]), x, v, net)
+                out[0, s] = side(law[s], e, net.stiffness[s], rest[s])
+                out[1, s] = brake_side(law[s], w, net.damping[s], rest[s])
+                if INELASTIC:
+                    tension = pull(law[s], e, net.stiffness[s], rest[s])
+                    tension += pull_of_branches(s, e, v, net.internal)
+                    if abs(tension) > net.internal.limit[s]:
+                        out[0, s] += YIELDING
+
+
+def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[float, float]:
+    """Return the elongation [m] of a spring between two nodes, and its rate [m/s]."""
+    r0, r1, r2 = x[j] - x[i], x[j + ONE] - x[i + ONE], x[j + TWO] - x[i + TWO]
+    w0, w1, w2 = v[j] - v[i], v[j + ONE] - v[i + ONE], v[j + TWO] - v[i + TWO]
+    length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+    e = length - net.rest[s]
+    if INELASTIC:
+        e -= flowed(s, v, net.internal)
+    return e, (r0 * w0 + r1 * w1 + r2 * w2) / (length + TINY)
+
+
+def is_passed(before: Floats, after: Floats) -> bool:
+    """Return whether any spring has passed a corner between two looks."""
+    for row in range(2):
+        for s in range(before.shape[1]):
+            if before[row, s] != after[row, s]:
+                return True
+    return False
+
+
+def bend_of_passed(
+    x: Floats,
+    v: Floats,
+    x_end: Floats,
+    v_end: Floats,
+    span: float,
+    before: Floats,
+    after: Floats,
+    net: Net,
+) -> float:
+    """Return how suddenly corners change the rates of accelerations [m/s³].
+
+    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass.
+
+    Args:
+        span: Time between both looks [s].
+    """
+    first, other, law, rest = net.first, net.other, net.law, net.rest
+    worst = 0.0
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        for s in range(first[node], first[node + 1]):
+            pulls, brakes = before[0, s] != after[0, s], before[1, s] != after[1, s]
+            if pulls or brakes:
+                j = np.uint64(other[s])
+                e, w = stretching(s, i, j, x, v, net)
+                e_end, w_end = stretching(s, i, j, x_end, v_end, net)
+                c, d, k = net.stiffness[s], net.damping[s], law[s]
+                light = net.inverse_mass[node] + net.inverse_mass[int(other[s]) // 3]
+                bend = 0.0
+                if pulls:
+                    # The larger slope, not their difference: a dead band has the same one
+                    # on both sides.
+                    one, two = slope(k, e, c, rest[s]), slope(k, e_end, c, rest[s])
+                    bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
+                if brakes:
+                    one, two = brake_slope(k, w, d, rest[s]), brake_slope(k, w_end, d, rest[s])
+                    thick = min(max(abs(one), abs(two)), STIFFEST)
+                    bend += thick * abs(w_end - w) / span
+                worst = max(worst, bend * light)
+    return worst
+
+
+def quintic(
+    part: float,
+    h: float,
+    x: Floats,
+    v: Floats,
+    a: Floats,
+    current: int,
+    out_x: Floats,
+    out_v: Floats,
+) -> None:
+    """Set a state to that at a part of a step, by both its ends [m], [m/s].
+
+    Hermite's interpolant through positions, velocities and accelerations; x, v and a hold the
+    step's start in row ``current`` and its end in the other one.
+    """  # fmt: skip
+    p, q, other = part, part * part, 1 - current
+    x1, dx1 = p * q * (10.0 - 15.0 * p + 6.0 * q), 30.0 * q * (1.0 - 2.0 * p + q)
+    v0, dv0 = p - p * q * (6.0 - 8.0 * p + 3.0 * q), 1.0 - q * (18.0 - 32.0 * p + 15.0 * q)
+    v1, dv1 = -p * q * (4.0 - 7.0 * p + 3.0 * q), -q * (12.0 - 28.0 * p + 15.0 * q)
+    a0 = 0.5 * q * (1.0 - 3.0 * p + 3.0 * q - p * q)
+    da0 = 0.5 * p * (2.0 - 9.0 * p + 12.0 * q - 5.0 * p * q)
+    a1, da1 = 0.5 * p * q * (1.0 - 2.0 * p + q), 0.5 * q * (3.0 - 8.0 * p + 5.0 * q)
+    for i in range(out_x.size):
+        rise = x[other, i] - x[current, i]
+        out_x[i] = x[current, i] + (
+            x1 * rise
+            + h * (v0 * v[current, i] + v1 * v[other, i])
+            + h * h * (a0 * a[current, i] + a1 * a[other, i])
+        )
+        out_v[i] = (
+            dx1 * rise / h
+            + dv0 * v[current, i]
+            + dv1 * v[other, i]
+            + h * (da0 * a[current, i] + da1 * a[other, i])
+        )
 
 
 def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:

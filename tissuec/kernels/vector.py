@@ -23,7 +23,7 @@ from tissuec.kernels.records import (
     Touches,
 )
 from tissuec.kernels.reeling import reel, reel_rate
-from tissuec.kernels.scalar import LEFT, TINY
+from tissuec.kernels.scalar import LEFT, STIFFEST, TINY, YIELDING
 from tissuec.kernels.touching import count
 from tissuec.laws.evaluation import Behaviour
 
@@ -247,6 +247,89 @@ def _reeled(time: float, x: Floats, v: Floats, net: VectorNet) -> float:
         tension = pull[reels.spring]
     rates = [reel_rate(k, time, reels, net.acts) for k in range(reels.spring.size)]
     return float(np.dot(tension, rates))
+
+
+def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
+    """Set ``out``, shape (2, spring), to the sides of corners that springs are on."""
+    reel(time, net.rest, net.reels, net.acts)
+    e, w = _stretching(x, v, net)
+    out[:] = net.behaviour.sides(e, w)
+    if net.inelastic is not None:
+        pull = net.behaviour.pull(e) + net.inelastic.pull(e, net.inelastic.variables(v))
+        out[0] += YIELDING * (np.abs(pull) > net.inelastic.limit)
+
+
+def _stretching(x: Floats, v: Floats, net: VectorNet) -> tuple[Floats, Floats]:
+    """Return the elongations [m] and their rates [m/s], shape (spring,) each."""
+    r, w = x[net.high] - x[net.low], v[net.high] - v[net.low]
+    length = np.sqrt((r * r).sum(axis=0))
+    e = length - net.rest
+    if net.inelastic is not None:
+        e -= net.inelastic.variables(v)[-1]
+    return e, (r * w).sum(axis=0) / (length + TINY)
+
+
+def is_passed(before: Floats, after: Floats) -> bool:
+    """Return whether any spring has passed a corner between two looks."""
+    return not np.array_equal(before, after)
+
+
+def bend_of_passed(
+    x: Floats,
+    v: Floats,
+    x_end: Floats,
+    v_end: Floats,
+    span: float,
+    before: Floats,
+    after: Floats,
+    net: VectorNet,
+) -> float:
+    """Return how suddenly corners change the rates of accelerations [m/s³].
+
+    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass.
+
+    Args:
+        span: Time between both looks [s].
+    """
+    (e, w), (e_end, w_end) = _stretching(x, v, net), _stretching(x_end, v_end, net)
+    light = net.inverse_mass[net.low[0]] + net.inverse_mass[net.high[0]]
+    of = net.behaviour
+    # The larger slope, not their difference: a dead band has the same one on both sides.
+    steep = np.maximum(np.abs(of.slope(e)), np.abs(of.slope(e_end)))
+    steep *= np.maximum(np.abs(w), np.abs(w_end))
+    thick = np.maximum(np.abs(of.brake_slope(w)), np.abs(of.brake_slope(w_end)))
+    thick = np.minimum(thick, STIFFEST) * np.abs(w_end - w) / span
+    pulls, brakes = before != after
+    return float(((steep * pulls + thick * brakes) * light).max(initial=0.0))
+
+
+def quintic(
+    part: float,
+    h: float,
+    x: Floats,
+    v: Floats,
+    a: Floats,
+    current: int,
+    out_x: Floats,
+    out_v: Floats,
+) -> None:
+    """Set a state to that at a part of a step, by both its ends [m], [m/s].
+
+    Hermite's interpolant through positions, velocities and accelerations; x, v and a hold the
+    step's start in row ``current`` and its end in the other one.
+    """  # fmt: skip
+    p, q, other = part, part * part, 1 - current
+    x1, dx1 = p * q * (10.0 - 15.0 * p + 6.0 * q), 30.0 * q * (1.0 - 2.0 * p + q)
+    v0, dv0 = p - p * q * (6.0 - 8.0 * p + 3.0 * q), 1.0 - q * (18.0 - 32.0 * p + 15.0 * q)
+    v1, dv1 = -p * q * (4.0 - 7.0 * p + 3.0 * q), -q * (12.0 - 28.0 * p + 15.0 * q)
+    a0 = 0.5 * q * (1.0 - 3.0 * p + 3.0 * q - p * q)
+    da0 = 0.5 * p * (2.0 - 9.0 * p + 12.0 * q - 5.0 * p * q)
+    a1, da1 = 0.5 * p * q * (1.0 - 2.0 * p + q), 0.5 * q * (3.0 - 8.0 * p + 5.0 * q)
+    rise = x[other] - x[current]
+    out_x[:] = x[current] + x1 * rise + h * (v0 * v[current] + v1 * v[other])
+    out_x += h * h * (a0 * a[current] + a1 * a[other])
+    out_v[:] = dx1 / h * rise + dv0 * v[current] + dv1 * v[other]
+    out_v += h * (da0 * a[current] + da1 * a[other])
 
 
 def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:

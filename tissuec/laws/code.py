@@ -8,14 +8,26 @@ from functools import cache
 from types import FunctionType
 
 from tissuec.laws import Law
-from tissuec.laws.formula import Applied, Choice, Constant, Formula, Spline, Variable
+from tissuec.laws.formula import (
+    ZERO,
+    Applied,
+    Choice,
+    Constant,
+    Formula,
+    Spline,
+    Variable,
+    kinks,
+)
 
 _HEAD = "from math import cos, exp, log, sin, sqrt\n"
 
 
 @cache
 def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
-    """Return pull, slope, brake and brake_slope (law, e or w, c or d, rest) of a net's laws.
+    """Return what kernels ask of a net's laws, as functions of (law, e or w, c or d, rest).
+
+    These are pull, slope, brake, brake_slope, and the sides of the laws' corners: numbers that
+    change wherever a corner is passed.
 
     Their names end in a digest of what they do, so that compiled code can be told apart.
 
@@ -28,7 +40,19 @@ def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
         "brake": ("w, d, rest", [law.viscous for law in laws]),
         "brake_slope": ("w, d, rest", [law.viscous.slope("w") for law in laws]),
     }
+    written |= {
+        "side": ("e, c, rest", [sides(law.elastic, "e") for law in laws]),
+        "brake_side": ("w, d, rest", [sides(law.viscous, "w") for law in laws]),
+    }
     return {name: choosing(name, *parts) for name, parts in written.items()}
+
+
+def sides(formula: Formula, name: str) -> Formula:
+    """Return a formula whose value changes wherever a corner of another one is passed."""
+    total: Formula = ZERO
+    for number, test in enumerate(kinks(formula, name)):
+        total = total + Choice(test, Constant(2.0 ** (number % 50)), ZERO)
+    return total
 
 
 def choosing(name: str, arguments: str, formulas: Sequence[Formula]) -> Callable[..., float]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.laws import LINEAR, Law
+from tissuec.laws.code import sides
 from tissuec.laws.formula import Formula, Values, kinks
 
 Floats = NDArray[np.float64]
@@ -87,6 +88,23 @@ class Behaviour:
         """
         return _resisting(self.brake_slope(speed))
 
+    @property
+    def has_corners(self) -> bool:
+        """Return whether the force of any spring or dashpot is not smooth somewhere."""
+        return any(
+            kinks(law.elastic, "e") or kinks(law.viscous, "w") for law, _ in self._curved
+        )
+
+    def sides(self, elongation: Floats, speed: Floats) -> Floats:
+        """Return numbers that change where corners are passed, shape (2, spring).
+
+        The first ones are those of elongations [m], the others those of speeds [m/s].
+        """
+        none = np.zeros((2, len(self.stiffness)))
+        none[0] = self._with(none[0], elongation, "e", _elastic_sides)
+        none[1] = self._with(none[1], speed, "w", _viscous_sides)
+        return none
+
     def energy(self, elongation: Floats) -> Floats:
         """Return the work ∫ f de from rest to elongations [m], shape (…, spring) [J]."""
         total = 0.5 * self.stiffness * elongation * elongation
@@ -122,6 +140,16 @@ def _elastic(law: Law) -> Formula:
 
 def _viscous(law: Law) -> Formula:
     return law.viscous
+
+
+@cache
+def _elastic_sides(law: Law) -> Formula:
+    return sides(law.elastic, "e")
+
+
+@cache
+def _viscous_sides(law: Law) -> Formula:
+    return sides(law.viscous, "w")
 
 
 @cache
