@@ -33,7 +33,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         request = Request.file(library() / "scenes" / "sterilisation.tis")
         compiled, _ = compile_request(request)
-        result = simulate(compiled, Path(folder) / "run.vtkhdf", request=request, twin=True)
+        result = simulate(
+            compiled, Path(folder) / "run.vtkhdf", request=request, companion="inline"
+        )
         page = Path(folder) / "run.html"
         with Trajectory.open(result.path) as trajectory:
             page.write_text(render(Story(trajectory)), encoding="utf-8")

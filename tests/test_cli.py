@@ -264,3 +264,22 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
     ]
     for name in ("VTKHDF/Points", "VTKHDF/Steps/Values", "VTKHDF/PointData/velocity"):
         assert np.array_equal(results[0][name][:], results[1][name][:])
+
+
+def test_a_run_without_inertia_tells_its_method(tmp_path):
+    (tmp_path / "pull.tis").write_text(
+        """language 1
+tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 10 g }
+body pair { mesh is explicit; tissue is cord }
+table nodes of pair in mm with columns "id x" { 1 0; 2 10 }
+table springs of pair with columns "a b" { 1 2 }
+set left = nodes of pair in [1]
+environment { gravity = (0, 0, -1) m/s^2 }
+script { at 0 s: fix left }
+simulate { duration = 0.1 s; integrator is relaxation; step = 50 ms }
+output { trajectory every 50 ms }
+"""
+    )
+    done = tissuec("run", "pull.tis", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "; relaxation, " in done.stderr

@@ -12,15 +12,13 @@ from tissuec.bench.stress.known import find_known
 from tissuec.bench.trial import Deadline, OutOfTime
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
+from tissuec.running.companion import Companion
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run
-from tissuec.running.twin import Twin, accompanied
 
 TOLERANCE = 1e-4
 BUDGET = 4.0  # of the processor for a run [s]
-
-pytestmark = pytest.mark.skipif(not Twin.is_possible(), reason="a twin needs a second core")
 
 
 def scene(seed):
@@ -63,20 +61,19 @@ def verdict_of(seed):
     problem = Problem.of(compiled)
     deadline = Deadline(BUDGET)
     network, plan = compiled.network, compiled.plan
-    with accompanied(network, plan, wanted=True) as twin:
-        recorder = Recorder(network, plan, MemoryRecording(), tap=twin.take)
-        outcome = run(network, plan, recorder, interrupt=lambda: deadline.is_over)
-        if outcome.kind != "done":
-            return "slow" if outcome.kind == "interrupted" else "refused"
-        likeness = twin.compare()
-        if likeness.verdict == "apart":
-            return "warned"
+    beside = Companion(network, plan, "inline")
+    recorder = Recorder(network, plan, MemoryRecording(), tap=beside.take)
+    outcome = run(network, plan, recorder, interrupt=lambda: deadline.is_over)
+    if outcome.kind != "done":
+        return "slow" if outcome.kind == "interrupted" else "refused"
+    if beside.estimate().since is not None:
+        return "warned"
     known = find_known(problem, BUDGET)
     if not known.judges:
         return "unknown"
-    whole = np.searchsorted(problem.times, twin.times)
+    whole = np.searchsorted(problem.times, beside.times)
     assert len(whole) > 10  # or nothing would be compared
-    error = problem_at(problem, whole).error(twin._own, known.truth.position[whole])
+    error = problem_at(problem, whole).error(beside._own, known.truth.position[whole])
     return "kept" if error <= 10.0 * TOLERANCE else f"silently off by {error:.1e}"
 
 

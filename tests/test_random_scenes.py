@@ -6,10 +6,10 @@ from tests.random_scenes import random_scene
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
+from tissuec.running.companion import Companion
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run
-from tissuec.running.twin import accompanied
 from tissuec.validate.validation import validate
 
 
@@ -25,11 +25,11 @@ def verdict_of(seed):
 
 
 def is_told(compiled):
-    """Return whether a run says, by its twin, that positions are not known so well."""
+    """Return whether a run says, by its companion, that positions are not known so well."""
     network, plan = compiled.network, compiled.plan
-    with accompanied(network, plan, wanted=True) as twin:
-        run(network, plan, Recorder(network, plan, MemoryRecording(), tap=twin.take))
-        return twin.compare().verdict == "apart"
+    beside = Companion(network, plan, "inline")
+    run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.take))
+    return beside.estimate().since is not None
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tissuec.overriding import Given
     from tissuec.pipeline import Request
     from tissuec.results.trajectory import Trajectory
+    from tissuec.running.companion import Mode
     from tissuec.running.run import Outcome
 
 #: The text of a scene, or the file that holds it.
@@ -50,7 +51,7 @@ def run(
     strict: bool = False,
     progress: bool | Callable[[float], None] = False,
     resume: bool = False,
-    twin: bool = False,
+    companion: "Mode" = "auto",
     libraries: Sequence[str | os.PathLike[str]] = (),
     **more: "Given",
 ) -> "Trajectory":
@@ -63,14 +64,15 @@ def run(
             is returned; `Trajectory.save` keeps it.
         params: Values of the scene's params by name: texts such as "0.9 s", or numbers and
             vectors in SI units.
-        strict: Whether warnings of the text, a run that cannot go on, and expectations that
-            fail are errors. Otherwise they are warnings of Python, and the outcome says how a
-            run ended.
+        strict: Whether warnings of the text, a run that cannot go on, expectations that fail
+            and a broken promise are errors. Otherwise they are warnings of Python, and the
+            outcome says how a run ended.
         progress: Whether a line on stderr tells how far it is; or what to call with the
             simulated time [s] now and then.
         resume: Go on with the interrupted run of ``out``.
-        twin: Whether a second process steps the scene more finely to tell the error. It is
-            split off from this one.
+        companion: How the error of positions is estimated, by a run with finer steps: in a
+            "process" beside the run, "inline" after it, by the better of both ("auto"), or not
+            at all ("off"). `Trajectory.promise` says what came out.
         libraries: Folders that are also searched for what the scene uses.
         **more: More params; an underscore stands for a blank, as in ``cut_time="0.9 s"``.
 
@@ -78,7 +80,8 @@ def run(
         CompileError: The text is wrong; the message is all findings with their places.
         PlaceError: The result cannot be written there, or there is nothing to resume.
         ResultError: Writing failed later on.
-        SimulationError: It is ``strict``, and the run diverged or could not go on.
+        SimulationError: It is ``strict``, and the run diverged, could not go on, or is not as
+            accurate as promised.
         ExpectationError: It is ``strict``, and an expectation failed.
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
@@ -99,7 +102,12 @@ def run(
         make_folder(target.parent)
         with _told(progress, name, duration) as tell:
             result = simulate(
-                compiled, target, request=request, resume=resume, twin=twin, progress=tell
+                compiled,
+                target,
+                request=request,
+                resume=resume,
+                companion=companion,
+                progress=tell,
             )
         trajectory = (Trajectory.temporary if folder else Trajectory)(result.path)
         for complaint in _complaints(result.outcome, trajectory):
@@ -208,6 +216,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
         KeyboardInterrupt, SystemExit: The run was interrupted.
     """
     from tissuec.running.interrupting import exit_code
+    from tissuec.wording.run import accuracy
 
     if outcome.kind == "interrupted":
         if outcome.signal in (None, signal.SIGINT):
@@ -216,6 +225,9 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
     name = trajectory.scene
     if outcome.kind != "done":
         yield SimulationError(f"{name}: {outcome.message}")
+    promise = trajectory.promise
+    if promise.state in ("broken", "unknown"):
+        yield SimulationError(f"{name}: {accuracy(promise, promise.tolerance)}")
     for judged in trajectory.expectations:
         if judged.state == "fails":
             when = "" if judged.time is None else f" at {judged.time:g} s"

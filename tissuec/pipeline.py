@@ -9,6 +9,9 @@ Each stage is one function of immutable values, so that any of them can be shown
     outcome = simulate(compiled, path, …)      motion, in one HDF5 file
 """
 
+import os
+import pickle
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -26,8 +29,11 @@ from tissuec.scene.learning import refuse_without_scene
 from tissuec.scene.resolve import Words, resolve, resolve_words
 
 if TYPE_CHECKING:
+    from tissuec.running.companion import Companion, ErrorEstimate, Launch, Mode
     from tissuec.running.run import Outcome
-    from tissuec.running.twin import Likeness
+
+
+JOB = "job.pickle"  # in the folder of a companion run
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +126,13 @@ class Result:
 
     Attributes:
         path: The result file.
-        likeness: How far the twin was from the run, if it had one.
+        estimate: How far the companion run was from the run, and what that says.
         views: Files beside a finished result that show ParaView its smooth surfaces, by body.
     """
 
     outcome: "Outcome"
     path: Path
-    likeness: "Likeness | None" = None
+    estimate: "ErrorEstimate | None" = None
     views: Mapping[str, Path] = field(default_factory=dict)
 
 
@@ -136,14 +142,15 @@ def simulate(
     *,
     request: Request,
     resume: bool = False,
-    twin: bool = False,
+    companion: "Mode" = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Run a compiled scene and write its result to ``path``.
 
     Args:
         resume: Go on from the checkpoint of an interrupted run of the same text.
-        twin: Step the scene more finely in a second process, and compare; not with ``resume``.
+        companion: How the error is estimated by a run with finer steps: in a "process" beside
+            the run, "inline" after it, by the better of both ("auto"), or not at all ("off").
         progress: Told the simulated time [s] now and then.
 
     Raises:
@@ -152,19 +159,16 @@ def simulate(
     """
     from tissuec.results.resuming import find_checkpoint
     from tissuec.results.writer import ResultWriter
+    from tissuec.running.companion import Companion
     from tissuec.running.interrupting import asked_to_stop
     from tissuec.running.recording import Recorder, wishes
     from tissuec.running.run import run
-    from tissuec.running.twin import accompanied
 
     manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
-    # The twin splits off before any file is open.
+    beside = Companion(network, plan, companion, _launcher(request))
     # Signals wait until the file is closed; HDF5 cannot be interrupted.
-    with (
-        asked_to_stop() as stop,
-        accompanied(network, plan, wanted=twin and not resume) as companion,
-    ):
+    with asked_to_stop() as stop, beside:
         if resume:
             checkpoint = find_checkpoint(path, text, manifest, network)
             writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
@@ -172,21 +176,60 @@ def simulate(
             groups = tuple(compiled.named_groups())
             writer = ResultWriter(path, network, wishes(network, plan), manifest, text, groups)
         with writer:
-            recorder = Recorder(network, plan, writer, tap=companion and companion.take)
-            outcome = run(
-                network, plan, recorder, progress=progress, interrupt=stop, resume=state
-            )
+            recorder = Recorder(network, plan, writer, tap=beside.take)
+            tell = _both(progress, beside)
+            outcome = run(network, plan, recorder, progress=tell, interrupt=stop, resume=state)
             finished = outcome.kind == "done"
-            likeness = companion.compare() if companion and finished else None
-            if likeness is not None:
-                writer.twin(likeness.times, likeness.apart[:, None])
-            facts = _facts(plan, outcome, likeness)
+            estimate = beside.estimate(stop) if finished else None
+            if estimate is not None and len(estimate.times):
+                writer.twin(estimate.times, estimate.apart[:, None])
+            facts = _facts(plan, outcome, estimate)
             written = writer.close(outcome.message, finished, facts)
             views = writer.views
-    return Result(outcome, written, likeness, views)
+    return Result(outcome, written, estimate, views)
 
 
-def _facts(plan: Plan, outcome: "Outcome", likeness: "Likeness | None") -> Mapping[str, Any]:
+def _both(
+    progress: Callable[[float], None] | None, beside: "Companion"
+) -> Callable[[float], None]:
+    """Return what is told the simulated time: the caller's, and the companion run."""
+
+    def tell(time: float) -> None:
+        beside.tick()
+        if progress is not None:
+            progress(time)
+
+    return tell
+
+
+def _launcher(request: Request) -> "Launch":
+    """Return what gives the command that steps the companion of a request into a folder."""
+
+    def launch(folder: Path) -> list[str]:
+        (folder / JOB).write_bytes(pickle.dumps(request))
+        return [sys.executable, "-m", "tissuec", "companion", str(folder)]
+
+    return launch
+
+
+def step_companion(folder: Path) -> None:
+    """Step the companion run that a folder asks for, and leave its positions there."""
+    import numpy as np
+
+    from tissuec.running.companion import FINER, ROWS, TIMES, stepped
+
+    parent = os.getppid()
+    compiled, _ = compile_request(pickle.loads((folder / JOB).read_bytes()))
+    times, rows = np.load(folder / TIMES), np.load(folder / ROWS, mmap_mode="r+")
+    stepped(
+        compiled.network, compiled.plan, times, FINER,
+        rows=rows, interrupt=lambda: os.getppid() != parent,
+    )  # fmt: skip
+
+
+def _facts(
+    plan: Plan, outcome: "Outcome", estimate: "ErrorEstimate | None"
+) -> Mapping[str, Any]:
     """Return what a result says of how the run went."""
     facts = {
         "kind": outcome.kind,
@@ -197,7 +240,7 @@ def _facts(plan: Plan, outcome: "Outcome", likeness: "Likeness | None") -> Mappi
         "failed_expectations": len(outcome.failures),
         "unreached_expectations": len(outcome.unreached),
     }
-    return facts if likeness is None else facts | {"twin": likeness.as_dict()}
+    return facts if estimate is None else facts | {"promise": estimate.as_dict()}
 
 
 def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:

@@ -275,9 +275,9 @@ def test_a_library_can_be_given(tmp_path):
     assert trajectory.provenance["mass"][0].span.place == "own/cords.tis:2"
 
 
-def test_a_twin_tells_the_error():
-    assert tissuec.run(PULL, twin=True).manifest["twin"]["verdict"] == "alike"
-    assert "twin" not in tissuec.run(PULL).manifest
+def test_every_run_tells_its_promise():
+    assert tissuec.run(PULL).promise.state == "kept"
+    assert tissuec.run(PULL, companion="off").promise.state == "not checked"
 
 
 def test_a_compiled_scene_has_arrays_and_names_for_solvers_of_ones_own():

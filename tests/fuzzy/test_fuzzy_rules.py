@@ -6,7 +6,7 @@ import time
 import pytest
 
 from tissuec.fuzzy.axis import Axis, OutOfRange
-from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical
+from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical, negations
 from tissuec.fuzzy.hedges import Power, Shift, hedged
 from tissuec.fuzzy.inference import Inference, NoRule
 from tissuec.fuzzy.operators import Operators
@@ -369,3 +369,9 @@ def test_the_soft_tissue_rules_answer_well_within_a_millisecond():
         return (time.process_time() - begin) / 20
 
     assert min(seconds() for _ in range(10)) < 1e-3  # five times what is expected
+
+
+def test_negations_are_told_for_each_part_and_double_ones_cancel():
+    soft, big = when("hardness", "soft"), when("elasticity", "big")
+    condition = And((soft, Not(big), Not(Or((soft, Not(big))))))
+    assert list(negations(condition)) == [False, True, True, False]

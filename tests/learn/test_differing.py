@@ -18,7 +18,6 @@ from tests.learn.trials import (
 )
 from tissuec.learn.fitting import Search
 from tissuec.learn.models import slots_of
-from tissuec.learn.models.halving import all_rows
 from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import Problem, Trial
 
@@ -149,19 +148,3 @@ def test_what_the_engine_was_run_with_is_found_again(name):
     found = search.go(search.begin())
     # Data and predictions come from runs with errors of 1e-6 of the displacements.
     assert found.theta == pytest.approx(truth, abs=1e-4)
-
-
-def test_a_second_process_does_half_of_the_work():
-    rows = all_rows(lambda k: np.full(3, float(k)), 7, 3)
-    assert np.array_equal(rows, np.outer(np.arange(7.0), np.ones(3)))
-
-
-@pytest.mark.parametrize("bad", [2, 3])
-def test_errors_of_either_process_are_raised(bad):
-    def row(k):
-        if k == bad:
-            raise Diverged(0.5)
-        return np.zeros(2)
-
-    with pytest.raises(Diverged):
-        all_rows(row, 5, 2)

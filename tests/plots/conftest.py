@@ -64,18 +64,18 @@ STRESS = {
 }  # fmt: skip
 
 
-def carry_out(text: str, path: Path, *overrides: str, twin: bool = False) -> Path:
+def carry_out(text: str, path: Path, *overrides: str, companion: str = "off") -> Path:
     """Run a scene; return its result file."""
     request = Request(Source("strip.tis", text), overrides)
     compiled, _ = compile_request(request)
-    return simulate(compiled, path, request=request, twin=twin).path
+    return simulate(compiled, path, request=request, companion=companion).path
 
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory) -> Path:
     """Return a folder with results, a scene and the JSON of benches; nobody changes them."""
     folder = tmp_path_factory.mktemp("plots")
-    carry_out(STRIP, folder / "strip.vtkhdf", twin=True)
+    carry_out(STRIP, folder / "strip.vtkhdf", companion="inline")
     carry_out(STRIP, folder / "later.vtkhdf", "cut time=80 ms")
     (folder / "strip.tis").write_text(STRIP, encoding="utf-8")
     (folder / "bench.json").write_text(json.dumps(BENCH), encoding="utf-8")

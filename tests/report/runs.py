@@ -74,14 +74,16 @@ expect speed(rod) < 1 m/s at 2 s
 """
 
 
-def run(folder, text, name="scene", *, twin=False, **options):
+def run(folder, text, name="scene", *, companion="off", **options):
     """Return the result of a text, run in a folder, whatever became of it."""
     scene = folder / f"{name}.tis"
     scene.write_text(text, encoding="utf-8")
     (folder / "words.tis").write_text(WORDS, encoding="utf-8")
     request = Request.file(scene, **options)
     compiled, _ = compile_request(request)
-    return simulate(compiled, folder / f"{name}.vtkhdf", request=request, twin=twin).path
+    return simulate(
+        compiled, folder / f"{name}.vtkhdf", request=request, companion=companion
+    ).path
 
 
 def page_of(path, **options):

@@ -30,7 +30,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def result(folder):
     """A run with words, params, tears, logs, energies, warnings and a failed expectation."""
-    return run(folder, ROD, overrides=("far=9 mm",), twin=True)
+    return run(folder, ROD, overrides=("far=9 mm",), companion="inline")
 
 
 @pytest.fixture(scope="module")

@@ -457,7 +457,7 @@ def test_a_second_signal_ends_a_run_at_once(number):
 @pytest.mark.usefixtures("interruptible")
 def test_a_signal_that_comes_while_a_file_is_closed_counts_when_that_is_done():
     done = []
-    with pytest.raises(Terminated), asked_to_stop() as stop:
+    with pytest.raises(Terminated), asked_to_stop() as stop:  # noqa: PT012
         with asked_to_stop(stop) as inner:
             assert not inner()
         os.kill(os.getpid(), signal.SIGTERM)

@@ -31,6 +31,8 @@ COMMANDS = {
     "lsp": "Answer what an editor asks: a language server.",
     "completion": "Print the script that completes commands in your shell.",
 }
+#: Commands that programs call.
+HIDDEN = ("companion",)
 
 
 class LazyGroup(Group):
@@ -40,7 +42,7 @@ class LazyGroup(Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
+        if cmd_name not in (*COMMANDS, *HIDDEN):
             return None
         return import_module(f"tissuec.cli.{cmd_name}").command
 
@@ -53,7 +55,7 @@ class LazyGroup(Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Suggest the nearest command for one that there is not."""
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+        if args and args[0] not in (*COMMANDS, *HIDDEN) and not args[0].startswith("-"):
             hint = did_you_mean(args[0], COMMANDS)
             if args[0].endswith(".tis"):
                 hint = f'did you mean "tissuec run {args[0]}"?'

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from tissuec.compiler import Compiled
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
-    from tissuec.running.twin import Likeness
+    from tissuec.running.companion import ErrorEstimate, Mode
 
 MOST_SPRINGS_NAMED = 6
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
@@ -53,11 +53,13 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 )
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
 @click.option(
-    "--twin/--no-twin",
-    default=None,
-    help="Whether a second process steps the scene more finely to tell the error; if there is "
-    "a second core, it does.",
+    "--companion",
+    type=click.Choice(["auto", "process", "inline", "off"]),
+    default="auto",
+    help="How a run with finer steps estimates the error: in a process beside this one, after "
+    "it, by the better of both, or not at all.",
 )
+@click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
 def command(
     settings: Settings,
@@ -65,24 +67,26 @@ def command(
     output: Path | None,
     folder: Path | None,
     resume: bool,
+    companion: "Mode",
     twin: bool | None,
     **options: Any,
 ) -> int:
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the present folder.
 
     The result opens in ParaView, as H5MD and with h5py. It replaces an earlier one when the run
-    has come to its end, and never another file. Exit code: 0 done, 1 an expectation failed,
-    2 the text or the command line is wrong, 3 the run could not go on, 130 interrupted
-    (143 by SIGTERM, 129 by SIGHUP).
+    has come to its end, and never another file. Exit code: 0 done, 1 an expectation failed or,
+    with --strict, the promised accuracy is not kept, 2 the text or the command line is wrong,
+    3 the run could not go on, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
+    companion = "off" if twin is False else companion
     codes: list[int] = []
     documents: list[dict[str, Any]] = []
     for path, target in _targets(scenes, output, folder).items():
         again = _again(path, output, folder, **options)
         code, document = _run_one(
-            path, target, again, settings, resume=resume, twin=twin, **options
+            path, target, again, settings, resume=resume, companion=companion, **options
         )
         codes.append(code)
         documents.append(document)
@@ -126,7 +130,7 @@ def _again(
 
 def _run_one(
     path: Path, target: Path, again: str, settings: Settings, *,
-    resume: bool, twin: bool | None, overrides: tuple[str, ...], libraries: tuple[Path, ...],
+    resume: bool, companion: "Mode", overrides: tuple[str, ...], libraries: tuple[Path, ...],
     strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.pipeline import Request, compile_request
@@ -145,7 +149,9 @@ def _run_one(
         report(warnings, settings)
     try:
         make_folder(target.parent)
-        result = _with_progress(compiled, request, target, settings, resume=resume, twin=twin)
+        result = _with_progress(
+            compiled, request, target, settings, resume=resume, companion=companion
+        )
     except TissueError as error:
         if not settings.json:
             click.echo(f"error: {error}", err=True)
@@ -153,7 +159,9 @@ def _run_one(
         return code, document | {"error": str(error)}
     interrupted = result.outcome.kind == "interrupted"
     code = exit_code(result.outcome.signal) if interrupted else _CODES[result.outcome.kind]
-    if code == DONE and result.outcome.failures:
+    estimate = result.estimate
+    is_off = strict and estimate is not None and estimate.since is not None
+    if code == DONE and (result.outcome.failures or is_off):
         code = FAILED
     document |= _document(compiled, result) | {
         "ok": code == DONE,
@@ -170,20 +178,22 @@ def _run_one(
 
 def _with_progress(
     compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
-    resume: bool, twin: bool | None,
+    resume: bool, companion: "Mode",
 ) -> "Result":  # fmt: skip
     from tissuec.pipeline import simulate
     from tissuec.progress import Progress
-    from tissuec.running.twin import Twin
-
-    twin = Twin.is_possible() if twin is None else twin
 
     duration = compiled.plan.simulation.duration
     with Progress(
         request.source.name, duration, shown=not (settings.quiet or settings.json)
     ) as progress:
         return simulate(
-            compiled, target, request=request, resume=resume, twin=twin, progress=progress.at
+            compiled,
+            target,
+            request=request,
+            resume=resume,
+            companion=companion,
+            progress=progress.at,
         )
 
 
@@ -195,7 +205,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         settings.say(f"{path}: {outcome.message}")
     else:
         click.echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
-    methods = wording.methods([(change.time, change.method) for change in statistics.changes])
+    changes = [(change.time, change.method) for change in statistics.changes]
+    methods = wording.methods(changes or [(0.0, statistics.method)])
     settings.say(
         f"  {wording.net(network.body_nodes, network.spring_count)}; "
         f"{wording.stepping(methods, statistics.accepted, statistics.tier, outcome.wall_time)}"
@@ -225,8 +236,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     if expectations:
         numbers = len(expectations), len(outcome.failures), len(outcome.unreached)
         settings.say(f"  expectations: {wording.expectations(*numbers)}")
-    if result.likeness is not None:
-        _tell_error(result.likeness, settings)
+    if result.estimate is not None:
+        _tell_accuracy(result.estimate, settings)
     settings.say(f"  result: {result.path}")
     for name, view in result.views.items():
         settings.say(f"  surface of {name}: {view}")
@@ -241,16 +252,14 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
     return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
 
 
-def _tell_error(likeness: "Likeness", settings: Settings) -> None:
-    """Say how far the twin was from the run, loudly where that is too far."""
-    worst, parting = float(likeness.relative.max(initial=0.0)), likeness.parting
-    if parting is None:
-        until = None if likeness.complete else float(likeness.times[-1])
-        settings.say(f"  error: {wording.error(worst, likeness.allowed, until)}")
-        return
-    what, how_far, remedy = wording.parting(worst, likeness.allowed, parting)
-    for line in (f"  warning: {what}:", f"    {how_far}", f"    {remedy}"):
-        click.echo(line, err=True)
+def _tell_accuracy(estimate: "ErrorEstimate", settings: Settings) -> None:
+    """Say how accurate positions are, loudly where they are not as promised."""
+    said = wording.accuracy(estimate, estimate.allowed)
+    if estimate.since is not None:
+        click.echo(f"  warning: {said}", err=True)
+    else:
+        took = f"; checked in {estimate.seconds:.2f} s" if len(estimate.times) else ""
+        settings.say(f"  accuracy: {said}{took}")
 
 
 def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
@@ -285,6 +294,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
             }
             for f in outcome.failures
         ],
-        "twin": result.likeness and result.likeness.as_dict(),
+        "promise": "not checked" if result.estimate is None else result.estimate.promise,
+        "error_estimate": None if result.estimate is None else result.estimate.as_dict(),
         "unreached": [expectations[number].span.one_line for number in outcome.unreached],
     }

@@ -64,6 +64,18 @@ def atoms(condition: Condition) -> Iterator[Is]:
                 yield from atoms(operand)
 
 
+def negations(condition: Condition, *, negated: bool = False) -> Iterator[bool]:
+    """Yield for each of the :func:`atoms` whether an odd number of ``not`` stands before it."""
+    match condition:
+        case Is():
+            yield negated
+        case Not(operand):
+            yield from negations(operand, negated=not negated)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                yield from negations(operand, negated=negated)
+
+
 def degree(condition: Condition, degrees: Iterator[float], operators: Operators) -> float:
     """Return how true a condition is.
 

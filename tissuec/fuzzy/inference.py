@@ -6,11 +6,16 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class AtomDegree:
-    """How true one ``is`` of a condition was; None where its property has no fact."""
+    """How true one ``is`` of a condition was; None where its property has no fact.
+
+    Attributes:
+        negated: Whether the condition asks for the opposite, of degree 1 less this one.
+    """
 
     property: str
     word: str
     degree: float | None
+    negated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
-from tissuec.fuzzy.conditions import Is, atoms, degree
+from tissuec.fuzzy.conditions import Is, atoms, degree, negations
 from tissuec.fuzzy.duals import snapped
 from tissuec.fuzzy.inference import AtomDegree, Firing, Inference, NoRule
 from tissuec.fuzzy.operators import Operators
@@ -109,8 +109,8 @@ class RuleBase:
             for part in parts
         ]
         told = tuple(
-            AtomDegree(part.property, part.word.text, d)
-            for part, d in zip(parts, degrees, strict=True)
+            AtomDegree(part.property, part.word.text, d, is_not)
+            for part, d, is_not in zip(parts, degrees, negations(rule.condition), strict=True)
         )
         known = [d for d in degrees if d is not None]
         if len(known) < len(degrees):

@@ -4,6 +4,7 @@ import re
 from typing import Any
 
 from tissuec.player.film import Film
+from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
 
 _PACKAGES = ("tissuec", "python", "numpy", "scipy", "numba")
@@ -50,11 +51,11 @@ def _method(manifest: dict[str, Any]) -> str:
 
 
 def _error(manifest: dict[str, Any]) -> str:
-    twin, tolerance = manifest.get("twin") or {}, manifest.get("tolerance")
+    estimate, tolerance = Promise.of(manifest), manifest.get("tolerance")
     promised = f"tolerance {tolerance:g}" if isinstance(tolerance, float) else ""
-    if not isinstance(twin.get("error"), float):
+    if estimate.error is None:
         return promised
-    known = f"error about {twin['error']:.1e} of the largest displacement"
+    known = f"error about {estimate.error:.1e} of the largest displacement"
     return f"{known} ({promised})" if promised else known
 
 

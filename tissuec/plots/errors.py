@@ -1,4 +1,4 @@
-"""How well positions are known: what steps estimate, what the twin says, what is allowed."""
+"""How well positions are known: what steps and the companion run say, what is allowed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from tissuec.plots.options import Start, Stop
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Log, Trajectory
 
-ESTIMATE, TWIN = "estimated", "from the twin"
+ESTIMATE, TWIN = "estimated", "companion run"
 
 
 @PLOTS.member("errors")
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """The error of positions over time: estimated, from the twin, and allowed."""
+    """The error of positions over time: estimated, by the companion run, and allowed."""
 
     takes: ClassVar[str] = "result"
     several: ClassVar[bool] = False
@@ -58,7 +58,7 @@ class Errors:
 
     def _allowed(self, trajectory: "Trajectory") -> Curve | None:
         """Return what the tolerance allows; None where a fixed step promises nothing."""
-        from tissuec.running.twin import SMALLEST, USUAL
+        from tissuec.running.companion import SMALLEST, USUAL
 
         manifest = trajectory.manifest
         if manifest.get("step") is not None or not len(trajectory.times):

@@ -1,6 +1,5 @@
 """What there is to tell of one run, as values that the sections of the page share."""
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +11,7 @@ from tissuec.report.retelling import Retelling, retell
 from tissuec.report.texts import Texts, file_name
 from tissuec.report.verdict import Kind, Tone, Verdict, kind_of
 from tissuec.results.info import summary
+from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, Judged
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.telling import HEADINGS
@@ -75,14 +75,14 @@ class Story:
         return self.manifest.get("notes", ())
 
     @property
-    def twin(self) -> Mapping[str, Any] | None:
-        """What a twin of the run came to; None if it had none."""
-        return self.manifest.get("twin")
+    def promise(self) -> Promise:
+        """Whether positions are as accurate as the tolerance asks for."""
+        return self.trajectory.promise
 
     @property
     def allowed(self) -> float:
         """What the tolerance allows, infinite where nothing is promised."""
-        return math.inf if self.twin is None else float(self.twin["tolerance"])
+        return self.promise.tolerance
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -138,8 +138,8 @@ class Story:
         if self.validation is not None and self.validation["verdict"] not in _FINE:
             verdict = HEADINGS[self.validation["verdict"]].lower()
             found.append((f"validation: {verdict}", "validation"))
-        if self.twin is not None and self.twin["verdict"] == "apart":
-            found.append(("a run stepped more finely came apart from it", "exactness"))
+        if self.promise.since is not None:
+            found.append((f"promised accuracy: {self.promise}", "exactness"))
         if self.notes:
             found.append((counted(len(self.notes), "note"), "run"))
         if self.retelling.warnings:

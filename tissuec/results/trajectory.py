@@ -29,6 +29,7 @@ from tissuec.results.names import members
 from tissuec.results.origins import read_origins
 from tissuec.results.over_frames import Frames, Tensions
 from tissuec.results.parts import read_cells
+from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, Judged, NamedGroup
 from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import ENERGY_PATH, ERROR_PATH, TWIN_PATH, read_events
@@ -326,6 +327,11 @@ class Trajectory:
         return Log(self._file, ERROR_PATH) if ERROR_PATH in self._file else None
 
     @cached_property
+    def promise(self) -> Promise:
+        """Return whether positions are as accurate as the tolerance asks for."""
+        return Promise.of(self.manifest)
+
+    @property
     def twin(self) -> Log | None:
         """How far the run was from one stepped more finely until a time [m]; None without."""
         return Log(self._file, TWIN_PATH) if TWIN_PATH in self._file else None

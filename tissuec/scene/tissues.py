@@ -357,9 +357,11 @@ def _value(answer: Inference | NoRule) -> float | None:
 
 
 def _atoms(firing: Firing) -> str:
-    """Return the tests of a fired rule with their degrees: ``hardness soft 1.00, …``."""
+    """Return the tests of a fired rule with their degrees: ``weight not low 0.80, …``."""
     return ", ".join(
-        f"{atom.property} {atom.word} {atom.degree:.2f}"
+        f"{atom.property} not {atom.word} {1.0 - atom.degree:.2f}"
+        if atom.negated
+        else f"{atom.property} {atom.word} {atom.degree:.2f}"
         for atom in firing.atoms
         if atom.degree is not None
     )

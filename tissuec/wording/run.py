@@ -4,11 +4,10 @@ import shlex
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from os import PathLike
+from typing import Protocol
 
 from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
-
-CHAOS = "take a finer tolerance; where that does not help the motion is chaotic"
 
 
 def methods(changes: Sequence[tuple[float, str]]) -> str:
@@ -37,26 +36,42 @@ def expectations(total: int, failed: int, unreached: int) -> str:
     return f"{total - failed - unreached} of {total} hold{rest}"
 
 
-def error(worst: float, allowed: float, until: float | None) -> str:
-    """Return how far a run is from its twin.
+class Judged(Protocol):
+    """What is known of the accuracy of a run."""
+
+    @property
+    def state(self) -> str: ...
+    @property
+    def since(self) -> float | None: ...
+    @property
+    def error(self) -> float | None: ...
+    @property
+    def reason(self) -> str: ...
+
+
+def accuracy(promise: Judged, allowed: float) -> str:
+    """Return how accurate positions are, in one line.
 
     Args:
-        worst: Relative to the largest displacement.
-        allowed: What the tolerance allows; infinite where it promises nothing.
-        until: When the twin was left [s]; None if it came to the end.
+        allowed: By the tolerance, relative to the largest displacement; infinite where nothing
+            is promised.
     """
-    short = "" if until is None else f" until {show(until, TIME)}"
-    promise = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
-    return f"about {worst:.1e} of the largest displacement{short}{promise}"
-
-
-def parting(worst: float, allowed: float, time: float) -> tuple[str, str, str]:
-    """Return what there is to say of a run that its twin has left: what, how far, remedy."""
-    return (
-        f"from {show(time, TIME)} on positions are not known within the tolerance {allowed:g}",
-        f"a run stepped more finely is {worst:.1e} of the largest displacement away",
-        CHAOS,
-    )
+    error = "" if promise.error is None else f"{promise.error:.1e} of the largest displacement"
+    limit = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
+    if promise.state == "not checked":
+        known = (
+            f"{error} (no promise: fixed steps)" if error else f"not checked: {promise.reason}"
+        )
+        return known
+    if promise.since is None:
+        return f"{error}{limit}"
+    from_then = f"from {show(promise.since, TIME)} on"
+    if promise.state == "broken":
+        what = f"{from_then} positions are less accurate than the tolerance {allowed:g}"
+    else:
+        what = f"{from_then} the accuracy of positions is unknown (tolerance {allowed:g})"
+    apart = f"a run with finer steps differs by {error}; " if error else ""
+    return f"{what}: {apart}{promise.reason}"
 
 
 def command(

@@ -17,7 +17,7 @@ from tissuec.bench.trial import Deadline, Failed, OutOfTime
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.twin import FINER
+from tissuec.running.companion import FINER
 
 Kind = Literal["good", "energy", "warned", "refused", "slow", "none", "wrong", "crash"]
 MANY = 10.0  # tolerances that a position may be off

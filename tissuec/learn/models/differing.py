@@ -16,15 +16,14 @@ from tissuec.core.errors import TissueError
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.freezing import refusal
 from tissuec.learn.models import measured, slots_of
-from tissuec.learn.models.halving import all_rows
 from tissuec.learn.models.watching import Watcher, without_outputs
 from tissuec.learn.motion import Diverged
 from tissuec.learn.shaping import Shaping
 from tissuec.network import Floats
 from tissuec.plan import RELAXATION, Simulation
+from tissuec.running.companion import USUAL
 from tissuec.running.interrupting import interruption
 from tissuec.running.run import run
-from tissuec.running.twin import USUAL
 
 FINER = 1e-3  # of the tolerance of the scene, so that runs differ by the parameters only
 FINEST = 1e-11
@@ -90,10 +89,8 @@ class Differing:
         if self._slopes is None or self._slopes[0] != key:
             here = self._told(theta)
             bounds = self.shaping.bounds()
-            rows = all_rows(
-                lambda k: self._slope(theta, here, k, bounds), len(theta), self.size
-            )
-            self._slopes = key, np.ascontiguousarray(rows.T)
+            rows = [self._slope(theta, here, k, bounds) for k in range(len(theta))]
+            self._slopes = key, np.array(rows).reshape(len(theta), self.size).T.copy()
         return self._slopes[1].copy()
 
     # --- parts --------------------------------------------------------------------------------

@@ -60,18 +60,8 @@ def sentence(story: Story) -> Iterator[str]:
         numbers = len(story.expectations), story.count("fails"), story.count("not reached")
         if not story.count("not recorded"):
             yield f"expectations: {wording.expectations(*numbers)}"
-    if story.twin is not None and story.twin["verdict"] != "apart":
-        yield f"error: {error(story)}"
-
-
-def error(story: Story) -> str:
-    """Return how far the run is from its twin."""
-    assert story.twin is not None
-    times = story.trajectory.twin
-    until = None
-    if story.twin["verdict"] == "unknown" and times is not None and len(times.time):
-        until = float(times.time[-1])
-    return wording.error(story.twin["error"], story.allowed, until)
+    if story.promise.since is None and story.promise.error is not None:
+        yield f"accuracy: {wording.accuracy(story.promise, story.allowed)}"
 
 
 def _reached(story: Story) -> str:
@@ -114,10 +104,10 @@ def _numbers(story: Story) -> Iterator[tuple[str, str, Content]]:
     yield "computing", number, unit
     if story.expectations:
         yield "expectations", f"{story.count('holds')}", f"of {len(story.expectations)} hold"
-    if story.twin is not None:
+    if story.promise.error is not None:
         allowed = story.manifest.get("tolerance")
         promise = f"{allowed:g} allowed" if allowed else ""
-        yield "error", f"{story.twin['error']:.1e}", promise
+        yield "error", f"{story.promise.error:.1e}", promise
 
 
 def _made(story: Story) -> Html:

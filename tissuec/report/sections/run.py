@@ -6,7 +6,6 @@ from typing import Any
 from tissuec.core.units import LENGTH, TIME, show
 from tissuec.report.markup import Content, Html, element, html, listing, pairs, row, table
 from tissuec.report.sections import Section
-from tissuec.report.sections.head import error
 from tissuec.report.story import Story
 from tissuec.wording import run as wording
 from tissuec.wording.sizes import size
@@ -28,17 +27,7 @@ def _exactness(story: Story) -> Iterator[tuple[Content, Content]]:
     if errors is not None and len(errors.value):
         worst = show(float(errors.value.max()), LENGTH)
         yield "estimate", f"{worst}, summed up from step to step"
-    yield "twin", _twin(story)
-
-
-def _twin(story: Story) -> Content:
-    twin = story.twin
-    if twin is None:
-        return "No second run, stepped more finely, was beside this one."
-    if twin["parting"] is None:
-        return error(story)
-    what, how_far, remedy = wording.parting(twin["error"], story.allowed, twin["parting"])
-    return f"{what}; {how_far}; {remedy}"
+    yield "accuracy", wording.accuracy(story.promise, story.allowed)
 
 
 def run(story: Story) -> Section:

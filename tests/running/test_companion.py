@@ -1,0 +1,164 @@
+"""The companion run tells the error of a run, and whether anybody can know better."""
+
+import os
+import signal
+
+import h5py
+import numpy as np
+import pytest
+
+import tissuec
+from tests.hand_net import chain
+from tests.hand_plan import make_plan
+from tests.running.test_run import OMEGA, oscillator
+from tissuec.core.errors import SimulationError, TissueWarning
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.results.promise import Promise
+from tissuec.results.trajectory import Trajectory
+from tissuec.running import companion
+from tissuec.running.companion import Companion
+from tissuec.running.memory import MemoryRecording
+from tissuec.running.recording import Recorder
+from tissuec.running.run import run
+
+
+def accompany(network, plan):
+    """Run a plan with a companion; return its frames and the estimate."""
+    beside, recording = Companion(network, plan, "inline"), MemoryRecording()
+    run(network, plan, Recorder(network, plan, recording, tap=beside.take))
+    return recording.frame_arrays(), beside.estimate()
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance", "step"),
+    [("velocity verlet", 1e-3, None), ("velocity verlet", None, 0.01), ("trbdf2", 1e-3, None)],
+)
+def test_the_difference_is_about_the_error_against_the_closed_form(method, tolerance, step):
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, integrator=method, tolerance=tolerance, step=step)
+    (time, position, *_), estimate = accompany(network, plan)
+    exact = 0.8 + 0.2 * np.cos(OMEGA * time)
+    # The lighter of the two masses, 1 and 3 kg, has three quarters of the error of the length.
+    error = 0.75 * np.abs(position[:, 1, 0] - position[:, 0, 0] - exact).max()
+    assert estimate.state == ("kept" if step is None else "not checked")
+    # Orders of 2: a companion of a quarter of the error is three quarters of the error away.
+    assert 0.5 * error < estimate.apart[-1] < 1.2 * error
+    assert np.isfinite(estimate.allowed) == (step is None)
+
+
+def test_a_chaotic_motion_is_recognised_and_from_when_on():
+    velocity = np.random.default_rng(0).normal(size=(5, 3)) * 5.0
+    network = chain(5, mass=0.1, stiffness=300.0, rest=1.0, velocity=velocity)
+    plan = make_plan(
+        network, 20.0, gravity=(0.0, -9.81, 0.0), every=0.1, tolerance=1e-6, ledger=False
+    )
+    _, estimate = accompany(network, plan)
+    assert estimate.state == "unknown"
+    assert "chaotic" in estimate.reason
+    assert 0.5 < estimate.since < 20.0
+    assert estimate.relative[-1] > 1e3 * estimate.allowed
+
+
+def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
+    """A run that was stepped more coarsely than promised is inaccurate, not chaotic."""
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-6)
+    coarse = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-3)
+    beside = Companion(network, plan, "inline")
+    run(network, coarse, Recorder(network, coarse, MemoryRecording(), tap=beside.take))
+    estimate = beside.estimate()
+    assert estimate.state == "broken"
+    assert estimate.promise.startswith("broken from 0.")
+    assert "write tolerance = 2.5e-07" in estimate.reason
+
+
+PAIR = """language 1
+tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 10 g }
+body pair { mesh is explicit; tissue is cord }
+table nodes of pair in mm with columns "id x" { 1 0; 2 11 }
+table springs of pair in mm with columns "a b rest length" { 1 2 10 }
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 0.5 s; tolerance = 1e-5 }
+output { trajectory every 10 ms }
+"""
+
+
+def simulated(folder, **options):
+    request = Request(Source("pair.tis", PAIR))
+    compiled, _ = compile_request(request)
+    return simulate(compiled, folder / "pair.vtkhdf", request=request, **options)
+
+
+@pytest.mark.parametrize("mode", ["auto", "inline", "process"])
+def test_a_result_holds_the_same_promise_whoever_steps_the_companion(tmp_path, mode):
+    result = simulated(tmp_path, companion=mode)
+    with Trajectory.open(result.path) as trajectory:
+        promise = trajectory.promise
+    assert str(promise) == "kept"
+    assert 0.0 < promise.error < promise.tolerance == 1e-5
+    inline = simulated(tmp_path, companion="inline").estimate
+    assert promise.error == inline.error
+    with h5py.File(result.path) as file:
+        steps = file["/tissuec/errors/value"][:, 0]
+        assert len(steps) == 51 and (np.diff(steps) >= 0.0).all() and steps[-1] > 0.0
+        assert file["/tissuec/twin/value"][-1, 0] == result.estimate.apart[-1]
+
+
+def test_a_process_that_is_refused_is_replaced_by_this_one(tmp_path, monkeypatch):
+    def refuse(*arguments, **options):
+        raise PermissionError("no further process")
+
+    monkeypatch.setattr(companion.subprocess, "Popen", refuse)
+    assert simulated(tmp_path, companion="process").estimate.state == "kept"
+
+
+def test_a_process_that_is_killed_leaves_the_run_as_it_is(tmp_path, monkeypatch):
+    start = Companion._start
+
+    def killed(self, launch):
+        start(self, launch)
+        os.kill(self._process.pid, signal.SIGKILL)
+
+    monkeypatch.setattr(Companion, "_start", killed)
+    result = simulated(tmp_path, companion="process")
+    assert result.outcome.kind == "done"
+    assert result.estimate.promise == "unknown from 0 s"
+    assert "companion run ended" in result.estimate.reason
+
+
+def test_one_permitted_core_is_enough(tmp_path, monkeypatch):
+    monkeypatch.setattr(companion, "permitted_cores", lambda: 1)
+    monkeypatch.setattr(companion, "LATER", 0.0)
+    monkeypatch.setattr(companion.subprocess, "Popen", None)
+    assert simulated(tmp_path).estimate.state == "kept"
+
+
+def test_what_is_switched_off_or_not_recorded_is_not_checked(tmp_path):
+    off = simulated(tmp_path, companion="off").estimate
+    assert off.promise == "not checked"
+    assert "switched off" in off.reason
+    network = oscillator()
+    nothing = Companion(network, make_plan(network, 1.0, ledger=False)).estimate()
+    assert nothing.promise == "not checked"
+
+
+def test_python_tells_a_promise_that_is_not_kept():
+    chaotic = PAIR.replace("1 0; 2 11", "1 0; 2 10; 3 20; 4 30").replace(
+        "1 2 10", "1 2 10; 2 3 10; 3 4 10"
+    )
+    chaotic = chaotic.replace('"id x"', '"id x vy in m/s"').replace(
+        "1 0; 2 10; 3 20; 4 30", "1 0 0; 2 10 3; 3 20 0; 4 30 -2"
+    )
+    chaotic = chaotic.replace("duration = 0.5 s", "duration = 4 s")
+    with pytest.warns(TissueWarning, match="positions"):
+        found = tissuec.run(chaotic)
+    assert found.promise.state in ("broken", "unknown")
+    with pytest.raises(SimulationError, match=r"from .* on"):
+        tissuec.run(chaotic, strict=True)
+
+
+def test_results_of_the_first_version_are_understood():
+    former = {"twin": {"verdict": "apart", "error": 0.1, "tolerance": 1e-4, "parting": 0.5}}
+    assert str(Promise.of(former)) == "broken from 0.5 s"
+    assert str(Promise.of({})) == "not checked"

@@ -1,0 +1,43 @@
+"""What is known of the promise that a run's tolerance makes about positions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any, Self
+
+_FORMER = {"alike": "kept", "apart": "broken", "unknown": "unknown"}
+
+
+@dataclass(frozen=True, slots=True)
+class Promise:
+    """Whether positions are as accurate as the tolerance asks for.
+
+    Attributes:
+        state: "kept", "broken", "unknown" or "not checked".
+        since: From when on it is broken or unknown [s]; None otherwise.
+        error: Estimated error, relative to the largest displacement; None if not estimated.
+        tolerance: What was promised; infinite where nothing was.
+        reason: Why it is unknown or was not checked; what helps if it is broken.
+        seconds: Wall time that the check took after the run [s].
+    """
+
+    state: str
+    since: float | None = None
+    error: float | None = None
+    tolerance: float = inf
+    reason: str = ""
+    seconds: float = 0.0
+
+    @classmethod
+    def of(cls, manifest: Mapping[str, Any]) -> Self:
+        """Return what the manifest of a result says, also of one by version 0.1.0."""
+        if (written := manifest.get("promise")) is not None:
+            tolerance = inf if written["tolerance"] is None else float(written["tolerance"])
+            return cls(**{**written, "tolerance": tolerance})
+        if (former := manifest.get("twin")) is not None:
+            state, since = _FORMER[former["verdict"]], former["parting"]
+            return cls(state, since, former["error"], float(former["tolerance"]))
+        return cls("not checked")
+
+    def __str__(self) -> str:
+        return self.state if self.since is None else f"{self.state} from {self.since:g} s"
