@@ -19,7 +19,7 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
-from tissuec.laws import LINEAR, Law
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
 from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
@@ -411,4 +411,10 @@ def _as_law(written: WrittenLaws, name: str = "") -> Law:
     if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
         return LINEAR
     names = ", ".join(law.name for law in (spring, dashpot) if law is not None)
-    return Law(name or names, elastic, viscous)
+    return Law(
+        name or names,
+        elastic,
+        viscous,
+        SPRING_LAWS["linear"]() if spring is None else spring.law,
+        VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
+    )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.inelastic import TIMES, VISCOSITY
-from tissuec.laws import LINEAR, D, Law
+from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, Law
 from tissuec.meshes import Mesh, Threaded
 from tissuec.network import Floats, Thread
 
@@ -63,7 +63,8 @@ def with_slipping(
     own = laws[law[hold]]
     if own.viscous != LINEAR.viscous:  # which cannot be switched off when it is tied
         changed["damping"][hold], law[hold] = 0.0, len(laws)
-        laws = (*laws, Law(own.name, own.elastic, LINEAR.viscous))
+        linear = VISCOSITY_LAWS["linear"]()
+        laws = (*laws, Law(own.name, own.elastic, LINEAR.viscous, own.spring, linear))
     law[slip] = len(laws)
     return changed, law, (*laws, SLIPPING)
 

@@ -5,7 +5,7 @@ A spring pulls with f(e) + g(w), e being its elongation and w the speed at which
 spring constant c or the viscosity d of the spring, and its rest length ``rest``.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from tissuec.core.registry import Family
@@ -22,11 +22,14 @@ class Law:
         name: For people.
         elastic: Force [N] of ``e`` [m], ``c`` [N/m] and ``rest`` [m].
         viscous: Force [N] of ``w`` [m/s], ``d`` [N s/m] and ``rest`` [m].
+        spring, dashpot: The members of the families that say so; None for free formulas.
     """
 
     name: str
     elastic: Formula
     viscous: Formula
+    spring: "SpringLaw | None" = field(default=None, compare=False)
+    dashpot: "ViscosityLaw | None" = field(default=None, compare=False)
 
 
 LINEAR = Law("linear", C * E, D * W)

@@ -14,18 +14,23 @@ Displacements, because they keep the digits that positions far from the origin w
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.contact import Contact
-from tissuec.laws.evaluation import Behaviour
-from tissuec.network import FRICTION, Floats, Indices
-from tissuec.situation import Situation
+from tissuec.validate.forces.jets import JetForce
+from tissuec.validate.forces.laws import Laws
+from tissuec.validate.forces.volumes import Volume
 from tissuec.validate.vicinity import Vicinity
 from tissuec.validate.yielding import Yielding
+
+if TYPE_CHECKING:
+    from tissuec.situation import Situation
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 ROUNDING = 4.0 * np.finfo(float).eps
 
@@ -93,7 +98,7 @@ class Equations:
         stop: End of the stretch [s]. Courses that jump at either end are taken from inside.
     """
 
-    def __init__(self, situation: Situation, stop: float):
+    def __init__(self, situation: "Situation", stop: float):
         network = situation.network
         self.count = network.node_count
         self.drawn = network.position
@@ -106,14 +111,19 @@ class Equations:
         self.loads = tuple(situation.loads.values())
         touching = situation.touching
         self.contact = None if touching is None else Vicinity(touching)
-        others = (field for field in situation.fields if not isinstance(field, Contact))
-        self.fields = (*others, *(() if self.contact is None else (self.contact,)))
-        self.bodies, self.memory = network.body_nodes, network.remembering(FRICTION)
+        self.fields = (
+            *(Volume(each) for each in situation.enclosures.values()),
+            *(JetForce(each) for each in situation.jets.values()),
+            *(() if self.contact is None else (self.contact,)),
+        )
+        self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = situation.gravity, situation.drag
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
         self.springs = np.flatnonzero(situation.alive)
-        self.behaviour = situation.behaviour(self.springs)
+        numbers = (situation.stiffness, situation.damping, situation.rest)
+        chosen = (np.asarray(each)[..., self.springs] for each in numbers)
+        self.behaviour = Laws(network.laws, network.law[self.springs], *chosen)
         self.rest = self.behaviour.rest
         # Of the springs that are drawn in or paid out, the places among the living ones.
         self.reelings = [
@@ -140,7 +150,7 @@ class Equations:
     def stiffness(self) -> Floats:
         """Return how stiff springs are at rest and where they are drawn [N/m], the larger."""
         drawn = np.sqrt(np.einsum("sk,sk->s", self._reach, self._reach)) - self.rest
-        steep = np.maximum(*(self.behaviour.steepness(e) for e in (drawn, 0.0 * drawn)))
+        steep = np.maximum(*(self.behaviour.resisting(e) for e in (drawn, 0.0 * drawn)))
         return np.asarray(steep + self.yielding.sudden)
 
     # --- state --------------------------------------------------------------------------------
@@ -173,7 +183,7 @@ class Equations:
 
     # --- forces -------------------------------------------------------------------------------
 
-    def behaviour_at(self, time: float) -> Behaviour:
+    def behaviour_at(self, time: float) -> Laws:
         """Return the laws of the living springs with their rest lengths at a time [s]."""
         if not self.reelings:
             return self.behaviour
@@ -275,7 +285,7 @@ class Equations:
         along = n[:, :, None] * n[:, None, :]
         steep = behaviour.slope(springs.stretch)
         stiffness = steep + self.yielding.sudden
-        damping = behaviour.sluggishness(springs.closing)
+        damping = behaviour.brake_slope(springs.closing)
         sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
             stiffness[:, None, None] * along

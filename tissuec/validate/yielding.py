@@ -4,13 +4,17 @@ The unknowns s of the living springs stand one behind the other: first how far e
 given way, branch by branch, then by how much each rest length has flowed.
 """
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.inelastic import Inelastic
-from tissuec.network import Floats, Indices
+if TYPE_CHECKING:
+    from tissuec.inelastic import Inelastic
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 class Derivatives(NamedTuple):
@@ -39,7 +43,7 @@ class Yielding:
         sudden: What branches add to the stiffness of each living spring [N/m].
     """
 
-    def __init__(self, inelastic: Inelastic | None, springs: Indices):
+    def __init__(self, inelastic: "Inelastic | None", springs: Indices):
         self.springs, none = len(springs), np.zeros(0)
         self.branch: Indices = np.zeros(0, dtype=np.int64)  # living spring of each branch
         self.plastic: Indices = self.branch  # and of each rest length that flows
@@ -50,7 +54,7 @@ class Yielding:
         self.count = len(self.branch) + len(self.plastic)
         self.sudden = self._each(self.branch, self.constant)
 
-    def _fill(self, inelastic: Inelastic, springs: Indices) -> None:
+    def _fill(self, inelastic: "Inelastic", springs: Indices) -> None:
         slot, rate = inelastic.slot[:, springs], inelastic.rate[:, springs]
         row, self.branch = np.nonzero(slot[:-1] >= 0)
         self.plastic = np.flatnonzero(slot[-1] >= 0)

@@ -1,0 +1,124 @@
+"""The reference's own formulas against the engine's, force by force, and both against laws.
+
+Both are written from docs/numerics.md; a mistake in either of them parts them.
+"""
+
+import numpy as np
+import pytest
+
+from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
+from tissuec.enclosures import Enclosure, open_edges
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W
+from tissuec.laws.evaluation import Behaviour
+from tissuec.laws.formula import apply, exp
+from tissuec.validate.forces.jets import JetForce, points_of
+from tissuec.validate.forces.laws import Laws
+from tissuec.validate.forces.volumes import Volume
+
+SPRINGS = {
+    "tension only": {},
+    "dead band": {"slack": 2e-3},
+    "toe": {"strain": 0.1},
+    "exponential": {"stiffening": 4.0},
+    "polynomial": {"square": 30.0, "cube": 4e3},
+    "curve": {"elongations": (-1e-2, 0.0, 1e-3, 2e-2), "forces": (-0.1, 0.0, 0.2, 0.3)},
+}
+FORMULAS = {
+    "power": C * E + apply("max", (E, E * 0.0)) ** 1.5,
+    "steps": apply("abs", (E,)) * C - exp(E * 30.0) / (C + E),
+    "waves": apply("sin", (E * 200.0,)) * 0.1 - apply("sqrt", (E * E + 1e-6,)),
+}
+
+
+def both(law, rng, count=40):
+    numbers = rng.uniform(5.0, 50.0, count), rng.uniform(0.1, 2.0, count)
+    which, rest = np.ones(count, dtype=int), rng.uniform(0.01, 0.05, count)
+    laws = (LINEAR, law)
+    return Laws(laws, which, *numbers, rest), Behaviour(laws, which, *numbers, rest)
+
+
+@pytest.mark.parametrize("name", [*SPRINGS, *FORMULAS])
+def test_springs_of_every_law_pull_store_and_stiffen_alike(name):
+    rng = np.random.default_rng(3)
+    if name in SPRINGS:
+        member = SPRING_LAWS[name](**SPRINGS[name])
+        law = Law(name, member.force(), LINEAR.viscous, member, VISCOSITY_LAWS["linear"]())
+    else:
+        law = Law(name, FORMULAS[name], LINEAR.viscous)
+    own, engine = both(law, rng)
+    e = rng.uniform(-0.02, 0.03, len(own.rest))
+    assert own.pull(e) == pytest.approx(engine.pull(e), rel=1e-12, abs=1e-15)
+    assert own.slope(e) == pytest.approx(engine.slope(e), rel=1e-10, abs=1e-12)
+    assert own.energy(e) == pytest.approx(engine.energy(e), rel=1e-9, abs=1e-15)
+    # The energy is the integral of the force: by differences, whose error is near 1e-8.
+    step = 1e-6
+    slope = (own.energy(e + step) - own.energy(e - step)) / (2.0 * step)
+    assert slope == pytest.approx(own.pull(e), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("exponent", [0.4, 1.0, 2.5, None])
+def test_dashpots_of_every_law_brake_alike(exponent):
+    rng = np.random.default_rng(4)
+    member = None if exponent is None else VISCOSITY_LAWS["power"](exponent=exponent, speed=0.3)
+    viscous = D * W * apply("abs", (W,)) if member is None else member.force()
+    linear = SPRING_LAWS["linear"]()
+    own, engine = both(Law("dashpot", LINEAR.elastic, viscous, linear, member), rng)
+    w = np.append(rng.uniform(-1.0, 1.0, len(own.rest) - 1), 0.0)
+    assert own.brake(w) == pytest.approx(engine.brake(w), rel=1e-12)
+    assert own.brake_slope(w) == pytest.approx(engine.sluggishness(w), rel=1e-10)
+
+
+def enclosure(position, triangles):
+    corners = triangles[:, [0, 1, 2, 2]]
+    first, none = np.array([0, len(corners)]), np.zeros(0, dtype=np.int64)
+    assert not len(open_edges(triangles))
+    empty = Enclosure("b", corners, first, np.ones(1), 2e3, (), none, none, None)
+    return Enclosure("b", corners, first, empty.volumes(position), 2e3, (), none, none, None)
+
+
+def test_volumes_press_and_resist_alike():
+    rng = np.random.default_rng(5)
+    position, triangles = ball(1, 0.02)
+    engine = enclosure(position, triangles.astype(np.int64))
+    own = Volume(engine)
+    moved = position + 0.002 * rng.normal(size=position.shape) + 5.0
+    assert own.volumes(moved) == pytest.approx(engine.volumes(moved), rel=1e-12)
+    forces, others = np.zeros_like(moved), np.zeros_like(moved)
+    own.add_forces(0.0, moved, 0.0 * moved, forces)
+    engine.add_forces(0.0, moved, 0.0 * moved, others)
+    assert np.abs(forces - others).max() < 1e-11 * np.abs(others).max()
+    number = np.arange(len(moved))
+    one, other = (f.matrix(0.0, moved, number, len(moved)).toarray() for f in (own, engine))
+    assert np.abs(one - other).max() < 1e-11 * np.abs(other).max()
+
+
+@pytest.mark.parametrize("growth", [0.0, SUBMERGED])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_jets_push_alike_also_where_things_stand_before_one_another(growth, seed):
+    rng = np.random.default_rng(seed)
+    far = plate(5, 2e-3, centre=(0.0, 0.0, -0.004), tilt=0.3, jitter=0.2)
+    near = plate(2, 1.5e-3, centre=(0.5e-3, 0.0, 0.004), tilt=-0.4, jitter=0.2)
+    net = net_of(far, near, ball(1, 2e-3, centre=(-1e-3, 1e-3, 0.008)))
+    engine = jet_in(net, growth=growth)
+    own = JetForce(engine)
+    position = net.position + 1e-4 * rng.normal(size=net.position.shape)
+    velocity = 0.5 * rng.normal(size=net.position.shape)
+    forces, others = np.zeros_like(position), np.zeros_like(position)
+    own.add_forces(0.0, position, velocity, forces)
+    engine.add_forces(0.0, position, velocity, others)
+    # The engine leaves out what is more than 4.5 widths beside the axis: exp(-20) = 2e-9.
+    assert np.abs(forces - others).max() < 1e-8 * np.abs(others).max()
+    number = np.arange(len(position))
+    one, other = (
+        f.matrix(0.0, position, number, len(position)).toarray() for f in (own, engine)
+    )
+    assert np.abs(one - other).max() < 1e-6 * np.abs(other).max()
+
+
+@pytest.mark.parametrize("parts", [1, 2, 5])
+def test_points_of_a_triangle_integrate_second_degrees_exactly(parts):
+    share = points_of(parts)
+    assert len(share) == 3 * parts**2
+    assert share.mean(axis=0) == pytest.approx(np.full(3, 1 / 3))
+    assert (share[:, 0] * share[:, 1]).mean() == pytest.approx(1 / 12)
+    assert (share[:, 0] ** 2).mean() == pytest.approx(1 / 6)

@@ -1,0 +1,302 @@
+"""Laws of springs and dashpots, in closed form where the language has a name for them.
+
+A free formula is what its author wrote, and so is its tree; its values, slopes and energies are
+found here in another way: slopes by forward differentiation, energies by adaptive quadrature.
+"""
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import quad_vec
+from scipy.interpolate import PchipInterpolator
+
+if TYPE_CHECKING:
+    from tissuec.laws import Law
+
+Floats: TypeAlias = NDArray[np.float64]
+QUADRATURE = 1e-13  # relative error of energies of free formulas
+
+
+class Rule(NamedTuple):
+    """A force [N] as a function of an elongation [m], or of a speed [m/s].
+
+    Each function takes it, c [N/m] (or d [N s/m]) and rest lengths [m], of shape (spring,).
+
+    Attributes:
+        force: [N].
+        slope: Its derivative [N/m] or [N s/m].
+        energy: Its integral from 0 on [J]; None for dashpots.
+    """
+
+    force: Callable[[Floats, Floats, Floats], Floats]
+    slope: Callable[[Floats, Floats, Floats], Floats]
+    energy: Callable[[Floats, Floats, Floats], Floats] | None = None
+
+
+LINEAR = Rule(
+    lambda e, c, rest: c * e,
+    lambda e, c, rest: c + 0.0 * e,
+    lambda e, c, rest: c * e * e / 2.0,
+)
+LINEAR_DASHPOT = Rule(lambda w, d, rest: d * w, lambda w, d, rest: d + 0.0 * w)
+
+
+def _tension_only(law: Any) -> Rule:
+    return Rule(
+        lambda e, c, rest: c * np.maximum(e, 0.0),
+        lambda e, c, rest: np.where(e >= 0.0, c, 0.0),
+        lambda e, c, rest: c * np.maximum(e, 0.0) ** 2 / 2.0,
+    )
+
+
+def _dead_band(law: Any) -> Rule:
+    def beyond(e: Floats) -> Floats:
+        return np.sign(e) * np.maximum(np.abs(e) - law.slack, 0.0)
+
+    return Rule(
+        lambda e, c, rest: c * beyond(e),
+        lambda e, c, rest: np.where(np.abs(e) >= law.slack, c, 0.0),
+        lambda e, c, rest: c * beyond(e) ** 2 / 2.0,
+    )
+
+
+def _toe(law: Any) -> Rule:
+    """∫ is c e³/(6 e*) in the toe, and c (e²/2 - e e*/2 + e*²/6) behind it."""
+
+    def part(e: Floats, rest: Floats) -> Floats:
+        return np.clip(e / (law.strain * rest), 0.0, 1.0)
+
+    def force(e: Floats, c: Floats, rest: Floats) -> Floats:
+        end, p = law.strain * rest, part(e, rest)
+        return c * (end * p * p / 2.0 + np.maximum(e - end, 0.0))
+
+    def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
+        end, p = law.strain * rest, part(e, rest)
+        behind = np.maximum(e - end, 0.0)
+        return c * (end * end * p**3 / 6.0 + end * behind / 2.0 + behind**2 / 2.0)
+
+    return Rule(force, lambda e, c, rest: c * part(e, rest), energy)
+
+
+def _exponential(law: Any) -> Rule:
+    """∫ is c (L0/k)² (exp(k e/L0) - 1 - k e/L0)."""
+    k = law.stiffening
+
+    def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
+        s = k * e / rest
+        series = s * s / 2.0 * (1.0 + s / 3.0 * (1.0 + s / 4.0 * (1.0 + s / 5.0)))
+        return c * (rest / k) ** 2 * np.where(np.abs(s) < 1e-3, series, np.expm1(s) - s)
+
+    return Rule(
+        lambda e, c, rest: c * rest / k * np.expm1(k * e / rest),
+        lambda e, c, rest: c * np.exp(k * e / rest),
+        energy,
+    )
+
+
+def _polynomial(law: Any) -> Rule:
+    a, b = law.square, law.cube
+    return Rule(
+        lambda e, c, rest: c * e + a * e**2 + b * e**3,
+        lambda e, c, rest: c + 2.0 * a * e + 3.0 * b * e**2,
+        lambda e, c, rest: c * e**2 / 2.0 + a * e**3 / 3.0 + b * e**4 / 4.0,
+    )
+
+
+def _curve(law: Any) -> Rule:
+    """SciPy's PCHIP, which is the same interpolant; straight beyond the points."""
+    x, y = np.array(law.elongations, float), np.array(law.forces, float)
+    spline = PchipInterpolator(x, y)
+    slope, whole = spline.derivative(), spline.antiderivative()
+
+    def force(e: Floats, c: Floats, rest: Floats) -> Floats:
+        inside = np.clip(e, x[0], x[-1])
+        return spline(inside) + slope(inside) * (e - inside)
+
+    def integral(e: Floats) -> Floats:
+        inside = np.clip(e, x[0], x[-1])
+        out = e - inside
+        return whole(inside) + spline(inside) * out + slope(inside) * out * out / 2.0
+
+    return Rule(
+        force,
+        lambda e, c, rest: slope(np.clip(e, x[0], x[-1])),
+        lambda e, c, rest: integral(e) - integral(np.zeros_like(e)),
+    )
+
+
+def _power(law: Any) -> Rule:
+    n, v = law.exponent, law.speed
+
+    def slope(w: Floats, d: Floats, rest: Floats) -> Floats:
+        with np.errstate(divide="ignore"):
+            return n * d * (np.abs(w) / v) ** (n - 1.0)
+
+    return Rule(lambda w, d, rest: np.sign(w) * d * v * (np.abs(w) / v) ** n, slope)
+
+
+#: By the names of the classes that the language has for them.
+RULES: dict[str, Callable[[Any], Rule]] = {
+    "Linear": lambda law: LINEAR,
+    "TensionOnly": _tension_only,
+    "DeadBand": _dead_band,
+    "Toe": _toe,
+    "Exponential": _exponential,
+    "Polynomial": _polynomial,
+    "Curve": _curve,
+}
+DASHPOTS: dict[str, Callable[[Any], Rule]] = {
+    "Linear": lambda law: LINEAR_DASHPOT,
+    "PowerLaw": _power,
+}
+
+
+def _free(tree: Any, argument: str, factor: str) -> Rule:
+    """Return what a free formula says; its variables are ``argument``, ``factor`` and rest."""
+
+    def both(x: Floats, c: Floats, rest: Floats) -> tuple[Floats, Floats]:
+        found = derived(tree, {argument: x, factor: c, "rest": rest}, argument)
+        value, slope = np.broadcast_arrays(*found, x)[:2]
+        return value, slope
+
+    def energy(x: Floats, c: Floats, rest: Floats) -> Floats:
+        found, _ = quad_vec(
+            lambda part: x * both(part * x, c, rest)[0], 0.0, 1.0, epsrel=QUADRATURE
+        )
+        return np.asarray(found)
+
+    return Rule(lambda *given: both(*given)[0], lambda *given: both(*given)[1], energy)
+
+
+def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
+    """Return value and derivative by one variable of a tree of ``laws.formula``."""
+
+    def of(part: Any) -> tuple[Any, Any]:
+        return derived(part, values, name)
+
+    match type(tree).__name__:
+        case "Constant":
+            return tree.value, 0.0
+        case "Variable":
+            return values[tree.name], 1.0 if tree.name == name else 0.0
+        case "Sum":
+            (a, da), (b, db), sign = of(tree.left), of(tree.right), -1.0 if tree.minus else 1.0
+            return a + sign * b, da + sign * db
+        case "Product":
+            (a, da), (b, db) = of(tree.left), of(tree.right)
+            return a * b, da * b + a * db
+        case "Quotient":
+            (a, da), (b, db) = of(tree.above), of(tree.below)
+            return a / b, (da * b - a * db) / (b * b)
+        case "Power":
+            (a, da), n = of(tree.base), tree.exponent
+            return np.power(a, n), n * np.power(a, n - 1.0) * da
+        case "Applied":
+            a, da = of(tree.argument)
+            return _FUNCTIONS[tree.function](a), _SLOPES[tree.function](a) * da
+        case "Choice":
+            test, above, below = of(tree.test)[0], of(tree.above), of(tree.below)
+            chosen = test >= 0.0
+            return np.where(chosen, above[0], below[0]), np.where(chosen, above[1], below[1])
+        case other:
+            raise TypeError(f"a formula has no {other}")
+
+
+_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "exp": np.exp, "log": np.log, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos,
+}  # fmt: skip
+_SLOPES: dict[str, Callable[[Any], Any]] = {
+    "exp": np.exp,
+    "log": lambda x: 1.0 / x,
+    "sqrt": lambda x: 0.5 / np.sqrt(x),
+    "sin": np.cos,
+    "cos": lambda x: -np.sin(x),
+}
+
+
+class Laws:
+    """The laws of some springs with their numbers.
+
+    Args:
+        laws: All laws of the net; the first is the linear one.
+        law: Which one each spring has, shape (spring,).
+        stiffness, damping, rest: c [N/m], d [N s/m] and L0 [m], shape (spring,).
+    """
+
+    def __init__(
+        self,
+        laws: "Sequence[Law]",
+        law: NDArray[np.integer],
+        stiffness: Floats,
+        damping: Floats,
+        rest: Floats,
+    ):
+        self._c, self._d, self.rest = stiffness, damping, rest
+        groups = [(laws[k], np.flatnonzero(law == k)) for k in np.unique(law[law > 0])]
+        self._springs = [(spring_rule(one), chosen) for one, chosen in groups]
+        self._dashpots = [(dashpot_rule(one), chosen) for one, chosen in groups]
+
+    def with_rest(self, rest: Floats) -> "Laws":
+        """Return the same with other rest lengths [m], shape (spring,)."""
+        other = copy(self)
+        other.rest = rest
+        return other
+
+    def pull(self, e: Floats) -> Floats:
+        """Return elastic forces at elongations [m] [N], shape (spring,)."""
+        return self._each(self._springs, LINEAR, "force", e, self._c)
+
+    def slope(self, e: Floats) -> Floats:
+        """Return the stiffness at elongations [m] [N/m], shape (spring,)."""
+        return self._each(self._springs, LINEAR, "slope", e, self._c)
+
+    def resisting(self, e: Floats) -> Floats:
+        """Return the stiffness where it resists, zero where it is endless [N/m]."""
+        return _resisting(self.slope(e))
+
+    def energy(self, e: Floats) -> Floats:
+        """Return the stored energy at elongations [m] [J], shape (spring,)."""
+        return self._each(self._springs, LINEAR, "energy", e, self._c)
+
+    def brake(self, w: Floats) -> Floats:
+        """Return viscous forces at speeds [m/s] [N], shape (spring,)."""
+        return self._each(self._dashpots, LINEAR_DASHPOT, "force", w, self._d)
+
+    def brake_slope(self, w: Floats) -> Floats:
+        """Return the viscosity at speeds [m/s] [N s/m], shape (spring,); zero where endless."""
+        return _resisting(self._each(self._dashpots, LINEAR_DASHPOT, "slope", w, self._d))
+
+    def _each(
+        self,
+        groups: list[tuple[Rule, NDArray[np.int64]]],
+        linear: Rule,
+        name: str,
+        at: Floats,
+        factor: Floats,
+    ) -> Floats:
+        found = np.asarray(getattr(linear, name)(at, factor, self.rest))
+        for rule, chosen in groups:
+            function = getattr(rule, name)
+            found[chosen] = function(at[chosen], factor[chosen], self.rest[chosen])
+        return found
+
+
+def _resisting(slope: Floats) -> Floats:
+    return np.where(np.isfinite(slope), np.maximum(slope, 0.0), 0.0)
+
+
+def spring_rule(law: "Law") -> Rule:
+    """Return what a spring of a law pulls with."""
+    if law.spring is None:
+        return _free(law.elastic, "e", "c")
+    return RULES[type(law.spring).__name__](law.spring)
+
+
+def dashpot_rule(law: "Law") -> Rule:
+    """Return what a dashpot of a law pulls with."""
+    if law.dashpot is None:
+        return _free(law.viscous, "w", "d")
+    return DASHPOTS[type(law.dashpot).__name__](law.dashpot)
