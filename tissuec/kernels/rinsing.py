@@ -17,7 +17,7 @@ LIT, DARK = 0.3, 0.7
 STEEP = 0.2
 NEAR = 0.5
 FLAT = 1e-6
-SLACK = 1.1
+SLACK = 2.0
 TINY = 1e-200
 GRID = 32  # cells along each side of the field in which triangles are sorted
 
