@@ -8,7 +8,7 @@ import click
 from tissuec import __version__
 from tissuec.cli.common import Group, Settings
 from tissuec.cli.guard import run_guarded
-from tissuec.core.errors import did_you_mean
+from tissuec.core.errors import alternatives
 
 #: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
 COMMANDS = {
@@ -56,7 +56,7 @@ class LazyGroup(Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Suggest the nearest command for one that there is not."""
         if args and args[0] not in (*COMMANDS, *HIDDEN) and not args[0].startswith("-"):
-            hint = did_you_mean(args[0], COMMANDS)
+            hint = alternatives(args[0], COMMANDS, what="commands")
             if args[0].endswith(".tis"):
                 hint = f'did you mean "tissuec run {args[0]}"?'
             raise click.UsageError(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from tissuec.cli.arguments import Moment
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
 from tissuec.core.errors import TissueError, alternatives, counted
 
@@ -43,9 +44,7 @@ STDOUT = "-"
     type=int,
     help="Frame to write as VTU, OBJ or PLY, counted from 0; negative from the end.",
 )
-@click.option(
-    "--time", "time", type=float, help="The frame nearest to this time in seconds instead."
-)
+@click.option("--time", "time", type=Moment(), help="The frame nearest to this time instead.")
 @click.option("--all", "every", is_flag=True, help="All frames, in one numbered file each.")
 def command(
     settings: Settings,

@@ -108,8 +108,9 @@ def _targets(
     for path in scenes:
         target = targets[path] = output or (folder or Path()) / f"{path.stem}{SUFFIX}"
         partial = partial_path(target)
-        for place in (partial, final_path(partial)):
-            keep_input(place, path)
+        if path.suffix != SUFFIX:  # a result that is given as a scene is refused as such
+            for place in (partial, final_path(partial)):
+                keep_input(place, path)
         owner = owners.setdefault(final_path(partial).resolve(), path)
         if owner is not path:
             raise TissueError(

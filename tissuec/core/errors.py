@@ -79,7 +79,9 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty string."""
     from difflib import get_close_matches  # late: most runs have no misspelt word
 
-    near = get_close_matches(word, list(known), n=1, cutoff=_ALIKE)
+    names = list(known)
+    swapped = [name for name in names if sorted(name) == sorted(word)]
+    near = swapped or get_close_matches(word, names, n=1, cutoff=_ALIKE)
     return f'did you mean "{near[0]}"?' if near else ""
 
 

@@ -33,7 +33,7 @@ def open_result(path: Path) -> h5py.File:
     try:
         file = _open(path)
     except OSError as error:
-        raise ResultError(f'cannot read "{path}": {_reason(error)}') from error
+        raise ResultError(f'cannot read "{path}": {_reason(error, path)}') from error
     try:
         _check_mark(file, path)
     except ResultError:
@@ -130,10 +130,12 @@ def _missing(path: Path) -> str:
     return f'there is no file "{path}"' + (f"; {hint}" if hint else "")
 
 
-def _reason(error: OSError) -> str:
+def _reason(error: OSError, path: Path) -> str:
     text = str(error)
     if "truncated file" in text:
         return "it is truncated: its end is missing, such as after a copy that was cut short"
     if "signature not found" in text:
+        if path.suffix == ".tis":
+            return f"it is a scene; to get a result: tissuec run {path}"
         return "it is no HDF5 file"
     return error.strerror or text

@@ -15,6 +15,8 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.library import SUFFIX, Library, belongs_to_scenes
 
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
+HDF5 = b"\x89HDF"  # how result files begin
+MESHES = (".stl", ".obj", ".ply", ".vtk", ".vtu", ".msh", ".feb")
 LARGEST_FILE = 256 * 1024 * 1024  # bytes; beyond, a text is a mistake rather than a scene
 
 
@@ -51,12 +53,24 @@ def read_source(path: Path, name: str | None = None) -> Source:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise CompileError([Diagnostic("TIS604", f'"{name}" is larger than 256 MB', None)])
-        return normalise(path.read_bytes(), name, path)
+        data = path.read_bytes()
+        if hint := _of_another_kind(data, name):
+            raise CompileError([Diagnostic("TIS604", f'"{name}" is no scene', None, hint)])
+        return normalise(data, name, path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
         message = f'cannot read "{name}": {reason.lower()}'
         hint = "" if os.path.exists(path) else nearby(path, SUFFIX)
         raise CompileError([Diagnostic("TIS604", message, None, hint)]) from error
+
+
+def _of_another_kind(data: bytes, name: str) -> str:
+    """Return what to do with a result or a mesh that is given as a scene; empty for others."""
+    if data.startswith(HDF5):
+        return f"it is a result; to look at it: tissuec view {name}"
+    if Path(name).suffix.lower() in MESHES:
+        return f"it is a mesh; for a scene to start from: tissuec import {name}"
+    return ""
 
 
 class Files:
