@@ -246,7 +246,7 @@ def _keep_others(target: Path, compiled: "Compiled", *, force: bool) -> None:
 
 
 def _state(target: Path | None, lesson: "Lesson", request: "Request") -> Path:
-    """Return where passes are kept: beside the preset, or in the present folder."""
+    """Return where passes are kept: beside the preset, or in the current directory."""
     if target is not None:
         return target.with_name(target.name + KEPT)
     stem = Path(request.source.name).stem

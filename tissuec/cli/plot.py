@@ -165,7 +165,7 @@ def command(
 
 
 def _name(file: str, kind: str) -> Path:
-    """Return the picture of a file, in the present folder."""
+    """Return the picture of a file, in the current directory."""
     stem = Path(file).stem
     is_usual = any(kind == kinds[0] for kinds in USUAL.values())
     return Path(f"{stem}.png" if is_usual else f"{stem}.{kind}.png")

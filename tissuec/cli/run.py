@@ -71,7 +71,7 @@ def command(
     twin: bool | None,
     **options: Any,
 ) -> int:
-    """Simulate SCENES; scene.tis gives scene.vtkhdf in the present folder.
+    """Simulate SCENES; scene.tis gives scene.vtkhdf in the current directory.
 
     The result opens in ParaView, as H5MD and with h5py. It replaces an earlier one when the run
     has come to its end, and never another file. Exit code: 0 done, 1 an expectation failed or,

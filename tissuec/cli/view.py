@@ -61,7 +61,7 @@ def _picture(name: str, text: str) -> Callable:
 @click.option(
     "--speed",
     type=click.FloatRange(min=0.0, min_open=True),
-    help="Simulated over shown time; one that is easy to follow if not given.",
+    help="Playback speed (1 is real time); chosen automatically if not given.",
 )
 @_picture("png", "Draw one moment to this file, the last one without --time.")
 @_picture("gif", "Draw all of it to this file, as an animated GIF.")

@@ -12,11 +12,11 @@ from tissuec.verbs.holding import FIX, gripped, let_go, sentence
 @VERBS.member("release")
 @dataclass(frozen=True, slots=True)
 class Release:
-    """Lets go of nodes: of a set from one tool or from whoever holds it, or of a whole grip.
+    """Releases nodes: those of SET, from TOOL or from all that hold it, or all that TOOL holds.
 
     Released nodes keep the velocity that they have: one that rests starts from rest, one that
     is driven along a path flies on with the velocity of that path. Fixed nodes stay fixed
-    (``free`` ends that), and what is not held any more is left as it is.
+    (``free`` ends that), and releasing nodes that are not held has no effect.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("release SET", "release SET from TOOL", "release TOOL")
