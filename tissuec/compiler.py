@@ -41,7 +41,7 @@ from tissuec.verbs.tie import Tie
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Compiled:
     """A scene in arrays, ready to run.
 
@@ -55,6 +55,12 @@ class Compiled:
     plan: Plan
     groups: Groups
     lessons: tuple[Lesson, ...] = ()
+
+    def __repr__(self) -> str:
+        name, network = self.scene.source.name, self.network
+        nodes, springs = network.body_nodes, network.spring_count
+        duration = self.plan.simulation.duration
+        return f'<Compiled "{name}": {nodes} nodes, {springs} springs, {duration:g} s>'
 
     def named_groups(self) -> Iterator[NamedGroup]:
         """Yield sets, regions, and the nodes that carry the shapes of tools."""

@@ -68,3 +68,8 @@ def test_a_temporary_result_outlives_the_process_that_made_it():
     assert run.save(folder / "kept.vtkhdf").exists()
     del run
     assert not folder.exists()
+
+
+def test_a_compiled_scene_is_shown_in_a_line(tmp_path):
+    assert repr(tissuec.compile(WAITING)).startswith('<Compiled "scene": ')
+    assert len(repr(tissuec.compile(WAITING))) < 100

@@ -18,6 +18,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "bytes": trajectory.path.stat().st_size,
         "outcome": trajectory.outcome,
         "finished": trajectory.finished,
+        "promise": str(trajectory.promise),
         "network": {
             "nodes": network.body_nodes,
             "springs": network.spring_count,

@@ -65,7 +65,13 @@ def _player(trajectory: "Trajectory") -> str:
 def _rows(trajectory: "Trajectory") -> list[tuple[str, str]]:
     """Return what there is to say: heads and texts."""
     network = trajectory.network
-    rows = [("outcome", trajectory.outcome), ("frames", _frames(trajectory))]
+    promise = trajectory.promise
+    error = "" if promise.error is None else f", error {promise.error:.1e}"
+    rows = [
+        ("outcome", trajectory.outcome),
+        ("promise", f"{promise}{error}"),
+        ("frames", _frames(trajectory)),
+    ]
     rows += [
         ("body", f"{body.name}, {_size(body.nodes, body.springs)}") for body in network.bodies
     ]
