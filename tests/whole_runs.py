@@ -10,6 +10,8 @@ from tissuec.running.run import run
 class AfterAsking:
     """Asks to stop the n-th time it is asked, and then for good."""
 
+    signal = None  # no signal made it so
+
     def __init__(self, count):
         self.count = count
 

@@ -151,5 +151,5 @@ def test_the_page_opens_in_a_browser(folder, monkeypatch):
 def test_results_that_are_none_are_refused_as_elsewhere(folder):
     with pytest.raises(TissueError, match="there is no file"):
         command("report", "nothing.vtkhdf")
-    with pytest.raises(TissueError, match="no HDF5 file"):
+    with pytest.raises(TissueError, match="it is a scene; to get a result"):
         command("report", "rod.tis")
