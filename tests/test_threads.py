@@ -290,7 +290,7 @@ def test_a_knot_slips_at_the_located_time():
       from 0 s to 0.5 s: move right by (9.5, 0, 0) mm using smooth profile
       at 0 s: settle middle
       from 1 s to 21 s: move right by (6, 0, 0) mm using constant speed"""
-    _, _, outcome = ran(knot(script=script, duration="10 s").replace("1e-6", "1e-5"))
+    _, _, outcome = ran(knot(script=script, duration="11 s").replace("1e-6", "1e-5"))
     (time,) = [t for t, h in outcome.happenings if h.kind == "slip"]
     piece = 10e-3 * np.sqrt(2.0)
     apart = 2.0 * (piece + 2.0 / 1000.0)
