@@ -1,28 +1,37 @@
-"""What instruments, threads and surfaces do to nodes that they touch: pressure and friction.
+"""Contact: what instruments, threads and surfaces do to nodes that they touch.
 
-A node at x that is deeper in a shape than its surface is pressed out along the normal n with
+A node is looked up in *shapes*: capsules, planes, and surfaces made of triangles. Where shapes
+are faces of one surface, or pieces of one thread, the elements that they share are looked up
+too, with the weights W of ``shapes.inclusion``, so that what a surface does depends on where
+it is and not on how it is divided. At the depth δ below the surface of a shape with the normal
+n a node is pressed by
 
-    N = k φ(δ) max(0, 1 + b δ'),    φ(δ) = δ² / 2w up to the depth w, δ - w/2 beyond it,
+    N n,    N = W k φ(δ) max(0, 1 + b δ̇),    φ(δ) = δ² / 2w up to the depth w, δ - w/2 beyond,
 
-so that force and stiffness pass through zero steadily. Shapes are carried by nodes, which get
-the opposite force: capsules and triangles by the weights of the nearest point, planes as
-turning them asks for. So the work of whoever moves them is what the energy k ∫ φ takes up, and
-nothing depends on whether these nodes are held, driven or free.
+where δ̇ is Σ W φ δ' / Σ W φ over the shapes of one surface, δ' their own rates. The energy is
+k Σ W ∫ φ. Shapes are carried by nodes, which get the opposite force: capsules and triangles by
+the weights of the nearest point, planes as turning them asks for. So the work of whoever moves
+them is what the energy takes up, and nothing depends on who holds or drives these nodes.
 
 Friction follows Coulomb's law by a bristle z at each node, which bends with the sliding
-velocity u and slips where it bears no more:
+velocity u and slips where it bears no more. With N now the sum over all shapes,
 
-    z' = s (u - max(0, u·e) e r⁸) - (1 - s) rate z,    e = z / |z|,  r = k |z| / μ N,
-    force -k z min(1, 1/r),    1 - s = exp(-1000 N / k w):  without pressure it stands up again.
+    force -κ z min(1, 1/r),   κ = N / (N/k + w/2),   r = |z| / ℓ,   ℓ = μ (N/k + w/2),
+    z' = d - max(0, d·e) e r⁸,   d = u - z κ' / 2κ,   e = z / |z|.
 
-Where it sticks, it really sticks: a bristle under a steady load below μ N does not creep, as a
-friction that depends on velocity alone does. (One-sided form of the model of P. R. Dahl, The
-Aerospace Corporation TOR-0158, 1968.) Bristles are kept in the velocities of ``memory`` nodes,
-as z times ``rate``, so that they are stepped, stored and resumed like all other motion.
+So the force is μN where the bristle slips (r = 1), and never more. A bristle under a steady
+load below μN does not creep, as a friction that depends on velocity alone does; and since a
+bristle unbends as κ grows, κ z²/2 grows by work alone. (One-sided form of the model of
+P. R. Dahl, The Aerospace Corporation TOR-0158, 1968.) What a surface is rubbed with acts on it
+at the nearest point, a distance away from the node; the couple of both is taken up by the
+touched faces, and the rotation of these counts in the sliding velocity.
+
+Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so that they are
+stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,81 +39,132 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.network import Floats, Indices
+from tissuec.shapes.inclusion import weights
+from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, dot, places
+from tissuec.strands import Edges
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-CAPSULE, PLANE, TRIANGLE = range(3)
 SHARPNESS = 8  # power of r: how suddenly a bristle begins to slip
 LARGEST = 2.0  # r is cut off here
-LEAST = 1e-3  # of the pressure at depth w: bristles under no pressure are not endlessly fast
-FEW = 12  # shapes up to which all pairs are looked at
+LEAST = 1e-3  # of the pressure k w/2: below it, a bristle no longer unbends as κ grows
+FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
+FEW = 12  # faces up to which all pairs are looked at
 
 
 class Pairs(NamedTuple):
-    """Nodes and shapes that may touch, ascending by node and then by shape.
+    """Nodes and shapes that may touch, ascending by node, then by surface and shape.
 
     Attributes:
         node: Numbers among the nodes of the contact, shape (pair,).
         shape: Numbers of shapes, shape (pair,).
+        weight: How often the shape counts for this node, shape (pair,).
+        radius: At which it touches this node [m], shape (pair,).
     """
 
     node: Indices
     shape: Indices
+    weight: Floats
+    radius: Floats
 
-
-class Place(NamedTuple):
-    """Where nodes are in shapes, for each pair.
-
-    Attributes:
-        depth: [m]; positive where the shape touches, shape (pair,).
-        normal: Away from the shape, shape (pair, 3).
-        curvature: Of the surface of equal depth, except along ``line`` [1/m], shape (pair,).
-        line: Unit vector, or zero, shape (pair, 3).
-        weights: Of the points of the shape in where it touches, shape (pair, 3).
-        pressing: Forces on these points by a unit force on the node, shape (pair, 3, 3).
-    """
-
-    depth: Floats
-    normal: Floats
-    curvature: Floats
-    line: Floats
-    weights: Floats
-    pressing: Floats
+    def some(self, which: NDArray[np.bool_] | Indices) -> "Pairs":
+        """Return some of them."""
+        return Pairs(*(part[which] for part in self))
 
 
 class Touch(NamedTuple):
-    """What shapes do to nodes, for each pair.
+    """What shapes do to nodes, for each pair that touches.
 
     Attributes:
         pairs: Which.
         place: Where they are.
-        sliding: Velocity against the surface [m/s], shape (pair, 3).
-        rate: Its part along the normal, minus the rate of the depth [m/s], shape (pair,).
-        pressure: N [N], shape (pair,).
+        rate: Velocity along the normal, minus the rate of the depth [m/s], shape (pair,).
+        steady: W k φ, the pressure at rest [N], shape (pair,).
+        group: Pairs of one node and one surface have one number, ascending, shape (pair,).
+        node: Number of the node of each group, shape (group,).
+        surface: Pressure of the surface of each group at rest [N], shape (group,).
+        factor: By which contact damping changes that, shape (group,).
+        rubbing: Friction; None without.
     """
 
     pairs: Pairs
     place: Place
-    sliding: Floats
     rate: Floats
-    pressure: Floats
+    steady: Floats
+    group: Indices
+    node: Indices
+    surface: Floats
+    factor: Floats
+    rubbing: "Rubbing | None" = None
+
+    @property
+    def pressure(self) -> Floats:
+        """Return N [N], shape (pair,)."""
+        return self.factor[self.group] * self.steady
+
+    @property
+    def arm(self) -> Floats:
+        """Return what leads from the nearest points to the nodes [m], shape (pair, 3)."""
+        return (self.pairs.radius - self.place.depth)[:, None] * self.place.normal
+
+
+class Rubbing(NamedTuple):
+    """Friction.
+
+    Attributes:
+        force: On the node of each pair [N], shape (pair, 3).
+        back: On the points of each shape [N], shape (pair, 3, 3).
+        power: What it takes out [W].
+        rates: Of the velocities of ``memory`` [m/s²], shape (m, 3).
+    """
+
+    force: Floats
+    back: Floats
+    power: float
+    rates: Floats
+
+
+class Turning(NamedTuple):
+    """How the faces of a surface take up couples, for each pair.
+
+    Attributes:
+        arm: From the mean of the points to each of them [m], zero for those that are no corner,
+            shape (pair, 3, 3).
+        inverse: Of the moment of inertia of unit masses on the corners [1/m²], without what is
+            along the line of a capsule, shape (pair, 3, 3).
+        share: Of the couple of the surface, shape (pair,).
+    """
+
+    arm: Floats
+    inverse: Floats
+    share: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contact:
     """Which nodes can be touched by which shapes, and how hard that is.
 
+    The first shapes are faces (triangles, capsules, planes), the others elements that these
+    share, as capsules.
+
     Attributes:
         nodes: Nodes that can be touched, ascending, shape (m,).
         owner: Body of each, shape (m,).
+        size: Radius of the thread that each belongs to [m], else 0, shape (m,).
         kind: ``CAPSULE``, ``PLANE`` or ``TRIANGLE``, shape (shape,).
         points: Nodes that carry each shape, shape (shape, 3): both ends of a capsule, a point
             of a plane and one straight in front of it, with the second one again; corners.
-        radius: Around the line of a capsule or the face of a triangle [m], shape (shape,).
-        spared: Body whose nodes a shape does not touch, -1 without one, shape (shape,).
-        joined: Pairs of nodes of one body that springs join, so that what one of them carries
-            does not touch the other, shape (pair, 2).
+        surface: To which surface or line each belongs, shape (shape,).
+        parts: Elements of each shape, see ``shapes.inclusion.Shared``, shape (shape, 6).
+        radius: Around the line of a capsule or a triangle [m], shape (face,); a triangle
+            touches nodes of a thread at the radius of the thread, if that is more.
+        spared: Body whose nodes a face does not touch, -1 without one, shape (face,).
+        bonds: Springs of which one must be there for a capsule to touch, -1 for none, shape
+            (face, 2).
+        edges: What holds the edges of the triangles, shape (triangle, 3).
+        joined: Pairs of nodes that springs join, so that what one of them carries does not
+            touch the other, shape (pair, 2).
         stiffness: k [N/m].
         layer: w [m].
         damping: b [s/m].
@@ -113,17 +173,21 @@ class Contact:
         memory: Nodes whose velocities are the bristles, shape (m,), or none without friction.
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
-        bonds: Springs of which one must be there for a shape to touch, -1 for none; shape
-            (shape, 2).
+        whole: Which faces are neither cut nor torn, shape (face,); None if all are.
         pairs: Those that are looked at; None for all that are near.
     """
 
     nodes: Indices
     owner: Indices
+    size: Floats
     kind: Indices
     points: Indices
+    surface: Indices
+    parts: Indices
     radius: Floats
     spared: Indices
+    bonds: Indices
+    edges: Edges
     joined: Indices
     stiffness: float
     layer: float
@@ -133,23 +197,16 @@ class Contact:
     memory: Indices
     rate: float
     span: Span
-    bonds: Indices
+    whole: NDArray[np.bool_] | None = None
     pairs: Pairs | None = None
 
     def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
-        """Return the same without the shapes whose springs are gone.
+        """Return the same without the faces whose springs are gone.
 
         Args:
             alive: Springs that are there, shape (spring,).
         """
-        bound = self.bonds >= 0
-        holding = np.zeros_like(bound)
-        holding[bound] = alive[self.bonds[bound]]
-        whole = holding.any(axis=1) | ~bound.any(axis=1)
-        if whole.all():
-            return self
-        kept = ("kind", "points", "radius", "spared", "bonds")
-        return replace(self, **{name: getattr(self, name)[whole] for name in kept})
+        return _with_whole(self, np.asarray(alive, dtype=bool).tobytes())
 
     def renumbered(self, place: Indices) -> "Contact":
         """Return the same with other numbers of nodes: node i becomes ``place[i]``."""
@@ -161,57 +218,91 @@ class Contact:
             memory=place[self.memory],
         )
 
+    # --- what is near ---------------------------------------------------------------------
+
     def near(self, position: Floats, margin: float) -> Pairs:
         """Return the nodes that are less than a margin [m] outside of shapes.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
         """
-        if len(self.kind) <= FEW:
-            shape, node = np.divmod(
-                np.arange(len(self.kind) * len(self.nodes)), len(self.nodes)
-            )
-        else:
-            node, shape = self._around(position, margin)
-        node, shape = node[allowed := self._allowed(node, shape)], shape[allowed]
-        reach = margin * (1.0 + self._lever(position, node, shape))
-        close = self.places(position, Pairs(node, shape)).depth > -reach
-        node, shape = node[close], shape[close]
-        order = np.lexsort((shape, node))
-        return Pairs(node[order], shape[order])
+        node, face = self._candidates(position, margin)
+        node, face = node[allowed := self._allowed(node, face)], face[allowed]
+        flat, radius = self.kind[face] == TRIANGLE, self.radius[face]
+        radius = np.where(flat, np.maximum(radius, self.size[node]), radius)
+        pairs = Pairs(node, face, np.ones(len(node)), radius)
+        reach = margin * (1.0 + self._lever(position, node, face))
+        pairs = pairs.some(
+            (self.places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
+        )
+        shared = self._shared(pairs)
+        close = self.places(position, shared).depth > -margin
+        every = [np.concatenate(both) for both in zip(pairs, shared.some(close), strict=True)]
+        order = np.lexsort((every[1], self.surface[every[1]], every[0]))
+        return Pairs(*every).some(order)
 
-    def _around(self, position: Floats, margin: float) -> tuple[Indices, Indices]:
-        """Return pairs whose node is in a ball about the shape; planes are about everywhere."""
+    def _shared(self, pairs: Pairs) -> Pairs:
+        """Return the elements that faces near a node share, and which count."""
+        counted = weights(pairs.node, pairs.shape, self.parts)
+        return Pairs(
+            pairs.node[counted.row],
+            counted.element,
+            counted.weight.astype(float),
+            pairs.radius[counted.row],
+        )
+
+    def _candidates(self, position: Floats, margin: float) -> tuple[Indices, Indices]:
+        """Return pairs of nodes and whole faces; all, or those of nodes in a ball about one."""
+        faces = (
+            np.arange(len(self.radius)) if self.whole is None else np.flatnonzero(self.whole)
+        )
+        if len(faces) <= FEW:
+            return _all_pairs(np.arange(len(self.nodes)), faces)
+        endless = self.kind[faces] == PLANE
+        # Triangles without a radius of their own touch threads only.
+        thin = (self.kind[faces] == TRIANGLE) & (self.radius[faces] == 0.0)
+        everyone, threads = np.arange(len(self.nodes)), np.flatnonzero(self.size)
+        found = [
+            _all_pairs(everyone, faces[endless]),
+            self._around(position, margin, everyone, faces[~endless & ~thin]),
+            self._around(position, margin, threads, faces[thin]),
+        ]
+        node, face = (np.concatenate(each) for each in zip(*found, strict=True))
+        return node, face
+
+    def _around(
+        self, position: Floats, margin: float, node: Indices, face: Indices
+    ) -> tuple[Indices, Indices]:
+        """Return pairs whose node is in a ball about the face."""
         from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]
 
-        x, corners = position[self.nodes], position[self.points]
+        if not len(node) or not len(face):
+            return _all_pairs(node[:0], face[:0])
+        x, corners = position[self.nodes[node]], position[self.points[face]]
         middle = corners.mean(axis=1)
         size = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-        endless = self.kind == PLANE
-        found = cKDTree(x).query_ball_point(
-            middle[~endless], size[~endless] + self.radius[~endless] + margin
-        )
-        everywhere = [np.arange(len(x))] * int(endless.sum())
-        lists = [*map(np.asarray, found), *everywhere]
-        numbers = np.concatenate([np.flatnonzero(~endless), np.flatnonzero(endless)])
-        node = np.concatenate([np.zeros(0, dtype=np.int64), *lists]).astype(np.int64)
-        return node, np.repeat(numbers, [len(each) for each in lists])
+        flat = self.kind[face] == TRIANGLE
+        thick = np.where(flat, self.size[node].max(), 0.0)
+        size += np.maximum(self.radius[face], thick) + margin
+        lists = [np.asarray(each) for each in cKDTree(x).query_ball_point(middle, size)]
+        rows = np.concatenate([np.zeros(0, dtype=np.int64), *lists]).astype(np.int64)
+        return node[rows], np.repeat(face, [len(each) for each in lists])
 
-    def _lever(self, position: Floats, node: Indices, shape: Indices) -> Floats:
+    def _lever(self, position: Floats, node: Indices, face: Indices) -> Floats:
         """Return how much further than its points a plane goes where nodes are, turning."""
         lever = np.zeros(len(node))
-        flat = self.kind[shape] == PLANE
-        point, ahead = position[self.points[shape[flat], :2]].swapaxes(0, 1)
+        flat = self.kind[face] == PLANE
+        point, ahead = position[self.points[face[flat], :2]].swapaxes(0, 1)
         away = np.linalg.norm(position[self.nodes[node[flat]]] - point, axis=1)
         lever[flat] = away / np.linalg.norm(ahead - point, axis=1)
         return lever
 
-    def _allowed(self, node: Indices, shape: Indices) -> Any:
+    def _allowed(self, node: Indices, face: Indices) -> Any:
         """Return which pairs may touch: none of a body that is spared, nor of neighbours."""
-        here, corners = self.nodes[node][:, None], self.points[shape]
-        apart = (corners != here).all(axis=1) & (self.owner[node] != self.spared[shape])
+        here, corners = self.nodes[node][:, None], self.points[face]
+        apart = (corners != here).all(axis=1) & (self.owner[node] != self.spared[face])
         if len(self.joined):
-            size = 1 + int(max(self.nodes.max(), self.points.max()))
+            size = 1 + int(max(self.nodes.max(), self.points.max(), self.joined.max()))
             ends = np.sort(self.joined, axis=1).astype(np.int64)
             keys = np.minimum(here, corners) * size + np.maximum(here, corners)
             apart &= ~np.isin(keys, ends[:, 0] * size + ends[:, 1]).any(axis=1)
@@ -220,20 +311,9 @@ class Contact:
     def places(self, position: Floats, pairs: Pairs) -> Place:
         """Return where the nodes of pairs are in their shapes."""
         x, corners = position[self.nodes[pairs.node]], position[self.points[pairs.shape]]
-        kind, radius = self.kind[pairs.shape], self.radius[pairs.shape]
-        parts = [np.zeros((len(x), *rest)) for rest in ((), (3,), (), (3,), (3,), (3, 3))]
-        for which, look in (
-            (CAPSULE, _in_capsule),
-            (PLANE, _in_plane),
-            (TRIANGLE, _in_triangle),
-        ):
-            some = kind == which
-            if some.any():
-                for part, values in zip(
-                    parts, look(x[some], corners[some], radius[some]), strict=True
-                ):
-                    part[some] = values
-        return Place(*parts)
+        return places(x, self.kind[pairs.shape], corners, pairs.radius)
+
+    # --- what it does -----------------------------------------------------------------------
 
     def touches(self, position: Floats, velocity: Floats) -> Touch:
         """Return what shapes do to nodes.
@@ -241,15 +321,34 @@ class Contact:
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
+        pairs, place = self._pressed(position)
+        v, ends = velocity[self.nodes[pairs.node]], velocity[self.points[pairs.shape]]
+        # Along the normal exactly as the depth changes, of turning planes as well.
+        rate = dot(place.normal, v) + np.einsum("npk,npk->n", place.pressing, ends)
+        steady, group = pairs.weight * self.pressure(place.depth), self._groups(pairs)
+        _, first = np.unique(group, return_index=True)
+        # Never less than that of the nearest face, as where a surface closes around a node.
+        surface = np.zeros(len(first))
+        np.maximum.at(surface, group, steady)
+        surface = np.maximum(_sums(group, steady, len(first)), surface)
+        closing = -_sums(group, steady * rate, len(first)) / _or_one(surface)
+        factor = np.maximum(1.0 + self.damping * closing, 0.0)
+        node = pairs.node[first]
+        touch = Touch(pairs, place, rate, steady, group, node, surface, factor)
+        return touch if not len(self.memory) else self._rubbed(touch, position, velocity)
+
+    def _pressed(self, position: Floats) -> tuple[Pairs, Place]:
+        """Return the pairs that touch, and where they are."""
         pairs = self.near(position, 0.0) if self.pairs is None else self.pairs
         place = self.places(position, pairs)
-        v, ends = velocity[self.nodes[pairs.node]], velocity[self.points[pairs.shape]]
-        sliding = v - np.einsum("np,npk->nk", place.weights, ends)
-        # Along the normal exactly as the depth changes, of turning planes as well.
-        rate = _dot(place.normal, v) + np.einsum("npk,npk->n", place.pressing, ends)
-        sliding += (rate - _dot(place.normal, sliding))[:, None] * place.normal
-        factor = np.maximum(1.0 - self.damping * rate, 0.0)
-        return Touch(pairs, place, sliding, rate, self.pressure(place.depth) * factor)
+        inside = np.flatnonzero(place.depth > 0.0)
+        return pairs.some(inside), place.some(inside)
+
+    def _groups(self, pairs: Pairs) -> Indices:
+        """Return one number for all pairs of one node and one surface, ascending from 0."""
+        surface = self.surface[pairs.shape]
+        new = (np.diff(pairs.node) != 0) | (np.diff(surface) != 0)
+        return np.concatenate([np.zeros(min(len(surface), 1), dtype=np.int64), np.cumsum(new)])
 
     def pressure(self, depth: Floats) -> Floats:
         """Return k φ(δ) [N]."""
@@ -268,10 +367,11 @@ class Contact:
         """
         total = np.zeros(position.shape[:-2])
         for state in np.ndindex(total.shape):
-            place = self.touches(position[state], np.zeros_like(position[state])).place
-            w, d = self.layer, np.maximum(place.depth, 0.0)
+            pairs, place = self._pressed(position[state])
+            w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
-            total[state] = self.stiffness * np.where(d < w, d**3 / (6.0 * w), deep).sum()
+            each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
+            total[state] = self.stiffness * each.sum()
         return total
 
     def add_forces(
@@ -279,76 +379,124 @@ class Contact:
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
         for state in np.ndindex(position.shape[:-2]):
-            self.push(
-                self.touches(position[state], velocity[state]), velocity[state], to[state]
-            )
+            self.push(self.touches(position[state], velocity[state]), to[state])
 
-    def push(self, touch: Touch, velocity: Floats, to: Floats) -> None:
+    def push(self, touch: Touch, to: Floats) -> None:
         """Add the forces of one state on all nodes [N], shape (node, 3)."""
-        rub = self._rub(touch, velocity)
-        pressed = touch.pressure[:, None] * touch.place.normal
-        np.add.at(to, self.nodes[touch.pairs.node], pressed + rub)
-        back = touch.pressure[:, None, None] * touch.place.pressing
-        back -= touch.place.weights[:, :, None] * rub[:, None, :]
+        pressure = touch.pressure
+        ahead = pressure[:, None] * touch.place.normal
+        back = pressure[:, None, None] * touch.place.pressing
+        if touch.rubbing is not None:
+            ahead, back = ahead + touch.rubbing.force, back + touch.rubbing.back
+        np.add.at(to, self.nodes[touch.pairs.node], ahead)
         np.add.at(to, self.points[touch.pairs.shape], back)
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return the power that damping and friction take out [W], shape (…)."""
         power = np.zeros(position.shape[:-2])
         for state in np.ndindex(power.shape):
-            touch = self.touches(position[state], velocity[state])
-            power[state] = self.loss(touch, velocity[state])
+            power[state] = self.loss(self.touches(position[state], velocity[state]))
         return power
 
-    def loss(self, touch: Touch, velocity: Floats) -> float:
+    def loss(self, touch: Touch) -> float:
         """Return the power that damping and friction take out of one state [W]."""
-        damped = (self.pressure(touch.place.depth) - touch.pressure) * touch.rate
-        return float((damped - _dot(self._rub(touch, velocity), touch.sliding)).sum())
+        damped = float(((touch.steady - touch.pressure) * touch.rate).sum())
+        return damped + (touch.rubbing.power if touch.rubbing is not None else 0.0)
 
     def bends(self, touch: Touch) -> int:
-        """Return how many bends of their law all pressures together have passed."""
-        depth = touch.place.depth
-        return int((depth > 0.0).sum() + (depth >= self.layer).sum())
+        """Return how many bends of their law the pressures of surfaces have passed."""
+        passed = 1.0 + (touch.place.depth >= self.layer)
+        return round(float((touch.pairs.weight * passed).sum()))
 
-    def bristle_rates(self, touch: Touch, velocity: Floats) -> Floats:
-        """Return the rates of the velocities of ``memory`` [m/s²], shape (m, 3).
+    # --- friction ---------------------------------------------------------------------------
+
+    def bristle_rates(self, touch: Touch) -> Floats:
+        """Return the rates of the velocities of ``memory`` [m/s²], shape (m, 3)."""
+        return np.zeros((0, 3)) if touch.rubbing is None else touch.rubbing.rates
+
+    def _rubbed(self, touch: Touch, position: Floats, velocity: Floats) -> Touch:
+        """Return the same with friction.
+
+        Shapes share the force of a bristle as they press, each along its own surface: so none
+        pulls along its normal, and what a bristle feels is what its force does work on.
+        """
+        normal, node = touch.place.normal, touch.pairs.node
+        count, turning = len(self.nodes), self._turning(touch, position)
+        total = _sums(touch.node, touch.factor * touch.surface, count)
+        share = touch.pressure / _or_one(total)[node]
+        slide = share[:, None] * _along(self._sliding(touch, turning, velocity), normal)
+        u = np.stack([np.bincount(node, part, count) for part in slide.T], axis=1)
+        z = velocity[self.memory] / self.rate
+        bears, rates = self._bristles(touch, total, u, z)
+        force = -bears[:, None] * z
+        each = share[:, None] * _along(force[node], normal)
+        back = -touch.place.weights[:, :, None] * each[:, None, :]
+        couple = np.zeros((len(touch.node), 3))
+        np.add.at(couple, touch.group, -np.cross(touch.arm, each))
+        twist = turning.share[:, None] * couple[touch.group]
+        twist = np.einsum("nij,nj->ni", turning.inverse, twist)
+        back += np.cross(twist[:, None, :], turning.arm)
+        power = -float((force * u).sum())
+        return touch._replace(rubbing=Rubbing(each, back, power, self.rate * rates))
+
+    def _bristles(
+        self, touch: Touch, total: Floats, u: Floats, z: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return force by length [N/m], shape (m,), and z' [m/s], shape (m, 3).
 
         Args:
-            velocity: Of all nodes [m/s], shape (node, 3).
+            total: Pressure on each node [N], shape (m,).
+            u: Sliding velocity [m/s], shape (m, 3).
+            z: Bristles [m], shape (m, 3).
         """
-        total, slide = self._total(touch), np.zeros((len(self.nodes), 3))
-        along = _along(touch.sliding, touch.place.normal)
-        np.add.at(slide, touch.pairs.node, touch.pressure[:, None] * along)
-        u = slide / np.where(total > 0.0, total, 1.0)[:, None]
-        z = velocity[self.memory] / self.rate
+        half, k, count = 0.5 * self.layer, self.stiffness, len(total)
         length = np.linalg.norm(z, axis=1)
-        e = z / np.where(length > 0.0, length, 1.0)[:, None]
-        least = LEAST * self.friction * self.stiffness * self.layer
-        r = np.minimum(self.stiffness * length / (self.friction * total + least), LARGEST)
-        slip = np.maximum(_dot(u, e), 0.0) * r**SHARPNESS
-        lifted = np.exp(-total / (LEAST * self.stiffness * self.layer))[:, None]
-        bent = (1.0 - lifted) * (u - slip[:, None] * e) - lifted * self.rate * z
-        return self.rate * bent
+        reach = total / k + half
+        slips = self.friction * reach
+        bears = np.where(length > slips, self.friction * total / _or_one(length), total / reach)
+        r = np.minimum(length / slips, LARGEST)
+        rest = _sums(touch.node, touch.surface, count)
+        steeper = -touch.pairs.weight * self.steepness(touch.place.depth) * touch.rate
+        growth = _sums(touch.pairs.node, steeper, count) / (rest + LEAST * k * half)
+        growth *= half / (rest / k + half)
+        d = u - 0.5 * growth[:, None] * z
+        e = z / _or_one(length)[:, None]
+        slip = np.maximum(dot(d, e), 0.0) * r**SHARPNESS
+        rates = np.where((total > 0.0)[:, None], d - slip[:, None] * e, -self.rate * z)
+        return bears, rates
 
-    def _rub(self, touch: Touch, velocity: Floats) -> Floats:
-        """Return the friction of each pair on its node [N], shape (pair, 3).
+    def _sliding(self, touch: Touch, turning: Turning, velocity: Floats) -> Floats:
+        """Return velocities of nodes against what turns with the surface [m/s], (pair, 3)."""
+        ends = velocity[self.points[touch.pairs.shape]]
+        spin = np.einsum("nij,nj->ni", turning.inverse, np.cross(turning.arm, ends).sum(axis=1))
+        whole = np.zeros((len(touch.node), 3))
+        np.add.at(whole, touch.group, turning.share[:, None] * spin)
+        there = np.einsum("np,npk->nk", touch.place.weights, ends)
+        there += np.cross(whole[touch.group], touch.arm)
+        return velocity[self.nodes[touch.pairs.node]] - there
 
-        Shapes share the force of the bristle as they press, each along its own surface: so
-        none does more than Coulomb's law allows, nor pulls along its normal.
-        """
-        if not len(self.memory):
-            return np.zeros_like(touch.sliding)
-        total, z = self._total(touch), velocity[self.memory] / self.rate
-        wish, limit = self.stiffness * np.linalg.norm(z, axis=1), self.friction * total
-        bears = np.where(wish > limit, limit / np.where(wish > 0.0, wish, 1.0), 1.0)
-        pull = -self.stiffness * bears[:, None] * z
-        share = touch.pressure / np.where(total > 0.0, total, 1.0)[touch.pairs.node]
-        return share[:, None] * _along(pull[touch.pairs.node], touch.place.normal)
+    def _turning(self, touch: Touch, position: Floats) -> Turning:
+        """Return how faces turn: those that count, as hard as they press."""
+        points, kind = position[self.points[touch.pairs.shape]], self.kind[touch.pairs.shape]
+        corner = np.ones((len(kind), 3))
+        corner[kind != TRIANGLE, 2] = 0.0
+        middle = np.einsum("np,npk->nk", corner, points) / corner.sum(axis=1)[:, None]
+        arm = corner[:, :, None] * (points - middle[:, None])
+        square = (arm**2).sum(axis=(1, 2))
+        inertia = square[:, None, None] * np.eye(3) - np.einsum("npi,npj->nij", arm, arm)
+        # Two points do not turn about the line between them.
+        line = kind == CAPSULE
+        inertia[line] += np.einsum("ni,nj->nij", arm[line, 0], arm[line, 0])
+        size = np.linalg.det(inertia)
+        turns = (touch.pairs.weight > 0.0) & (kind != PLANE) & (size > FLAT * square**3)
+        inertia[~turns] = np.eye(3)
+        inverse = np.linalg.inv(inertia)
+        inverse = np.linalg.inv(inertia) * turns[:, None, None]
+        presses = touch.steady * turns
+        every = _or_one(_sums(touch.group, presses, len(touch.node)))
+        return Turning(arm, inverse, presses / every[touch.group])
 
-    def _total(self, touch: Touch) -> Floats:
-        """Return the pressure of all shapes together on each node [N], shape (m,)."""
-        total = np.bincount(touch.pairs.node, touch.pressure, len(self.nodes))
-        return total.astype(float, copy=False)  # without pairs NumPy counts in integers
+    # --- its second derivative --------------------------------------------------------------
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
@@ -358,16 +506,20 @@ class Contact:
         Args:
             number: Of each node of the scene among those that may move, -1 for others.
             size: How many may move; the matrix is of shape (3 size, 3 size).
-            exact: Whether round shapes weaken it, as what rolls off them; otherwise it is
-                positive semidefinite. Where the nearest point lies is taken as fixed in it.
+            exact: Whether round and hollow shapes weaken it, as what rolls off them; otherwise
+                it is positive semidefinite. Where the nearest point lies is taken as fixed.
         """
         from scipy.sparse import coo_matrix
 
-        pairs, place = self._pressed(position)
+        pairs, place = self._nearest(position)
+        if not exact:
+            presses = pairs.weight > 0.0
+            pairs, place = pairs.some(presses), place.some(presses)
         block = self.steepness(place.depth)[:, None, None] * _square(place.normal)
         if exact:
             around = np.eye(3) - _square(place.normal) - _square(place.line)
             block -= (self.pressure(place.depth) * place.curvature)[:, None, None] * around
+        block *= pairs.weight[:, None, None]
         shares = np.concatenate([np.ones((len(block), 1)), -place.weights], axis=1)
         here = np.concatenate([self.nodes[pairs.node][:, None], self.points[pairs.shape]], 1)
         values = np.einsum("na,nb,nij->naibj", shares, shares, block)
@@ -379,24 +531,36 @@ class Contact:
         entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
         return coo_matrix(entries, shape=(3 * size, 3 * size))
 
-    def _pressed(self, position: Floats) -> tuple[Pairs, Place]:
-        touch = self.touches(position, np.zeros_like(position))
-        return touch.pairs, touch.place
+    def _nearest(self, position: Floats) -> tuple[Pairs, Place]:
+        """Return the pairs that touch, one for each nearest point; weights add up there.
+
+        So what cancels in forces does so in stiffnesses without being counted as weakening.
+        """
+        pairs, place = self._pressed(position)
+        touched = np.where(place.weights > 0.0, self.points[pairs.shape], -1)
+        key = np.column_stack([pairs.node, self.surface[pairs.shape], np.sort(touched, axis=1)])
+        _, first, of = np.unique(key, axis=0, return_index=True, return_inverse=True)
+        weight = _sums(of.reshape(-1), pairs.weight, len(first))
+        counts = weight != 0.0
+        first = first[counts]
+        return pairs.some(first)._replace(weight=weight[counts]), place.some(first)
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         size = float(np.abs(position).max(initial=0.0))
-        return size * float(self.pressure(self._pressed(position)[1].depth).sum())
+        pairs, place = self._pressed(position)
+        return size * float((np.abs(pairs.weight) * self.pressure(place.depth)).sum())
 
     def noise(self, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
         return self.stiffness * float(np.abs(position).max(initial=0.0))
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero round shapes may bring an eigenvalue [N/m]."""
-        pairs, place = self._pressed(position)
-        total = np.zeros(len(position))
-        each = 2.0 * self.pressure(place.depth) * place.curvature
+        """Return how far below zero round and hollow shapes may bring an eigenvalue [N/m]."""
+        pairs, place = self._nearest(position)
+        round_ = np.maximum(pairs.weight, 0.0) * self.pressure(place.depth) * place.curvature
+        hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(place.depth)
+        total, each = np.zeros(len(position)), 2.0 * (round_ + hollow)
         np.add.at(total, self.nodes[pairs.node], each)
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
         return float(total.max(initial=0.0))
@@ -406,89 +570,37 @@ class Contact:
         return 0.0
 
 
-def _dot(one: Floats, two: Floats) -> Floats:
-    return np.einsum("...k,...k->...", one, two)
+@lru_cache(maxsize=8)
+def _with_whole(contact: Contact, alive: bytes) -> Contact:
+    """Return contact without the faces whose springs are gone; kept, being asked for often."""
+    there = np.frombuffer(alive, dtype=bool)
+    bound = contact.bonds >= 0
+    holding = np.zeros_like(bound)
+    holding[bound] = there[contact.bonds[bound]]
+    whole = holding.any(axis=1) | ~bound.any(axis=1)
+    triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
+    whole[triangles] = contact.edges.holding(there).all(axis=1)
+    return contact if whole.all() else replace(contact, whole=whole)
+
+
+def _all_pairs(node: Indices, face: Indices) -> tuple[Indices, Indices]:
+    return np.tile(node, len(face)), np.repeat(face, len(node))
+
+
+def _sums(row: Indices, values: Floats, count: int) -> Floats:
+    """Return the sums of values by rows; without any, NumPy would count in integers."""
+    return np.bincount(row, values, count).astype(float, copy=False)
+
+
+def _or_one(values: Floats) -> Floats:
+    """Return what can be divided by: values above zero, and 1 for others."""
+    return np.where(values > 0.0, values, 1.0)
 
 
 def _along(vector: Floats, normal: Floats) -> Floats:
     """Return the part of vectors along a surface."""
-    return vector - _dot(vector, normal)[:, None] * normal
+    return vector - dot(vector, normal)[:, None] * normal
 
 
 def _square(vector: Floats) -> Floats:
     return vector[:, :, None] * vector[:, None, :]
-
-
-def _from_point(r: Floats, radius: Floats, weights: Floats, line: Floats) -> Iterator[Floats]:
-    """Yield the parts of a place from the vector that leads from the nearest point [m]."""
-    distance = np.linalg.norm(r, axis=1)
-    # On the point itself there is no direction out of it, and so no force.
-    inverse = np.where(distance > 0.0, 1.0 / np.where(distance > 0.0, distance, 1.0), 0.0)
-    normal = r * inverse[:, None]
-    yield radius - distance
-    yield normal
-    yield inverse
-    yield line
-    yield weights
-    yield -weights[:, :, None] * normal[:, None, :]
-
-
-def _in_capsule(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
-    p, d = corners[:, 0], corners[:, 1] - corners[:, 0]
-    square = _dot(d, d)
-    flat = np.where(square > 0.0, square, 1.0)
-    s = np.clip(_dot(x - p, d) / flat, 0.0, 1.0)
-    inside = ((s > 0.0) & (s < 1.0))[:, None]
-    line = np.where(inside, d / np.sqrt(flat)[:, None], 0.0)
-    weights = np.stack([1.0 - s, s, np.zeros_like(s)], axis=1)
-    return _from_point(x - p - s[:, None] * d, radius, weights, line)
-
-
-def _in_plane(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
-    p, d = corners[:, 0], corners[:, 1] - corners[:, 0]
-    length = np.linalg.norm(d, axis=1)[:, None]
-    normal = d / length
-    depth = -_dot(normal, x - p)
-    # Force and place on the plane make a moment, which its second point takes up.
-    lever = (x - p + depth[:, None] * normal) / length
-    none = np.zeros_like(x)
-    yield depth
-    yield normal
-    yield none[:, 0]
-    yield none
-    yield np.broadcast_to([1.0, 0.0, 0.0], x.shape)
-    yield np.stack([-normal - lever, lever, none], axis=1)
-
-
-def _in_triangle(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
-    """Look from the nearest of the face and the three edges."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, ac, ax = b - a, c - a, x - a
-    d00, d01, d11 = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
-    d20, d21 = _dot(ax, ab), _dot(ax, ac)
-    area = d00 * d11 - d01 * d01
-    flat = np.where(area > 0.0, area, 1.0)
-    v, w = (d11 * d20 - d01 * d21) / flat, (d00 * d21 - d01 * d20) / flat
-    weights = np.stack([1.0 - v - w, v, w], axis=1)
-    on_face = (area > 0.0) & (weights >= 0.0).all(axis=1)
-    nearest = np.where(on_face, 0.0, np.inf)
-    line = np.zeros_like(x)
-    for i in range(3):
-        j = (i + 1) % 3
-        p, d = corners[:, i], corners[:, j] - corners[:, i]
-        square = _dot(d, d)
-        s = np.clip(_dot(x - p, d) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-        apart = np.linalg.norm(x - p - s[:, None] * d, axis=1)
-        takes = apart < nearest
-        nearest = np.where(takes, apart, nearest)
-        edge = np.zeros_like(weights)
-        edge[:, i], edge[:, j] = 1.0 - s, s
-        weights = np.where(takes[:, None], edge, weights)
-        along = np.where(((s > 0.0) & (s < 1.0))[:, None], d, 0.0)
-        length = np.linalg.norm(along, axis=1)[:, None]
-        line = np.where(takes[:, None], along / np.where(length > 0.0, length, 1.0), line)
-    parts = list(
-        _from_point(x - np.einsum("np,npk->nk", weights, corners), radius, weights, line)
-    )
-    parts[2] = np.where(on_face, 0.0, parts[2])  # above a face nothing is curved
-    return iter(parts)

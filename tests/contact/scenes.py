@@ -6,9 +6,14 @@ import numpy as np
 
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler import Compiled
+from tissuec.contact import Contact
+from tissuec.core.source import Source, Span
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import Outcome, run
+from tissuec.shapes.inclusion import shared_elements
+from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
+from tissuec.strands import Edges, Strands
 
 
 @dataclass
@@ -111,3 +116,39 @@ def contact_of(compiled):
     """Return the contact of a scene that has one."""
     assert compiled.plan.contact is not None
     return compiled.plan.contact
+
+
+def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1):
+    """Return a contact of the first ``nodes`` nodes with faces of one surface.
+
+    Args:
+        kind: Of all faces.
+        points: Their nodes, shape (face, 3); bristles stand behind them.
+    """
+    count, surface = len(points), np.zeros(len(points), dtype=np.int64)
+    sides = {TRIANGLE: 3, CAPSULE: 2, PLANE: 0}[kind]
+    shared = shared_elements(points, np.full(count, sides), surface)
+    rings = np.stack([points, np.roll(points, -1, axis=1)], axis=-1)
+    behind = int(points.max()) + 1
+    return Contact(
+        nodes=np.arange(nodes),
+        owner=np.zeros(nodes, dtype=np.int64),
+        size=np.zeros(nodes),
+        kind=np.concatenate([np.full(count, kind), np.full(len(shared.points), CAPSULE)]),
+        points=np.concatenate([points, shared.points]),
+        surface=np.concatenate([surface, surface[shared.face]]),
+        parts=shared.parts,
+        radius=np.full(count, radius),
+        spared=np.full(count, -1),
+        bonds=np.full((count, 2), -1),
+        edges=Edges.of(Strands.of(rings.reshape(-1, 2)), rings),
+        joined=np.zeros((0, 2), dtype=np.int64),
+        stiffness=50.0,
+        layer=0.05,
+        damping=damping,
+        friction=friction,
+        stride=0.1,
+        memory=np.arange(behind, behind + nodes) if friction else np.zeros(0, dtype=int),
+        rate=100.0,
+        span=Span(Source("s.tis", "language 1"), 0, 1),
+    )

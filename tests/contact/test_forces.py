@@ -56,8 +56,9 @@ def test_the_cloud_is_touched_by_every_tool_and_by_two_at_once():
 def test_action_is_reaction(seed, friction):
     contact, network = cloud(friction, "0.5 s/m")
     found = forces(contact, *state(network, seed))
-    # Some forty roundings of forces and of their shares.
-    assert np.abs(found.sum(axis=0)).max() < 1e-14 * np.abs(found).sum()
+    # Some forty roundings of forces and of their shares; the ball, whose ends the state draws
+    # 0.1 mm apart, is turned by couples of forces that are up to 50 times as large.
+    assert np.abs(found.sum(axis=0)).max() < 1e-13 * np.abs(found).sum()
 
 
 @pytest.mark.parametrize("seed", STATES)
@@ -199,9 +200,7 @@ def test_nothing_happens_on_the_very_line_of_a_rod_or_in_the_centre_of_a_sphere(
         position[node] = position[tool.nodes.start]
     found = forces(contact, position, velocity)
     assert np.all(np.isfinite(found))
-    assert np.all(
-        np.isfinite(contact.bristle_rates(contact.touches(position, velocity), velocity))
-    )
+    assert np.all(np.isfinite(contact.bristle_rates(contact.touches(position, velocity))))
     number = np.arange(network.node_count)
     matrix = contact.matrix(0.0, position, number, network.node_count)
     assert np.all(np.isfinite(matrix.data))

@@ -8,7 +8,7 @@ from typing import NoReturn
 import numpy as np
 
 from tissuec.compiling.threads import bonds
-from tissuec.contact import CAPSULE, PLANE, TRIANGLE, Contact
+from tissuec.contact import Contact
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.network import (
@@ -23,6 +23,10 @@ from tissuec.network import (
 )
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.shapes.inclusion import shared_elements
+from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
+from tissuec.strands import Edges, Strands
+from tissuec.topology import pieces
 
 SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
@@ -65,18 +69,21 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Carried:
+class Faces:
     """Shapes and the nodes that carry them; see ``Contact``.
 
     Attributes:
-        kind, points, radius, spared, bonds: As there.
+        kind, points, surface, radius, spared, bonds: As there.
+        corners: The same as ``points``, but nodes in one place have one number.
     """
 
     kind: Indices
     points: Indices
+    surface: Indices
     radius: Floats
     spared: Indices
     bonds: Indices
+    corners: Indices
 
 
 def contact_of(
@@ -87,31 +94,38 @@ def contact_of(
     if law is None:
         _warn_of_idle_shapes(tools, findings)
         return None
-    parts = [_of_tools(network, tools), _of_threads(network)]
-    if law.between_bodies:
-        parts.append(_of_skins(network, law))
-    kind, points, radius, spared, bonds = (
-        np.concatenate([getattr(part, entry.name) for part in parts])
-        for entry in fields(Carried)
+    parts = [_of_tools(network, tools), _of_threads(network), _of_skins(network, law)]
+    faces = Faces(
+        *(
+            np.concatenate([getattr(part, entry.name) for part in parts])
+            for entry in fields(Faces)
+        )
     )
-    if not len(kind):
+    if not len(faces.kind):
         _warn_of_nothing_to_touch(environment, findings)
         return None
-    thin = radius[radius > 0.0]
+    thin = faces.radius[faces.radius > 0.0]
     stiffness = law.stiffness or _stiffness(network, environment, findings)
     mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
+    shared = shared_elements(faces.corners, _sides(faces), faces.surface)
+    triangles = faces.points[faces.kind == TRIANGLE]
+    rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
     contact = Contact(
         nodes=nodes,
         owner=_owners(network),
-        kind=kind,
-        points=points,
-        radius=radius,
-        spared=spared,
-        bonds=bonds,
-        joined=network.ends[: None if law.within_bodies else 0].astype(np.int64),
+        size=_sizes(network),
+        kind=np.concatenate([faces.kind, np.full(len(shared.points), CAPSULE)]),
+        points=np.concatenate([faces.points, shared.points]),
+        surface=np.concatenate([faces.surface, faces.surface[shared.face]]),
+        parts=shared.parts,
+        radius=faces.radius,
+        spared=faces.spared,
+        bonds=faces.bonds,
+        edges=Edges.of(Strands.of(network.ends), rings),
+        joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
-        layer=law.layer or _layer(network, radius, environment, findings),
+        layer=law.layer or _layer(network, faces.radius, environment, findings),
         damping=law.damping,
         friction=law.friction,
         memory=network.remembering(FRICTION),
@@ -122,21 +136,36 @@ def contact_of(
     return contact
 
 
-def _of_tools(network: Network, tools: Sequence[Tool]) -> Carried:
+def _of_tools(network: Network, tools: Sequence[Tool]) -> Faces:
     shapes = [shape for tool in tools for shape in tool.shapes]
     start = network.tools[0].nodes.start if network.tools else 0
-    return Carried(
+    points = start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]]
+    corners = _places(network)[points]
+    return Faces(
         kind=np.array(
             [PLANE if s.kind == "plane" else CAPSULE for s in shapes], dtype=np.int64
         ),
-        points=start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]],
+        points=points,
+        # What has an end in common is one surface: shaft, bend and tip of a hook.
+        surface=pieces(network.node_count, corners[:, :2])[corners[:, 0]].astype(np.int64),
         radius=np.array([shape.radius for shape in shapes], dtype=float),
         spared=np.full(len(shapes), -1),
         bonds=_unbound(len(shapes)),
+        corners=corners,
     )
 
 
-def _of_threads(network: Network) -> Carried:
+def _places(network: Network) -> Indices:
+    """Return for each node the first node of the same tool in the same place, shape (node,)."""
+    first = np.arange(network.node_count)
+    for tool in network.tools:
+        place = network.position[tool.nodes]
+        _, where, of = np.unique(place, axis=0, return_index=True, return_inverse=True)
+        first[tool.nodes] = tool.nodes.start + where[of.reshape(-1)]
+    return first
+
+
+def _of_threads(network: Network) -> Faces:
     """Return the pieces of threads, and of their knots."""
     found = [
         (network.ends[spring], body.thread.radius, number, bond)
@@ -144,13 +173,16 @@ def _of_threads(network: Network) -> Carried:
         if body.thread is not None
         for spring, bond in bonds(body.thread)
     ]
-    ends = np.array([row[0] for row in found], dtype=np.int64).reshape(-1, 2)
-    return Carried(
+    points = np.array([row[0] for row in found], dtype=np.int64).reshape(-1, 2)[:, [0, 1, 1]]
+    owner = np.array([row[2] for row in found], dtype=np.int64)
+    return Faces(
         kind=np.full(len(found), CAPSULE),
-        points=ends[:, [0, 1, 1]],
+        points=points,
+        surface=network.node_count + owner,
         radius=np.array([row[1] for row in found], dtype=float),
-        spared=np.array([row[2] for row in found], dtype=np.int64),
+        spared=owner,
         bonds=np.array([row[3] for row in found], dtype=np.int64).reshape(-1, 2),
+        corners=points,
     )
 
 
@@ -159,20 +191,51 @@ def _unbound(count: int) -> Indices:
     return np.full((count, 2), -1)
 
 
-def _of_skins(network: Network, law: ContactLaw) -> Carried:
-    """Return the triangles of the surfaces of all bodies."""
-    skin = network.skin.astype(np.int64)
-    thickness = law.thickness or SKIN * _mean_length(network)
-    if not thickness > 0.0:
-        thickness = 0.0  # without springs there is no skin either
+def _of_skins(network: Network, law: ContactLaw) -> Faces:
+    """Return the triangles of the surfaces of all bodies, if anything can touch them.
+
+    Threads touch surfaces always, at their own radius; then these have none.
+    """
+    skin, thickness = network.skin.astype(np.int64), 0.0
+    if law.between_bodies:
+        thickness = law.thickness or SKIN * _mean_length(network)
+        if not thickness > 0.0:
+            thickness = 0.0  # without springs there is no skin either
+    elif not _sizes(network).any():
+        skin = skin[:0]
     owner = _owners(network)[skin[:, 0]]
-    return Carried(
+    return Faces(
         kind=np.full(len(skin), TRIANGLE),
         points=skin,
+        surface=network.node_count + len(network.bodies) + owner,
         radius=np.full(len(skin), thickness),
         spared=np.full(len(skin), -1) if law.within_bodies else owner,
         bonds=_unbound(len(skin)),
+        corners=skin,
     )
+
+
+def _sides(faces: Faces) -> Indices:
+    """Return how many corners each face may share with others, shape (face,)."""
+    apart = faces.corners[:, 0] != faces.corners[:, 1]
+    return np.select([faces.kind == TRIANGLE, (faces.kind == CAPSULE) & apart], [3, 2], 0)
+
+
+def _sizes(network: Network) -> Floats:
+    """Return the radius of the thread that each node of a body belongs to, else 0 [m]."""
+    radii = [0.0 if body.thread is None else body.thread.radius for body in network.bodies]
+    return np.array(radii, dtype=float)[_owners(network)]
+
+
+def _joined(network: Network, law: ContactLaw) -> Indices:
+    """Return pairs of nodes that do not touch, because springs join them, shape (pair, 2).
+
+    Those of a body that touches itself, and stitches of threads, which go into the tissue.
+    """
+    stitches = network.ends[network.body_springs :].astype(np.int64)
+    stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
+    own = network.ends[: network.body_springs if law.within_bodies else 0]
+    return np.concatenate([own.astype(np.int64), stitches])
 
 
 def _warn_of_drawn_touches(contact: Contact, network: Network, findings: Findings) -> None:

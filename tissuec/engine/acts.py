@@ -13,6 +13,7 @@ from tissuec.inelastic import Inelastic
 from tissuec.jets import shares
 from tissuec.kernels.records import Acts, Enclosures, Internal, Jets, Reels, Touches
 from tissuec.kernels.rinsing import GRID
+from tissuec.kernels.touching import COLUMNS
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
 
@@ -105,17 +106,20 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
     if contact is None or contact.pairs is None:
         first, points = np.zeros(1, dtype=np.int64), none.reshape(0, 3)
         return Touches(
-            none, first, none, none, points, empty, none, home[:0], home[:0], none, listed,
-            squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
+            none, first, none, empty, empty, none, points, none, empty.reshape(0, COLUMNS),
+            none, home[:0], home[:0], none, listed, squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
         )  # fmt: skip
     counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
     return Touches(
         nodes=contact.nodes,
         first=_offsets(counts.tolist()),
         shape=contact.pairs.shape,
+        weight=contact.pairs.weight,
+        radius=contact.pairs.radius,
         kind=contact.kind,
         points=contact.points,
-        radius=contact.radius,
+        surface=contact.surface,
+        met=np.zeros((int(counts.max(initial=0)), COLUMNS)),
         memory=contact.memory,
         home=home,
         bent=np.zeros_like(home),

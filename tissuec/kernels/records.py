@@ -64,9 +64,12 @@ class Touches(NamedTuple):
     nodes: Integers  # shape (m,)
     first: Integers  # shapes near node k are shape[first[k]:first[k + 1]], shape (m + 1,)
     shape: Integers  # numbers of shapes, shape (pair,)
+    weight: Floats  # how often they count, shape (pair,)
+    radius: Floats  # [m], shape (pair,)
     kind: Integers  # shape (shape,)
     points: Integers  # nodes that carry each shape, shape (shape, 3)
-    radius: Floats  # [m], shape (shape,)
+    surface: Integers  # that each shape belongs to, shape (shape,)
+    met: Floats  # scratch, for the pairs of one node, shape (most pairs of a node, 16)
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Floats  # scratch, their rates [m/s²], shape as ``home``

@@ -1,6 +1,9 @@
-"""Shapes on nodes, as scalar loops; what they do stands in ``tissuec.contact``."""
+"""Shapes on nodes, as scalar loops; what they do stands in ``tissuec.contact``.
 
-from math import exp, sqrt
+Of each pair that touches, a row of ``met`` keeps what is needed of it more than once.
+"""
+
+from math import sqrt
 
 from tissuec.kernels.records import Floats, Touches
 
@@ -8,6 +11,18 @@ CAPSULE, PLANE = 0, 1
 SHARPNESS = 8
 LARGEST = 2.0
 LEAST = 1e-3
+FLAT = 1e-12
+
+# Columns of ``met``.
+STEADY = 0  # pressure at rest, with the sign of the weight; 0 where nothing touches
+NORMAL = 1
+WEIGHT = 4  # of the three points of a shape
+LEVER = 7  # on a plane
+GAP = 10  # distance of the node from the nearest point
+RATE = 11  # velocity along the normal
+SLIDE = 12  # velocity against the nearest point
+SHARE = 15  # of the couple of its surface
+COLUMNS = 16
 
 # Depth, normal, weights of the three points of a shape, and lever on a plane.
 Meeting = tuple[float, float, float, float, float, float, float, float, float, float]
@@ -20,40 +35,163 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
     Returns:
         The power that damping and friction take out [W].
     """
-    lost, bends = 0.0, 0
+    lost, bends = 0.0, 0.0
     for k in range(touches.nodes.size):
-        i = 3 * touches.nodes[k]
-        total = u0 = u1 = u2 = 0.0
-        for pair in range(touches.first[k], touches.first[k + 1]):
-            shape = touches.shape[pair]
-            depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, shape, x, touches)
-            if depth <= 0.0:
-                continue
-            bends += 1 if depth < touches.layer else 2
-            s0, s1, s2, rate = slide(i, shape, v, n0, n1, n2, wa, wb, wc, l0, l1, l2, touches)
-            steady = press_at(depth, touches)
-            pressure = steady * max(1.0 - touches.damping * rate, 0.0)
-            lost += (steady - pressure) * rate
-            push(i, f, pressure * n0, pressure * n1, pressure * n2)
-            g0, g1, g2 = -pressure * n0, -pressure * n1, -pressure * n2
-            a, b, c = corners(shape, touches)
-            l0, l1, l2 = pressure * l0, pressure * l1, pressure * l2
-            push(a, f, wa * g0 - l0, wa * g1 - l1, wa * g2 - l2)
-            push(b, f, wb * g0 + l0, wb * g1 + l1, wb * g2 + l2)
-            push(c, f, wc * g0, wc * g1, wc * g2)
-            total += pressure
-            u0 += pressure * (s0 - rate * n0)
-            u1 += pressure * (s1 - rate * n1)
-            u2 += pressure * (s2 - rate * n2)
+        first, last = int(touches.first[k]), int(touches.first[k + 1])
+        bends += look(3 * touches.nodes[k], first, last, x, v, touches)
+        # Pressure with and without damping, its rate, and pressure times sliding velocity.
+        total = rest = growth = u0 = u1 = u2 = 0.0
+        start = first
+        while start < last:
+            stop = end_of_surface(start, last, touches)
+            steady, closing, steeper = press_surface(start, stop, first, touches)
+            if steady > 0.0:
+                factor = max(1.0 + touches.damping * closing / steady, 0.0)
+                lost += push_back(k, start, stop, first, factor, f, touches)
+                total, rest, growth = total + factor * steady, rest + steady, growth + steeper
+                if touches.memory.size:
+                    s0, s1, s2 = rub_past(start, stop, first, factor, x, v, touches)
+                    u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
+            start = stop
         if touches.memory.size:
-            lost += rub(k, total, u0, u1, u2, x, v, f, touches)
-    count(bends, touches)
+            lost += rub(k, total, rest, growth, u0, u1, u2, x, v, f, touches)
+    count(round(bends), touches)
     return lost
+
+
+def count(bends: int, touches: Touches) -> None:
+    """Remember how many bends of their law all pressures together have passed."""
+    touches.bends[0] = bends
+    touches.bends[1] = min(touches.bends[1], bends)
+    touches.bends[2] = max(touches.bends[2], bends)
+
+
+def end_of_surface(start: int, last: int, touches: Touches) -> int:
+    """Return the pair behind those that are of the same surface as the first of them."""
+    stop, surface = start + 1, touches.surface[touches.shape[start]]
+    while stop < last and touches.surface[touches.shape[stop]] == surface:
+        stop += 1
+    return stop
+
+
+def look(i: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) -> float:
+    """Set the rows of the pairs of a node; return how many bends of their law they passed."""
+    bends, met = 0.0, touches.met
+    for pair in range(first, last):
+        shape, row = touches.shape[pair], pair - first
+        depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, pair, x, touches)
+        if depth <= 0.0:
+            met[row, STEADY] = 0.0
+            continue
+        bends += touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
+        met[row, STEADY] = touches.weight[pair] * press_at(depth, touches)
+        met[row, NORMAL], met[row, NORMAL + 1], met[row, NORMAL + 2] = n0, n1, n2
+        met[row, WEIGHT], met[row, WEIGHT + 1], met[row, WEIGHT + 2] = wa, wb, wc
+        met[row, LEVER], met[row, LEVER + 1], met[row, LEVER + 2] = l0, l1, l2
+        met[row, GAP] = touches.radius[pair] - depth
+        a, b, c = corners(shape, touches)
+        s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
+        s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
+        s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
+        turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
+        s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
+        met[row, RATE] = s0 * n0 + s1 * n1 + s2 * n2
+        met[row, SLIDE], met[row, SLIDE + 1], met[row, SLIDE + 2] = s0, s1, s2
+    return bends
+
+
+def press_surface(
+    start: int, stop: int, first: int, touches: Touches
+) -> tuple[float, float, float]:
+    """Return what a surface does to a node at rest.
+
+    Returns:
+        Its pressure [N], that times the rate of the depth [W], and its rate [N/s].
+    """
+    steady = nearest_face = closing = steeper = 0.0
+    for pair in range(start, stop):
+        pressure, rate = touches.met[pair - first, STEADY], touches.met[pair - first, RATE]
+        if pressure != 0.0:
+            depth = touches.radius[pair] - touches.met[pair - first, GAP]
+            steep = touches.stiffness * min(depth / touches.layer, 1.0)
+            steady += pressure
+            nearest_face = max(nearest_face, pressure)
+            closing -= pressure * rate
+            steeper -= touches.weight[pair] * steep * rate
+    return max(steady, nearest_face), closing, steeper
+
+
+def push_back(
+    k: int, start: int, stop: int, first: int, factor: float, f: Floats, touches: Touches
+) -> float:
+    """Add the pressure of a surface on a node; return the power that damping takes out [W]."""
+    lost = 0.0
+    for pair in range(start, stop):
+        row = touches.met[pair - first]
+        if row[STEADY] != 0.0:
+            pressure = factor * row[STEADY]
+            lost += (row[STEADY] - pressure) * row[RATE]
+            g0, g1, g2 = (
+                pressure * row[NORMAL],
+                pressure * row[NORMAL + 1],
+                pressure * row[NORMAL + 2],
+            )
+            l0, l1, l2 = (
+                pressure * row[LEVER],
+                pressure * row[LEVER + 1],
+                pressure * row[LEVER + 2],
+            )
+            wa, wb, wc = row[WEIGHT], row[WEIGHT + 1], row[WEIGHT + 2]
+            a, b, c = corners(touches.shape[pair], touches)
+            push(3 * touches.nodes[k], f, g0, g1, g2)
+            push(a, f, -wa * g0 - l0, -wa * g1 - l1, -wa * g2 - l2)
+            push(b, f, -wb * g0 + l0, -wb * g1 + l1, -wb * g2 + l2)
+            push(c, f, -wc * g0, -wc * g1, -wc * g2)
+    return lost
+
+
+def rub_past(
+    start: int, stop: int, first: int, factor: float, x: Floats, v: Floats, touches: Touches
+) -> tuple[float, float, float]:
+    """Return the sum of pressures times velocities along a surface [W].
+
+    Sets how its faces share couples, and keeps pressures with their damping.
+    """
+    met, every = touches.met, 0.0
+    q0 = q1 = q2 = 0.0
+    for pair in range(start, stop):
+        row = met[pair - first]
+        row[SHARE] = 0.0
+        if row[STEADY] > 0.0:
+            turns, o0, o1, o2 = spin(touches.shape[pair], x, v, touches)
+            if turns:
+                row[SHARE] = row[STEADY]
+                every += row[STEADY]
+                q0, q1, q2 = q0 + row[STEADY] * o0, q1 + row[STEADY] * o1, q2 + row[STEADY] * o2
+    if every > 0.0:
+        q0, q1, q2 = q0 / every, q1 / every, q2 / every
+    u0 = u1 = u2 = 0.0
+    for pair in range(start, stop):
+        row = met[pair - first]
+        if row[STEADY] != 0.0:
+            if every > 0.0:
+                row[SHARE] /= every
+            row[STEADY] *= factor
+            n0, n1, n2, gap = row[NORMAL], row[NORMAL + 1], row[NORMAL + 2], row[GAP]
+            s0 = row[SLIDE] - gap * (q1 * n2 - q2 * n1)
+            s1 = row[SLIDE + 1] - gap * (q2 * n0 - q0 * n2)
+            s2 = row[SLIDE + 2] - gap * (q0 * n1 - q1 * n0)
+            u0 += row[STEADY] * (s0 - row[RATE] * n0)
+            u1 += row[STEADY] * (s1 - row[RATE] * n1)
+            u2 += row[STEADY] * (s2 - row[RATE] * n2)
+    return u0, u1, u2
 
 
 def rub(
     k: int,
     total: float,
+    rest: float,
+    growth: float,
     u0: float,
     u1: float,
     u2: float,
@@ -67,56 +205,180 @@ def rub(
     Args:
         k: Number of the node among those of the contact.
         total: Sum of the pressures on it [N].
-        u0, u1, u2: Sum of pressures times velocities along the surfaces.
+        rest: The same without damping [N].
+        growth: Rate of that [N/s].
+        u0, u1, u2: Sum of pressures times velocities along the surfaces [W].
     """
-    rate, stiffness, memory = touches.rate, touches.stiffness, 3 * touches.memory[k]
-    z0, z1, z2 = float(v[memory]), float(v[memory + 1]), float(v[memory + 2])
-    z0, z1, z2 = z0 / rate, z1 / rate, z2 / rate
+    rate, memory, bent = touches.rate, 3 * touches.memory[k], touches.bent
+    z0, z1, z2 = v[memory] / rate, v[memory + 1] / rate, v[memory + 2] / rate
     if total <= 0.0:
-        bend(k, -rate * z0, -rate * z1, -rate * z2, touches)
+        bent[k, 0], bent[k, 1], bent[k, 2] = (
+            -rate * rate * z0,
+            -rate * rate * z1,
+            -rate * rate * z2,
+        )
         return 0.0
-    w0, w1, w2 = u0 / total, u1 / total, u2 / total
-    length = sqrt(z0 * z0 + z1 * z1 + z2 * z2)
-    slip = 0.0
+    u0, u1, u2 = u0 / total, u1 / total, u2 / total
+    stiffness, half = touches.stiffness, 0.5 * touches.layer
+    unbend = 0.5 * growth / (rest + LEAST * stiffness * half) * half / (rest / stiffness + half)
+    d0, d1, d2 = u0 - unbend * z0, u1 - unbend * z1, u2 - unbend * z2
+    length, reach = sqrt(z0 * z0 + z1 * z1 + z2 * z2), total / stiffness + half
+    slips, slip = touches.friction * reach, 0.0
     if length > 0.0:
-        least = LEAST * touches.friction * stiffness * touches.layer
-        r = min(stiffness * length / (touches.friction * total + least), LARGEST)
-        forward = max(w0 * z0 + w1 * z1 + w2 * z2, 0.0) / (length * length)
-        slip = forward * r**SHARPNESS
-    up = exp(-total / (LEAST * stiffness * touches.layer))
-    fall = up * rate
-    w0 = (1.0 - up) * (w0 - slip * z0) - fall * z0
-    w1 = (1.0 - up) * (w1 - slip * z1) - fall * z1
-    w2 = (1.0 - up) * (w2 - slip * z2) - fall * z2
-    bend(k, w0, w1, w2, touches)
-    wish, limit = stiffness * length, touches.friction * total
-    bears: float = stiffness * limit / wish if wish > limit else stiffness
-    i, lost = 3 * touches.nodes[k], 0.0
-    for pair in range(touches.first[k], touches.first[k + 1]):
-        shape = touches.shape[pair]
-        depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, shape, x, touches)
-        if depth > 0.0:
-            s0, s1, s2, closing = slide(
-                i, shape, v, n0, n1, n2, wa, wb, wc, l0, l1, l2, touches
+        r = min(length / slips, LARGEST)
+        slip = max(d0 * z0 + d1 * z1 + d2 * z2, 0.0) / (length * length) * r**SHARPNESS
+    bent[k, 0] = rate * (d0 - slip * z0)
+    bent[k, 1] = rate * (d1 - slip * z1)
+    bent[k, 2] = rate * (d2 - slip * z2)
+    bears = touches.friction * total / length if length > slips else total / reach
+    first, last = int(touches.first[k]), int(touches.first[k + 1])
+    start = first
+    while start < last:
+        stop = end_of_surface(start, last, touches)
+        drag_along(k, start, stop, bears / total, z0, z1, z2, x, f, touches)
+        start = stop
+    return float(bears * (z0 * u0 + z1 * u1 + z2 * u2))
+
+
+def drag_along(
+    k: int,
+    start: int,
+    stop: int,
+    bears: float,
+    z0: float,
+    z1: float,
+    z2: float,
+    x: Floats,
+    f: Floats,
+    touches: Touches,
+) -> None:
+    """Add the friction of a surface on a node: its force, and the couple that answers both.
+
+    Args:
+        bears: Force by pressure and length of the bristle [1/m].
+        z0, z1, z2: The bristle [m].
+    """
+    first, i = int(touches.first[k]), 3 * touches.nodes[k]
+    c0 = c1 = c2 = 0.0
+    for pair in range(start, stop):
+        row = touches.met[pair - first]
+        if row[STEADY] != 0.0:
+            n0, n1, n2 = row[NORMAL], row[NORMAL + 1], row[NORMAL + 2]
+            share, along = -bears * row[STEADY], z0 * n0 + z1 * n1 + z2 * n2
+            r0, r1, r2 = (
+                share * (z0 - along * n0),
+                share * (z1 - along * n1),
+                share * (z2 - along * n2),
             )
-            pressure = press_at(depth, touches) * max(1.0 - touches.damping * closing, 0.0)
-            share, along = -bears * pressure / total, z0 * n0 + z1 * n1 + z2 * n2
-            r0, r1, r2 = z0 - along * n0, z1 - along * n1, z2 - along * n2
-            r0, r1, r2 = share * r0, share * r1, share * r2
+            wa, wb, wc, gap = row[WEIGHT], row[WEIGHT + 1], row[WEIGHT + 2], row[GAP]
+            a, b, c = corners(touches.shape[pair], touches)
             push(i, f, r0, r1, r2)
-            a, b, c = corners(shape, touches)
             push(a, f, -wa * r0, -wa * r1, -wa * r2)
             push(b, f, -wb * r0, -wb * r1, -wb * r2)
             push(c, f, -wc * r0, -wc * r1, -wc * r2)
-            lost -= r0 * s0 + r1 * s1 + r2 * s2
-    return lost
+            c0 -= gap * (n1 * r2 - n2 * r1)
+            c1 -= gap * (n2 * r0 - n0 * r2)
+            c2 -= gap * (n0 * r1 - n1 * r0)
+    for pair in range(start, stop):
+        row = touches.met[pair - first]
+        if row[STEADY] != 0.0 and row[SHARE] > 0.0:
+            share = row[SHARE]
+            twist(touches.shape[pair], share * c0, share * c1, share * c2, x, f, touches)
 
 
-def count(bends: int, touches: Touches) -> None:
-    """Remember how many bends of their law all pressures together have passed."""
-    touches.bends[0] = bends
-    touches.bends[1] = min(touches.bends[1], bends)
-    touches.bends[2] = max(touches.bends[2], bends)
+def arms(shape: int, x: Floats, touches: Touches) -> tuple[float, ...]:
+    """Return what leads from the mean of the points of a face to each of them [m].
+
+    The third one of a capsule is zero, being no point of its own.
+    """
+    a, b, c = corners(shape, touches)
+    if touches.kind[shape] == CAPSULE:
+        h0, h1, h2 = (
+            0.5 * (x[b] - x[a]),
+            0.5 * (x[b + 1] - x[a + 1]),
+            0.5 * (x[b + 2] - x[a + 2]),
+        )
+        return -h0, -h1, -h2, h0, h1, h2, 0.0, 0.0, 0.0
+    m0 = (x[a] + x[b] + x[c]) / 3.0
+    m1 = (x[a + 1] + x[b + 1] + x[c + 1]) / 3.0
+    m2 = (x[a + 2] + x[b + 2] + x[c + 2]) / 3.0
+    return (
+        x[a] - m0, x[a + 1] - m1, x[a + 2] - m2,
+        x[b] - m0, x[b + 1] - m1, x[b + 2] - m2,
+        x[c] - m0, x[c + 1] - m1, x[c + 2] - m2,
+    )  # fmt: skip
+
+
+def turned(
+    shape: int, t0: float, t1: float, t2: float, x: Floats, touches: Touches
+) -> tuple[bool, float, float, float]:
+    """Return whether a face can turn, and the inverse of its inertia times a vector.
+
+    The inertia is that of unit masses on the corners; that of a capsule about its own line
+    does not matter.
+    """
+    if touches.kind[shape] == PLANE:
+        return False, 0.0, 0.0, 0.0
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(shape, x, touches)
+    xx, yy, zz = (
+        a0 * a0 + b0 * b0 + c0 * c0,
+        a1 * a1 + b1 * b1 + c1 * c1,
+        a2 * a2 + b2 * b2 + c2 * c2,
+    )
+    xy, xz, yz = (
+        a0 * a1 + b0 * b1 + c0 * c1,
+        a0 * a2 + b0 * b2 + c0 * c2,
+        a1 * a2 + b1 * b2 + c1 * c2,
+    )
+    square = xx + yy + zz
+    if touches.kind[shape] == CAPSULE:
+        if square <= 0.0:
+            return False, 0.0, 0.0, 0.0
+        # What is about the line adds nothing to a cross product with it.
+        return True, t0 / square, t1 / square, t2 / square
+    i00, i11, i22, i01, i02, i12 = yy + zz, xx + zz, xx + yy, -xy, -xz, -yz
+    j00, j01, j02 = i11 * i22 - i12 * i12, i02 * i12 - i01 * i22, i01 * i12 - i02 * i11
+    j11, j12, j22 = i00 * i22 - i02 * i02, i01 * i02 - i00 * i12, i00 * i11 - i01 * i01
+    size = i00 * j00 + i01 * j01 + i02 * j02
+    if size <= FLAT * square**3:
+        return False, 0.0, 0.0, 0.0
+    return (
+        True,
+        (j00 * t0 + j01 * t1 + j02 * t2) / size,
+        (j01 * t0 + j11 * t1 + j12 * t2) / size,
+        (j02 * t0 + j12 * t1 + j22 * t2) / size,
+    )
+
+
+def spin(
+    shape: int, x: Floats, v: Floats, touches: Touches
+) -> tuple[bool, float, float, float]:
+    """Return whether a face can turn, and the rotation that fits its points best [1/s]."""
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(shape, x, touches)
+    a, b, c = corners(shape, touches)
+    t0 = (
+        a1 * v[a + 2]
+        - a2 * v[a + 1]
+        + b1 * v[b + 2]
+        - b2 * v[b + 1]
+        + c1 * v[c + 2]
+        - c2 * v[c + 1]
+    )
+    t1 = a2 * v[a] - a0 * v[a + 2] + b2 * v[b] - b0 * v[b + 2] + c2 * v[c] - c0 * v[c + 2]
+    t2 = a0 * v[a + 1] - a1 * v[a] + b0 * v[b + 1] - b1 * v[b] + c0 * v[c + 1] - c1 * v[c]
+    return turned(shape, t0, t1, t2, x, touches)
+
+
+def twist(
+    shape: int, c0: float, c1: float, c2: float, x: Floats, f: Floats, touches: Touches
+) -> None:
+    """Add forces on the points of a face that are a couple together, and least in all [N]."""
+    _, w0, w1, w2 = turned(shape, c0, c1, c2, x, touches)
+    a0, a1, a2, b0, b1, b2, g0, g1, g2 = arms(shape, x, touches)
+    a, b, c = corners(shape, touches)
+    push(a, f, w1 * a2 - w2 * a1, w2 * a0 - w0 * a2, w0 * a1 - w1 * a0)
+    push(b, f, w1 * b2 - w2 * b1, w2 * b0 - w0 * b2, w0 * b1 - w1 * b0)
+    push(c, f, w1 * g2 - w2 * g1, w2 * g0 - w0 * g2, w0 * g1 - w1 * g0)
 
 
 def push(i: int, f: Floats, f0: float, f1: float, f2: float) -> None:
@@ -132,13 +394,6 @@ def corners(shape: int, touches: Touches) -> tuple[int, int, int]:
     return 3 * points[shape, 0], 3 * points[shape, 1], 3 * points[shape, 2]
 
 
-def bend(k: int, z0: float, z1: float, z2: float, touches: Touches) -> None:
-    """Remember how fast a bristle bends [m/s]."""
-    touches.bent[k, 0] = touches.rate * z0
-    touches.bent[k, 1] = touches.rate * z1
-    touches.bent[k, 2] = touches.rate * z2
-
-
 def press_at(depth: float, touches: Touches) -> float:
     """Return the pressure at a depth at rest [N]."""
     layer = touches.layer
@@ -147,8 +402,9 @@ def press_at(depth: float, touches: Touches) -> float:
     return touches.stiffness * (depth - 0.5 * layer)
 
 
-def meet(i: int, shape: int, x: Floats, touches: Touches) -> Meeting:
+def meet(i: int, pair: int, x: Floats, touches: Touches) -> Meeting:
     """Return where a node is in a shape; outside, only the depth counts."""
+    shape = touches.shape[pair]
     a, b, c = corners(shape, touches)
     d0, d1, d2 = float(x[b] - x[a]), float(x[b + 1] - x[a + 1]), float(x[b + 2] - x[a + 2])
     r0, r1, r2 = float(x[i] - x[a]), float(x[i + 1] - x[a + 1]), float(x[i + 2] - x[a + 2])
@@ -174,7 +430,7 @@ def meet(i: int, shape: int, x: Floats, touches: Touches) -> Meeting:
         r0 -= wb * d0 + wc * e0
         r1 -= wb * d1 + wc * e1
         r2 -= wb * d2 + wc * e2
-    radius = float(touches.radius[shape])
+    radius = float(touches.radius[pair])
     gap = r0 * r0 + r1 * r1 + r2 * r2
     if gap >= radius * radius:
         return OUTSIDE
@@ -211,29 +467,3 @@ def nearest(bb: float, bc: float, cc: float, xb: float, xc: float) -> tuple[floa
         return 1.0 - part, part
     whole = 1.0 / (beside_a + beside_b + beside_c)
     return beside_b * whole, beside_c * whole
-
-
-def slide(
-    i: int,
-    shape: int,
-    v: Floats,
-    n0: float,
-    n1: float,
-    n2: float,
-    wa: float,
-    wb: float,
-    wc: float,
-    l0: float,
-    l1: float,
-    l2: float,
-    touches: Touches,
-) -> tuple[float, float, float, float]:
-    """Return the velocity against a surface, and its part along the normal [m/s]."""
-    a, b, c = corners(shape, touches)
-    s0 = float(v[i] - wa * v[a] - wb * v[b] - wc * v[c])
-    s1 = float(v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1])
-    s2 = float(v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2])
-    turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
-    turning = float(turning)
-    s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
-    return s0, s1, s2, s0 * n0 + s1 * n1 + s2 * n2

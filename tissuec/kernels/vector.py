@@ -174,9 +174,9 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
         touch = net.contact.touches(at, by)
         count(net.contact.bends(touch), net.touches)
-        net.contact.push(touch, by, to)
+        net.contact.push(touch, to)
         if net.ledger:
-            power[1] += net.contact.loss(touch, by)
+            power[1] += net.contact.loss(touch)
     for jet in net.jets:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
         pushed = np.zeros_like(to)
@@ -195,7 +195,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
     np.multiply(f, net.inverse_mass, out=f)
     np.add(f, net.steady, out=a)
     if net.contact is not None and touch is not None and len(net.contact.memory):
-        rates = net.contact.bristle_rates(touch, v.reshape(-1, 3))
+        rates = net.contact.bristle_rates(touch)
         a.reshape(-1, 3)[net.contact.memory] = rates
     if net.inelastic is not None:
         a[net.inelastic.slot[net.inelastic.slot >= 0]] = net.giving

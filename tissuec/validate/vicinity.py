@@ -24,11 +24,11 @@ class Vicinity:
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
-        self._contact.push(self._look(position, velocity), velocity, to)
+        self._contact.push(self._look(position, velocity), to)
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that damping and friction take out [W]."""
-        return self._contact.loss(self._look(position, velocity), velocity)
+        return self._contact.loss(self._look(position, velocity))
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside, which is none [W]."""
@@ -36,7 +36,7 @@ class Vicinity:
 
     def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of the velocities that are bristles [m/s²], shape (m, 3)."""
-        return self._contact.bristle_rates(self._look(position, velocity), velocity)
+        return self._contact.bristle_rates(self._look(position, velocity))
 
     def energy(self, time: float, position: Floats) -> float:
         """Return the energy of pressed contacts [J]."""
