@@ -41,7 +41,6 @@ TINY = 1e-200
 # Part of a spring's length, along where it pointed, that a step must leave of it (and have
 # begun with) for stages on the way not to see it turned over.
 LEFT = 0.1
-YIELDING = 2.0**51  # what the side of a spring has more where it yields
 STIFFEST = 1e30  # viscosity in a matrix [N s/m]
 UNSIGNED = 0x7FFF_FFFF_FFFF_FFFF  # all bits of a number but its sign
 # Unsigned, so that no index has to be tested for being negative.
@@ -148,15 +147,10 @@ def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None
     for node in range(first.size - 1):
         i = np.uint64(3 * node)
         for s in range(first[node], first[node + 1]):
-            if law[s] > 0 or INELASTIC:
+            if law[s] > 0:
                 e, w = stretching(s, i, np.uint64(other[s]), x, v, net)
                 out[0, s] = side(law[s], e, net.stiffness[s], rest[s])
                 out[1, s] = brake_side(law[s], w, net.damping[s], rest[s])
-                if INELASTIC:
-                    tension = pull(law[s], e, net.stiffness[s], rest[s])
-                    tension += pull_of_branches(s, e, v, net.internal)
-                    if abs(tension) > net.internal.limit[s]:
-                        out[0, s] += YIELDING
 
 
 def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[float, float]:

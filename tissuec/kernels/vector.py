@@ -23,7 +23,7 @@ from tissuec.kernels.records import (
     Touches,
 )
 from tissuec.kernels.reeling import reel, reel_rate
-from tissuec.kernels.scalar import LEFT, STIFFEST, TINY, YIELDING
+from tissuec.kernels.scalar import LEFT, STIFFEST, TINY
 from tissuec.kernels.touching import count
 from tissuec.laws.evaluation import Behaviour
 
@@ -254,9 +254,6 @@ def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: VectorNet) -
     reel(time, net.rest, net.reels, net.acts)
     e, w = _stretching(x, v, net)
     out[:] = net.behaviour.sides(e, w)
-    if net.inelastic is not None:
-        pull = net.behaviour.pull(e) + net.inelastic.pull(e, net.inelastic.variables(v))
-        out[0] += YIELDING * (np.abs(pull) > net.inelastic.limit)
 
 
 def _stretching(x: Floats, v: Floats, net: VectorNet) -> tuple[Floats, Floats]:
