@@ -2,9 +2,11 @@
 
     python -m tests.kills SCENE --kills 500 --seed 1
 
-Runs are ended by SIGKILL, SIGTERM or SIGINT, at any moment from first to last.
-Whatever they leave must open, and the result in the end must be that of an undisturbed run, to
-the last bit. Prints what was done as JSON, or exits with 1 and a sentence.
+Runs with and without companions are ended by SIGKILL, SIGTERM or SIGINT, at any moment from
+first to last; sometimes it is the process of the companion that is ended. Whatever they leave
+must open, and the result in the end must be that of an undisturbed run, to the last bit: all of
+it but what the clock decides, and what the companion says, which begins where a run is resumed.
+Prints what was done as JSON, or exits with 1 and a sentence.
 """
 
 import argparse
@@ -17,6 +19,7 @@ import tempfile
 import time
 import warnings
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -28,8 +31,10 @@ SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 #: Wall times [s] between checkpoints and between writes, shorter than usual so that kills hit
 #: some of each.
 CHECKPOINT_EVERY, LONGEST_WAIT = 0.03, 0.01
-BY_CLOCK = ("wall_time", "begun")
-OF_CHECKPOINT = "tissuec/checkpoint"
+BY_CLOCK = ("wall_time", "begun", "statistics")
+OF_COMPANION = ("promise",)
+NOT_COMPARED = ("tissuec/checkpoint", "tissuec/twin")
+MODES = ("off", "inline", "process")  # of companions
 SAID = "said.txt"  # what the last command printed, in the folder of the results
 DEADLINE = 300.0  # of one run [s]
 
@@ -77,19 +82,19 @@ def wait(child: int) -> int:
 
 
 def content(path: Path) -> dict[str, object]:
-    """Return every dataset of a result but what the clock decides."""
+    """Return every dataset of a result that does not depend on clock or companion."""
     found: dict[str, object] = {}
     with h5py.File(path, "r") as file:
 
         def visit(name: str, member: object) -> None:
-            if isinstance(member, h5py.Dataset) and not name.startswith(OF_CHECKPOINT):
+            if isinstance(member, h5py.Dataset) and not name.startswith(NOT_COMPARED):
                 found[name] = member[()]
 
         file.visititems(visit)
     manifest = json.loads(found.pop("tissuec/manifest"))
     statistics = manifest.get("statistics", {})
     found["manifest"] = {
-        name: value for name, value in manifest.items() if name not in (*BY_CLOCK, "statistics")
+        name: value for name, value in manifest.items() if name not in BY_CLOCK + OF_COMPANION
     }
     found["steps"] = statistics.get("accepted")
     return found
@@ -105,6 +110,23 @@ def same(first: Path, second: Path) -> None:
             np.testing.assert_equal(other[name], value)
         except AssertionError as error:
             raise Wrong(f"{name} differs: {error}") from error
+
+
+def check_companion(path: Path) -> None:
+    """Raise Wrong unless the error estimate has rows in order, once each."""
+    with h5py.File(path, "r") as file:
+        times = file["tissuec/twin/time"][()] if "tissuec/twin" in file else np.zeros(0)
+    if (np.diff(times) <= 0.0).any():
+        raise Wrong("the companion's rows are not in the order of time")
+
+
+def companion_of(child: int) -> int | None:
+    """Return the process that a run has started, if there is one that can be found."""
+    try:
+        children = Path(f"/proc/{child}/task/{child}/children").read_text().split()
+    except OSError:
+        return None
+    return int(children[0]) if children else None
 
 
 def has_checkpoint(partial: Path) -> bool:
@@ -135,12 +157,12 @@ def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, objec
     random_ = random.Random(seed)
     whole, broken = folder / "whole.vtkhdf", folder / "broken.vtkhdf"
     partial = folder / "broken.partial.vtkhdf"
-    plain = ["run", str(scene), "--no-twin", "-o"]
+    plain = ["run", str(scene), "-o", str(broken), "--companion"]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tissuec.run(scene, out=whole).close()  # here, so that children find all imported
     began = time.monotonic()
-    code = wait(start([*plain, str(broken)]))
+    code = wait(start([*plain, "inline"]))
     usual = time.monotonic() - began
     if code not in (0, 1):
         raise Wrong(f"the undisturbed run exits with {code}")
@@ -148,17 +170,26 @@ def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, objec
     broken.unlink()
     running.CHECKPOINT_EVERY, writer._LONGEST_WAIT = CHECKPOINT_EVERY, LONGEST_WAIT
     killed: Counter[str] = Counter()
-    resumed = finished = 0
+    resumed = finished = bereft = 0
     while sum(killed.values()) < kills or not finished:
         goes_on = has_checkpoint(partial)
         resumed += goes_on
-        child = start([*plain, str(broken), *(["--resume"] if goes_on else [])])
+        mode = random_.choice(MODES)
+        child = start([*plain, mode, *(["--resume"] if goes_on else [])])
         if sum(killed.values()) < kills:
             # Short lives after long ones, so that resumed runs die young as well.
             time.sleep(random_.uniform(0.0, 0.6 * usual))
             number = random_.choice(SIGNALS)
             done, status = os.waitpid(child, os.WNOHANG)
-            if not done:
+            companion = companion_of(child) if random_.random() < 0.3 else None
+            if not done and companion is not None:
+                with suppress(ProcessLookupError):
+                    os.kill(companion, number)
+                code = wait(child)
+                bereft += 1
+                if code not in (0, 1):
+                    raise Wrong(f"a run whose companion got {number.name} exits with {code}")
+            elif not done:
                 os.kill(child, number)
                 code = wait(child)
                 killed[number.name] += 1
@@ -170,11 +201,15 @@ def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, objec
             code = wait(child)
         if broken.exists():
             same(whole, broken)
+            check_companion(broken)
             finished += 1
             broken.unlink()
         elif code in (0, 1):
             raise Wrong("a run says that it is done and has left no result")
-    return {"kills": dict(killed), "resumed": resumed, "finished": finished, "seconds": usual}
+    return {
+        "kills": dict(killed), "companions": bereft, "resumed": resumed, "finished": finished,
+        "seconds": usual,
+    }  # fmt: skip
 
 
 def main() -> int:
@@ -186,6 +221,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         scene = arguments.scene.resolve()
         os.chdir(folder)
+        os.environ["TMPDIR"] = folder  # what a killed run leaves of its companion
         try:
             told = torment(scene, Path(folder), arguments.kills, arguments.seed)
         except Wrong as error:

@@ -47,6 +47,12 @@ def test_the_difference_is_about_the_error_against_the_closed_form(method, toler
     assert np.isfinite(estimate.allowed) == (step is None)
 
 
+def test_nothing_is_promised_of_a_run_resumed_after_the_last_recorded_time():
+    network = oscillator()
+    plan = make_plan(network, 0.1, every=0.1, tolerance=1e-3)
+    assert Companion(network, plan, "inline").estimate().state == "not checked"
+
+
 def test_a_chaotic_motion_is_recognised_and_from_when_on():
     velocity = np.random.default_rng(0).normal(size=(5, 3)) * 5.0
     network = chain(5, mass=0.1, stiffness=300.0, rest=1.0, velocity=velocity)

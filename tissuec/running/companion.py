@@ -187,6 +187,8 @@ class Companion:
         beyond = np.flatnonzero(relative > self.allowed)
         if np.isinf(self.allowed):
             state, reason = "not checked", "a fixed step without a tolerance promises nothing"
+        elif not asked.any():
+            state, reason = "not checked", "the run was resumed after the last recorded time"
         elif len(beyond):
             since = float(self.times[known][beyond[0]])
             state, reason = self._tried(other, known, since, interrupt)
