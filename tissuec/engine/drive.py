@@ -49,6 +49,7 @@ from tissuec.kernels.vector import (
     polynomials,
     quadrature,
     quintic,
+    recall,
     slack,
     tension,
 )
@@ -421,6 +422,7 @@ def look_within(
 ) -> None:
     """Set a state to that at a part of a step whose ends are known."""
     quintic(part, h, work.x, work.v, work.a, current, x, v)
+    recall(part, h, work.v, work.a, current, v, net)
     place(time + h * part, x, v, net)
 
 

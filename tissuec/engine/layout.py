@@ -190,7 +190,8 @@ class Layout:
         # Kept, because features are asked for at every call of the stepping code.
         self._viscous = self.springs.behaviour().is_viscous
         self._laws = self.springs.laws if law.any() else ()
-        self._cornered = self.springs.behaviour().has_corners
+        yields = inelastic is not None and bool(np.isfinite(inelastic.limit).any())
+        self._cornered = yields or self.springs.behaviour().has_corners
         self._crushed = self.watched and bool(np.isfinite(self.springs.crush).any())
 
     def _select(self, situation: Situation) -> Bools:

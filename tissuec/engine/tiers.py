@@ -49,6 +49,7 @@ OPERATIONS = (
     "polynomials",
     "quadrature",
     "quintic",
+    "recall",
     "scale",
     "slack",
     "subtract",

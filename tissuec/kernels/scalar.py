@@ -140,17 +140,22 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
 
 
 def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None:
-    """Set ``out``, shape (2, spring), to the sides of corners that springs are on."""
+    """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
+
+    Of laws of elongations and of rates, and whether springs yield.
+    """
     first, other, law, rest = net.first, net.other, net.law, net.rest
     if REELED:
         reel(time, rest, net.reels, net.acts)
     for node in range(first.size - 1):
         i = np.uint64(3 * node)
         for s in range(first[node], first[node + 1]):
-            if law[s] > 0:
+            if law[s] > 0 or INELASTIC:
                 e, w = stretching(s, i, np.uint64(other[s]), x, v, net)
                 out[0, s] = side(law[s], e, net.stiffness[s], rest[s])
                 out[1, s] = brake_side(law[s], w, net.damping[s], rest[s])
+                if INELASTIC:
+                    out[2, s] = abs(pull_of(s, e, v, net)) > net.internal.limit[s]
 
 
 def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[float, float]:
@@ -166,7 +171,7 @@ def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[
 
 def is_passed(before: Floats, after: Floats) -> bool:
     """Return whether any spring has passed a corner between two looks."""
-    for row in range(2):
+    for row in range(3):
         for s in range(before.shape[1]):
             if before[row, s] != after[row, s]:
                 return True
@@ -185,7 +190,9 @@ def bend_of_passed(
 ) -> float:
     """Return how suddenly corners change the rates of accelerations [m/s³].
 
-    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass.
+    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass. Where
+    one begins or ceases to yield, its lasting elongation bends: |ΔS| / η Δt, a rate of m/s²
+    that positions follow, hence over Δt once more.
 
     Args:
         span: Time between both looks [s].
@@ -196,7 +203,8 @@ def bend_of_passed(
         i = np.uint64(3 * node)
         for s in range(first[node], first[node + 1]):
             pulls, brakes = before[0, s] != after[0, s], before[1, s] != after[1, s]
-            if pulls or brakes:
+            yields = before[2, s] != after[2, s]
+            if pulls or brakes or yields:
                 j = np.uint64(other[s])
                 e, w = stretching(s, i, j, x, v, net)
                 e_end, w_end = stretching(s, i, j, x_end, v_end, net)
@@ -212,8 +220,24 @@ def bend_of_passed(
                     one, two = brake_slope(k, w, d, rest[s]), brake_slope(k, w_end, d, rest[s])
                     thick = min(max(abs(one), abs(two)), STIFFEST)
                     bend += thick * abs(w_end - w) / span
-                worst = max(worst, bend * light)
+                bend *= light
+                if INELASTIC and yields:
+                    more = pull_of(s, e_end, v_end, net) - pull_of(s, e, v, net)
+                    bend += abs(more) / (net.internal.viscosity[s] * span * span)
+                worst = max(worst, bend)
     return worst
+
+
+def recall(
+    part: float, h: float, v: Floats, a: Floats, current: int, out: Floats, net: Net
+) -> None:
+    """Set what springs remember to that at a part of a step, by its cubic."""
+    if INELASTIC:
+        p, other = part, 1 - current
+        for i in net.internal.slot:
+            rise = v[other, i] - v[current, i]
+            ends = (1.0 - p) * (h * a[current, i] - rise) - p * (h * a[other, i] - rise)
+            out[i] = v[current, i] + p * rise + p * (1.0 - p) * ends
 
 
 def quintic(
@@ -269,6 +293,11 @@ def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
     e = length - net.rest[s]
     if INELASTIC:
         e -= flowed(s, v, net.internal)
+    return pull_of(s, e, v, net)
+
+
+def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
+    """Return the force of a spring and its branches at an elongation [N]."""
     force = net.stiffness[s] * e
     if CURVED:
         force = pull(net.law[s], e, net.stiffness[s], net.rest[s])

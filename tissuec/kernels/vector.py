@@ -238,22 +238,23 @@ def _reeled(time: float, x: Floats, v: Floats, net: VectorNet) -> float:
     r = x.reshape(-1, 3)[reels.high] - x.reshape(-1, 3)[reels.low]
     stretch = -net.rest
     stretch[reels.spring] += np.sqrt(np.einsum("sk,sk->s", r, r))
-    if net.inelastic is None:
-        tension = net.behaviour.pull(stretch)[reels.spring]
-    else:
-        variables = net.inelastic.variables(v)
-        stretch -= variables[-1]
-        pull = net.behaviour.pull(stretch) + net.inelastic.pull(stretch, variables)
-        tension = pull[reels.spring]
+    if net.inelastic is not None:
+        stretch -= net.inelastic.variables(v)[-1]
+    tension = _pull_of(stretch, v, net)[reels.spring]
     rates = [reel_rate(k, time, reels, net.acts) for k in range(reels.spring.size)]
     return float(np.dot(tension, rates))
 
 
 def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
-    """Set ``out``, shape (2, spring), to the sides of corners that springs are on."""
+    """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
+
+    Of laws of elongations and of rates, and whether springs yield.
+    """
     reel(time, net.rest, net.reels, net.acts)
     e, w = _stretching(x, v, net)
-    out[:] = net.behaviour.sides(e, w)
+    out[:2] = net.behaviour.sides(e, w)
+    if net.inelastic is not None:
+        out[2] = np.abs(_pull_of(e, v, net)) > net.inelastic.limit
 
 
 def _stretching(x: Floats, v: Floats, net: VectorNet) -> tuple[Floats, Floats]:
@@ -264,6 +265,14 @@ def _stretching(x: Floats, v: Floats, net: VectorNet) -> tuple[Floats, Floats]:
     if net.inelastic is not None:
         e -= net.inelastic.variables(v)[-1]
     return e, (r * w).sum(axis=0) / (length + TINY)
+
+
+def _pull_of(e: Floats, v: Floats, net: VectorNet) -> Floats:
+    """Return the forces of springs and their branches at elongations [N], shape (spring,)."""
+    pull = net.behaviour.pull(e)
+    if net.inelastic is not None:
+        pull = pull + net.inelastic.pull(e, net.inelastic.variables(v))
+    return pull
 
 
 def is_passed(before: Floats, after: Floats) -> bool:
@@ -283,7 +292,9 @@ def bend_of_passed(
 ) -> float:
     """Return how suddenly corners change the rates of accelerations [m/s³].
 
-    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass.
+    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass. Where
+    one begins or ceases to yield, its lasting elongation bends: |ΔS| / η Δt, a rate of m/s²
+    that positions follow, hence over Δt once more.
 
     Args:
         span: Time between both looks [s].
@@ -296,8 +307,24 @@ def bend_of_passed(
     steep *= np.maximum(np.abs(w), np.abs(w_end))
     thick = np.maximum(np.abs(of.brake_slope(w)), np.abs(of.brake_slope(w_end)))
     thick = np.minimum(thick, STIFFEST) * np.abs(w_end - w) / span
-    pulls, brakes = before != after
-    return float(((steep * pulls + thick * brakes) * light).max(initial=0.0))
+    pulls, brakes, yields = before != after
+    bend = (steep * pulls + thick * brakes) * light
+    if net.inelastic is not None:
+        more = _pull_of(e_end, v_end, net) - _pull_of(e, v, net)
+        bend += yields * np.abs(more) / (net.inelastic.viscosity * span * span)
+    return float(bend.max(initial=0.0))
+
+
+def recall(
+    part: float, h: float, v: Floats, a: Floats, current: int, out: Floats, net: VectorNet
+) -> None:
+    """Set what springs remember to that at a part of a step, by its cubic."""
+    if net.inelastic is not None:
+        p, other = part, 1 - current
+        i = net.inelastic.slot[net.inelastic.slot >= 0]
+        rise = v[other, i] - v[current, i]
+        ends = (1.0 - p) * (h * a[current, i] - rise) - p * (h * a[other, i] - rise)
+        out[i] = v[current, i] + p * rise + p * (1.0 - p) * ends
 
 
 def quintic(
