@@ -17,7 +17,7 @@ LONG = {"tubal_ligation"}  # scenes whose beginnings take long, too
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
     "bladder": 0.02,
-    "indentation": 0.03,
+    "indentation": 0.05,
     "ligature": 0.01,
     "liver": 0.05,
     "palpation": 0.05,

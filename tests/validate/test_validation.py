@@ -1,5 +1,6 @@
 """Verdicts: kept, broken, undecided, and nothing promised."""
 
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -284,6 +285,7 @@ def test_ctrl_c_during_the_run_ends_it(monkeypatch):
 
     class Interrupted:
         kind = "interrupted"
+        signal = signal.SIGINT
 
     monkeypatch.setattr(observing, "run", lambda *args, **options: Interrupted())
     with pytest.raises(KeyboardInterrupt):

@@ -152,9 +152,13 @@ def support_forces(
     return found
 
 
-def energy_balance(run: Observed, bound: float | None) -> Quantity:
-    """Return the energy that a run cannot account for, relative to the largest so far."""
-    floor = FLOOR * float(run.scale[-1])
+def energy_balance(run: Observed, network: Network, bound: float | None) -> Quantity:
+    """Return the energy that a run cannot account for, relative to the largest so far.
+
+    Less than a displacement that no promise asks for stores counts as that.
+    """
+    stored = 0.5 * float(network.sudden.max(initial=0.0)) * floor_of(network) ** 2
+    floor = max(FLOOR * float(run.scale[-1]), stored)
     errors = relative(np.abs(run.imbalance), run.scale, floor)
     row = int(np.argmax(errors))
     scale, time = max(float(run.scale[row]), floor), float(run.times[row])

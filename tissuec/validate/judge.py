@@ -80,7 +80,7 @@ class Judge:
         end = run.outcome.situation
         return (
             *compare.position(run, reference, self._network, bound, judged),
-            compare.energy_balance(run, bound),
+            compare.energy_balance(run, self._network, bound),
             compare.velocity(run, reference, self._network, valid),
             *compare.support_forces(run, reference, end, groups, valid, bound),
         )
