@@ -20,6 +20,7 @@ from tissuec.report.sections import again
 from tissuec.report.sections.listing import stretches
 from tissuec.report.sections.motion import chosen
 from tissuec.results.trajectory import Trajectory
+from tissuec.running.interrupting import Stop
 
 
 @pytest.fixture(scope="module")
@@ -377,7 +378,7 @@ def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkey
     from tissuec.running import run as running
 
     whole = Page(page_of(run(tmp_path, ROD, "whole")))
-    stop = AfterAsking(3)
+    stop = Stop(AfterAsking(3))
     monkeypatch.setattr(running, "asked_to_stop", lambda interrupt: nullcontext(stop))
     path = run(tmp_path, ROD, "halves")
     page = Page(page_of(path))

@@ -1,6 +1,5 @@
 """Instruments and holds in result files."""
 
-import h5py
 import numpy as np
 import pytest
 
@@ -119,13 +118,3 @@ def test_nodes_of_tools_are_finite(compiled, tmp_path):
         writer.close("done", True)
     with Trajectory(tmp_path / "bad.vtkhdf") as file:
         assert not len(file.times)
-
-
-def test_a_file_of_an_earlier_version_has_neither(compiled, tmp_path):
-    request, scene = compiled
-    path = simulate(scene, tmp_path / "pad.vtkhdf", request=request).path
-    with h5py.File(path, "r+") as file:
-        for name in ("tools", "holds", "network/tools"):
-            del file[f"tissuec/{name}"]
-    with Trajectory(path) as file:
-        assert file.tools is None and file.holds == () and file.network.tools == ()

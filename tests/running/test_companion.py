@@ -164,7 +164,5 @@ def test_python_tells_a_promise_that_is_not_kept():
         tissuec.run(chaotic, strict=True)
 
 
-def test_results_of_the_first_version_are_understood():
-    former = {"twin": {"verdict": "apart", "error": 0.1, "tolerance": 1e-4, "parting": 0.5}}
-    assert str(Promise.of(former)) == "broken from 0.5 s"
+def test_a_result_that_says_nothing_of_it_promises_nothing():
     assert str(Promise.of({})) == "not checked"

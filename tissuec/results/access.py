@@ -1,55 +1,221 @@
-"""Members of an open HDF5 file by path, with their kind made sure of."""
+"""The one way to read a result: every fault of the file is a ResultError that names it.
 
+A file says of each dataset of which kind and size it is, and what checksum it has. The first
+two are held against the datasets when the file is opened, before anything is read or memory
+asked for; the checksum, against what is read.
+"""
+
+import json as plain
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from math import prod
 from typing import Any, NoReturn, TypeVar
 
 import h5py
+import numpy as np
+from h5py import h5d
 from numpy.typing import NDArray
 
+from tissuec.results.checksums import SUMS, Sum, crc_of, sums_of_text
 from tissuec.results.errors import ResultError
+from tissuec.results.numbers import all_numbers
 
-T = TypeVar("T", h5py.Dataset, h5py.Group)
+T = TypeVar("T", str, int, float, bool)
+#: What h5py raises where a file is not as HDF5 demands.
+FAULTS = (
+    OSError, KeyError, ValueError, TypeError, RuntimeError, IndexError, OverflowError,
+    AttributeError, MemoryError,
+)  # fmt: skip
+_MOST_COMPRESSED = 1100  # times; what gzip can do at most is 1032
 
 
-def dataset(parent: h5py.Group, path: str) -> h5py.Dataset:
+class Group:
+    """A group of a result, or the whole file.
+
+    Args:
+        group: It is, as h5py has it.
+        name: Of the file, for messages.
+        sums: What the file says of its datasets, by their paths.
+    """
+
+    def __init__(self, group: h5py.Group, name: str, sums: Mapping[str, Sum]):
+        self.raw, self.file, self.sums = group, name, sums
+
+    def __contains__(self, path: str) -> bool:
+        with reading(self.file, path):
+            return path in self.raw
+
+    def __iter__(self) -> Iterator[str]:
+        with reading(self.file, self.path):
+            return iter([str(name) for name in self.raw])
+
+    @property
+    def path(self) -> str:
+        """Return where the group stands in the file."""
+        return str(self.raw.name or "/")
+
+    def member(self, path: str) -> "Group | Dataset":
+        """Return what stands at ``path``; ResultError if nothing does."""
+        full = path if path.startswith("/") else f"{self.path.rstrip('/')}/{path}"
+        with reading(self.file, full):
+            found = self.raw.get(path)
+            if isinstance(found, h5py.Group):
+                return Group(found, self.file, self.sums)
+            if isinstance(found, h5py.Dataset) and found.shape is not None:
+                return Dataset(found, full, self.file, self.sums.get(full))
+        damaged(self.file, f'"{full}" is missing')
+
+
+class Dataset:
+    """A dataset of a result, read when it is indexed.
+
+    Attributes:
+        dtype, shape: Of its numbers.
+        path: Where it stands in the file.
+    """
+
+    def __init__(self, dataset: h5py.Dataset, path: str, file: str, known: Sum | None):
+        self.raw, self.path, self.file, self._known = dataset, path, file, known
+        self.dtype, self.shape = dataset.dtype, dataset.shape
+
+    def __len__(self) -> int:
+        return self.shape[0] if self.shape else damaged(self.file, f'"{self.path}" has no rows')
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return a part of it, without a look at the checksum."""
+        with reading(self.file, self.path):
+            return self.raw[index]
+
+    def whole(self) -> NDArray[Any]:
+        """Return all of it, after a look at the checksum."""
+        data = np.asarray(self[()])
+        if self._known and self._known.crc not in (None, crc_of(data)):
+            damaged(self.file, f'"{self.path}" is not as it was written')
+        return data
+
+    def finite(self, start: int, stop: int) -> NDArray[Any]:
+        """Return rows, all of which are numbers."""
+        data = self[start:stop]
+        if len(data) < stop - start or not all_numbers(data):
+            damaged(self.file, f'"{self.path}" lacks numbers')
+        return data
+
+
+def check_structure(file: Group) -> None:
+    """Hold the kinds and sizes that a file states against those of its datasets."""
+    for path, known in file.sums.items():
+        with reading(file.file, path):
+            found = _opened(file, path)
+            kind, is_there = str(found.dtype), _is_there(found)
+        if (kind, found.shape) != (known.kind, known.shape):
+            damaged(file.file, f'"{path}" is of another kind or size than was written')
+        if not is_there:
+            damaged(file.file, f'"{path}" is larger than what is there')
+
+
+def _is_there(found: h5d.DatasetID) -> bool:
+    """Return whether the file has room for as many numbers as a dataset declares."""
+    size, stored = prod(found.shape) * found.dtype.itemsize, found.get_storage_size()
+    filters = found.get_create_plist().get_nfilters() if size > stored else 0
+    return size <= stored * (_MOST_COMPRESSED if filters > 1 else 1)  # one is the checksum
+
+
+def _opened(file: Group, path: str) -> h5d.DatasetID:
+    """Return a dataset without h5py's classes, which take four times as long."""
+    try:
+        return h5d.open(file.raw.id, path.encode())
+    except (KeyError, ValueError):  # which say less of what is wrong
+        return dataset(file, path).raw.id
+
+
+def read_sums(file: h5py.File, name: str) -> dict[str, Sum]:
+    """Return what a file says of its datasets."""
+    found = dataset(Group(file, name, {}), SUMS)
+    with reading(name, SUMS):
+        if not _is_there(found.raw.id):
+            raise ValueError("it is larger than what is there")
+        return sums_of_text(_decoded(found.raw[()]))
+
+
+def dataset(parent: Group, path: str) -> Dataset:
     """Return the dataset at ``path``; ResultError if there is none."""
-    return _member(parent, path, h5py.Dataset)
+    found = parent.member(path)
+    return found if isinstance(found, Dataset) else damaged(parent.file, f'"{path}" is a group')
 
 
-def group(parent: h5py.Group, path: str) -> h5py.Group:
+def group(parent: Group, path: str) -> Group:
     """Return the group at ``path``; ResultError if there is none."""
-    return _member(parent, path, h5py.Group)
+    found = parent.member(path)
+    return found if isinstance(found, Group) else damaged(parent.file, f'"{path}" is no group')
 
 
-def array(parent: h5py.Group, path: str) -> NDArray[Any]:
+def groups(parent: Group) -> list[Group]:
+    """Return the groups in a group in the order of their numbers."""
+    return sorted(
+        (group(parent, name) for name in parent), key=lambda one: attribute(one, "number", int)
+    )
+
+
+def array(parent: Group, path: str) -> NDArray[Any]:
     """Return all numbers of a dataset."""
-    return dataset(parent, path)[:]
+    return dataset(parent, path).whole()
 
 
-def text(parent: h5py.Group, path: str) -> str:
+def number(parent: Group, path: str) -> float:
+    """Return the one number that a dataset holds."""
+    data = array(parent, path)
+    with reading(parent.file, path):
+        return float(data)
+
+
+def text(parent: Group, path: str) -> str:
     """Return the text that a dataset holds."""
-    return str(dataset(parent, path).asstr()[()])
+    data = array(parent, path)
+    with reading(parent.file, path):
+        return _decoded(data[()])
 
 
-def texts(parent: h5py.Group, path: str) -> list[str]:
+def texts(parent: Group, path: str) -> list[str]:
     """Return the list of texts that a dataset holds."""
-    return [str(entry) for entry in dataset(parent, path).asstr()[:]]
+    data = array(parent, path)
+    with reading(parent.file, path):
+        return [_decoded(entry) for entry in data]
 
 
-def attribute(member: h5py.Dataset | h5py.Group, name: str) -> Any:
-    """Return an attribute; ResultError if there is none."""
-    if name not in member.attrs:
-        raise ResultError(f'"{member.file.filename}" is damaged: "{member.name}" lacks {name}')
-    return member.attrs[name]
+def json(parent: Group, path: str) -> Any:
+    """Return what a text of JSON says."""
+    written = text(parent, path)
+    with reading(parent.file, path):
+        return plain.loads(written)
 
 
-def damaged(file: h5py.File, flaw: str) -> NoReturn:
+def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
+    """Return an attribute; ResultError if there is none of that kind."""
+    with reading(member.file, member.path):
+        value = member.raw.attrs.get(name)
+        value = value.item() if isinstance(value, np.generic) else value
+        value = value.decode() if isinstance(value, bytes) else value
+    if type(value) is not kind:
+        damaged(member.file, f'"{member.path}" lacks {name}')
+    return value
+
+
+def damaged(file: str, flaw: str) -> NoReturn:
     """Raise the error that tells what is wrong with a file."""
-    raise ResultError(f'"{file.filename}" is damaged: {flaw}')
+    raise ResultError(f'"{file}" is damaged: {flaw}')
 
 
-def _member(parent: h5py.Group, path: str, kind: type[T]) -> T:
-    member = parent.get(path)
-    if not isinstance(member, kind):
-        missing = f"{(parent.name or '').rstrip('/')}/{path.lstrip('/')}"
-        raise ResultError(f'"{parent.file.filename}" is damaged: "{missing}" is missing')
-    return member
+@contextmanager
+def reading(file: str, path: str) -> Iterator[None]:
+    """Have whatever h5py or a text object to become the error that names the file."""
+    try:
+        yield
+    except FAULTS as error:
+        reason = str(error).partition("\n")[0].strip("'\"") or type(error).__name__
+        raise ResultError(f'"{file}" is damaged: "{path}" cannot be read ({reason})') from error
+
+
+def _decoded(data: Any) -> str:
+    if not isinstance(data, bytes | str):
+        raise TypeError("it is no text")
+    return data if isinstance(data, str) else data.decode()

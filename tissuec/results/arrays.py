@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from itertools import islice
 from typing import Any
 
-import h5py
 import numpy as np
 
 from tissuec.core.source import Source, Span
@@ -22,8 +21,9 @@ from tissuec.network import (
     ToolShape,
 )
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.recording import LogChannel, Recording
-from tissuec.results.store import TEXT, Store, describe
+from tissuec.results.store import Store
 from tissuec.results.surface_table import read_surfaces
 from tissuec.results.tables import ENERGY_PATH, read_channel, read_channels
 
@@ -91,7 +91,7 @@ def write_network(store: Store, network: Network) -> None:
         "elastic": ("force by e, c and rest", [law.elastic.code() for law in network.laws]),
         "viscous": ("force by w, d and rest", [law.viscous.code() for law in network.laws]),
     }.items():
-        _write_texts(store, f"{NETWORK}/laws/{name}", texts, description)
+        store.texts(f"{NETWORK}/laws/{name}", texts, description)
     _write_names(store, f"{NETWORK}/bodies", "body", bodies)
 
 
@@ -125,7 +125,7 @@ def _write_tools(store: Store, network: Network) -> None:
         ("kind", [tool.kind for tool in network.tools], "kind of each tool"),
         ("shape", [shape.kind for shape in shapes], "what each pair of their nodes carries"),
     ):
-        _write_texts(store, f"{path}/{name}", texts, description)
+        store.texts(f"{path}/{name}", texts, description)
     radii = np.array([shape.radius for shape in shapes], dtype=float)
     store.array(f"{path}/radius", radii, "radius of each shape; 0 of planes", unit="m")
 
@@ -133,15 +133,10 @@ def _write_tools(store: Store, network: Network) -> None:
 def _write_names(
     store: Store, path: str, what: str, parts: Sequence[BodyPart | JointPart | ToolPart]
 ) -> None:
-    _write_texts(store, f"{path}/name", [part.name for part in parts], f"name of each {what}")
+    store.texts(f"{path}/name", [part.name for part in parts], f"name of each {what}")
 
 
-def _write_texts(store: Store, path: str, texts: Sequence[str], description: str) -> None:
-    written = store.file.create_dataset(path, data=list(texts), dtype=TEXT, shape=(len(texts),))
-    describe(written, "", description)
-
-
-def read_network(file: h5py.File, source: Source) -> Network:
+def read_network(file: Group, source: Source) -> Network:
     """Return the network in ``file``; its bodies come from the whole of ``source``."""
     arrays: dict[str, Any] = {name: access.array(file, f"{NETWORK}/{name}") for name in ARRAYS}
     group = access.group(file, f"{NETWORK}/bodies")
@@ -151,10 +146,7 @@ def read_network(file: h5py.File, source: Source) -> Network:
         access.array(group, "nodes").tolist(),
         access.array(group, "springs").tolist(),
     )
-    # Results of earlier versions do not say which bodies are grids.
-    grids = (
-        access.array(group, "grid").tolist() if "grid" in group else [(0, 0, 0)] * len(names)
-    )
+    grids = access.array(group, "grid").tolist()
     bodies = tuple(
         BodyPart(name, slice(*n), slice(*s), span, _grid(*grid), thread=thread)
         for name, n, s, grid, thread in zip(
@@ -163,9 +155,8 @@ def read_network(file: h5py.File, source: Source) -> Network:
     )
     laws = access.group(file, f"{NETWORK}/laws")
     texts = (access.texts(laws, name) for name in ("name", "elastic", "viscous"))
-    # Results of earlier versions know of no hidden nodes.
-    hidden = access.array(file, f"{NETWORK}/hidden").tolist() if _holds(file, "hidden") else []
-    memories = (MemoryPart("", slice(*hidden)),) if hidden and hidden[0] < hidden[1] else ()
+    hidden = slice(*access.array(file, f"{NETWORK}/hidden").tolist())
+    memories = (MemoryPart("", hidden),) if hidden.start < hidden.stop else ()
     inelastic = None
     if _holds(file, "inelastic"):
         numbers = {
@@ -184,7 +175,7 @@ def read_network(file: h5py.File, source: Source) -> Network:
     )
 
 
-def _read_joints(file: h5py.File, span: Span) -> tuple[JointPart, ...]:
+def _read_joints(file: Group, span: Span) -> tuple[JointPart, ...]:
     if not _holds(file, "joints"):
         return ()
     group = access.group(file, f"{NETWORK}/joints")
@@ -195,8 +186,8 @@ def _read_joints(file: h5py.File, span: Span) -> tuple[JointPart, ...]:
     )
 
 
-def _read_threads(bodies: h5py.Group, count: int) -> list[Thread | None]:
-    """Return which bodies are threads; results of earlier versions do not say it."""
+def _read_threads(bodies: Group, count: int) -> list[Thread | None]:
+    """Return which bodies are threads."""
     if "thread" not in bodies:
         return [None] * count
     rows = access.array(bodies, "thread").tolist()
@@ -207,8 +198,8 @@ def _read_threads(bodies: h5py.Group, count: int) -> list[Thread | None]:
     ]
 
 
-def _read_tools(file: h5py.File, span: Span) -> tuple[ToolPart, ...]:
-    """Return the tools that have shapes; results of earlier versions do not say it."""
+def _read_tools(file: Group, span: Span) -> tuple[ToolPart, ...]:
+    """Return the tools that have shapes."""
     if not _holds(file, "tools"):
         return ()
     group = access.group(file, f"{NETWORK}/tools")
@@ -227,7 +218,7 @@ def _read_tools(file: h5py.File, span: Span) -> tuple[ToolPart, ...]:
     )
 
 
-def _holds(file: h5py.File, name: str) -> bool:
+def _holds(file: Group, name: str) -> bool:
     """Tell whether a result says something of its network."""
     return f"{NETWORK}/{name}" in file
 
@@ -240,14 +231,14 @@ def write_recording(store: Store, recording: Recording) -> None:
     store.group(RECORDING).attrs["single"] = recording.single
 
 
-def read_recording(file: h5py.File) -> Recording:
+def read_recording(file: Group) -> Recording:
     """Return what is recorded in ``file``."""
     group = access.group(file, RECORDING)
     logs: list[LogChannel] = [read_channel(file, path) for path in read_channels(file).values()]
     return Recording(
         nodes=access.array(group, "nodes"),
         springs=access.array(group, "springs"),
-        single=bool(access.attribute(group, "single")),
+        single=access.attribute(group, "single", bool),
         logs=tuple(logs),
         energies=ENERGY_PATH in file,
         surfaces=tuple(read_surfaces(file).values()),

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-import h5py
-
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.recording import NamedGroup
 from tissuec.results.store import Store, member_name
 
@@ -20,26 +19,28 @@ def write_groups(store: Store, groups: Sequence[NamedGroup]) -> None:
         of = f" of {group.body}" if group.body else ""
         text = f"network numbers of the {group.what} of: {group.name}{of}"
         store.array(path, group.indices, text, compress=True)
-        attributes = access.dataset(store.file, path).attrs
-        for key in ("name", "what", "body"):
-            attributes[key] = getattr(group, key)
-        attributes["number"] = number  # the place in the scene's order
+        attributes = {key: getattr(group, key) for key in ("name", "what", "body")}
+        store.label(path, **attributes, number=number)  # the place in the scene's order
 
 
-def read_groups(file: h5py.File) -> tuple[NamedGroup, ...]:
+def read_groups(file: Group) -> tuple[NamedGroup, ...]:
     """Return all sets and regions, in the order of the scene."""
     found: dict[int, NamedGroup] = {}
 
-    def visit(_: str, member: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(member, h5py.Dataset):
+    def visit(parent: Group) -> None:
+        for member in map(parent.member, parent):
+            if isinstance(member, Group):
+                visit(member)
+                continue
             name, what, body = (
-                str(access.attribute(member, key)) for key in ("name", "what", "body")
+                access.attribute(member, key, str) for key in ("name", "what", "body")
             )
-            found[int(access.attribute(member, "number"))] = NamedGroup(
-                name, what, member[:], body
+            indices = member.whole()
+            found[access.attribute(member, "number", int)] = NamedGroup(
+                name, what, indices, body
             )
 
     for place in (SETS, REGIONS):
         if place in file:
-            access.group(file, place).visititems(visit)
+            visit(access.group(file, place))
     return tuple(found[number] for number in sorted(found))

@@ -6,10 +6,11 @@ size is fixed: they are made when a file is closed, and removed when its run goe
 no ``unit``, which H5MD leaves open: MDAnalysis refuses files in metres and newtons that say so.
 """
 
+from typing import Any
+
 import h5py
 import numpy as np
 
-from tissuec.results import access
 from tissuec.results.manifest import versions
 from tissuec.results.store import describe
 
@@ -38,14 +39,14 @@ def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray
     box.attrs.create("boundary", ["none"] * 3, dtype=h5py.string_dtype("ascii", 4))
     describe(particles.create_dataset("mass", data=mass), "kg", "mass of each node")
     describe(particles.create_dataset("id", data=ids), "", "id of each node")
-    steps = access.group(file, "VTKHDF/Steps")
-    shape = (int(access.attribute(steps, "NSteps")), len(mass), 3)
+    steps: Any = file["VTKHDF/Steps"]
+    shape = (int(steps.attrs["NSteps"]), len(mass), 3)
     if not all(shape):
         return  # HDF5 has no virtual datasets without content
     step = np.arange(shape[0])
     for name, (path, unit) in _VIEWS.items():
         view = particles.create_group(name)
-        source = access.dataset(file, path)
+        source: Any = file[path]
         layout = h5py.VirtualLayout(shape=shape, dtype=source.dtype)
         layout[...] = h5py.VirtualSource(".", source.name, shape=source.shape)
         value = view.create_virtual_dataset("value", layout)

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.network import Floats, Indices, Network
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.numbers import check_finite
 from tissuec.results.store import TEXT, Store
 
@@ -47,6 +47,7 @@ class ToolTable:
                 unit="m",
                 row=(3,),
                 chunk=_CHUNK_ROWS,
+                in_parts=True,
             )
 
     def checked(self, position: NDArray, time: Floats) -> NDArray:
@@ -77,7 +78,7 @@ class HoldTable:
         self._first = column(f"{HOLDS}/first_node", "i8", "where its nodes begin in nodes")
         self._count = column(f"{HOLDS}/node_count", "i8", "how many nodes are held; 0: none")
         self._nodes = column(f"{HOLDS}/nodes", "i8", "network numbers of the nodes held")
-        self._held = {hold.holder: hold.nodes for hold in read_holds(store.file)}
+        self._held = {hold.holder: hold.nodes for hold in read_holds(store.content)}
 
     def set(self, time: float, holders: Mapping[str, Indices]) -> None:
         """State who holds which nodes from now on; only what changed is written."""
@@ -101,10 +102,8 @@ class HoldTable:
         )
 
 
-def read_holds(file: h5py.File) -> tuple[Hold, ...]:
-    """Return who held what since when, in order; results of earlier versions do not say it."""
-    if HOLDS not in file:
-        return ()
+def read_holds(file: Group) -> tuple[Hold, ...]:
+    """Return who held what since when, in order."""
     group = access.group(file, HOLDS)
     nodes = access.array(group, "nodes")
     names = ("time", "first_node", "node_count")

@@ -10,7 +10,7 @@ from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.journal import JournaledFile, has_journal
 from tissuec.results.places import SUFFIX, final_path, partial_path
 
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 VIEW = "tissuec_view"
 """Marks files that show a surface of a result, with the name of the surface."""
 _MARK = "layout_version"
@@ -22,7 +22,7 @@ def mark_layout(file: h5py.File) -> None:
     file.create_group("tissuec").attrs[_MARK] = LAYOUT_VERSION
 
 
-def open_result(path: Path) -> h5py.File:
+def open_result(path: Path) -> access.Group:
     """Return the result file at ``path``, open for reading.
 
     Raises:
@@ -35,11 +35,14 @@ def open_result(path: Path) -> h5py.File:
     except OSError as error:
         raise ResultError(f'cannot read "{path}": {_reason(error, path)}') from error
     try:
-        _check_mark(file, path)
-    except ResultError:
+        with access.reading(str(path), "/"):
+            _check_mark(file, path)
+        result = access.Group(file, str(path), access.read_sums(file, str(path)))
+        access.check_structure(result)
+    except BaseException:
         file.close()
         raise
-    return file
+    return result
 
 
 def check_replaceable(path: Path) -> None:
@@ -104,15 +107,14 @@ def _is_marked(file: h5py.File) -> bool:
 def _check_mark(file: h5py.File, path: Path) -> None:
     if VIEW in file.attrs:
         link = file.get("VTKHDF", getlink=True)
-        mark = access.attribute(file, VIEW)
-        name = mark.decode() if isinstance(mark, bytes) else mark
+        name = access.attribute(access.Group(file, str(path), {}), VIEW, str)
         raise ResultError(
             f'"{path}" shows ParaView the surface of {name} in '
             f'"{getattr(link, "filename", "")}"; name that file'
         )
     if not _is_marked(file):
         raise ResultError(f'"{path}" is an HDF5 file, but no result of tissuec')
-    version = int(access.attribute(access.group(file, "tissuec"), _MARK))
+    version = int(file["tissuec"].attrs[_MARK])
     if version != LAYOUT_VERSION:
         raise ResultError(
             f'"{path}" has layout {version}, and this tissuec reads layout {LAYOUT_VERSION}; '

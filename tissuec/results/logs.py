@@ -3,11 +3,10 @@
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 
-import h5py
-
 from tissuec.core.errors import counted
 from tissuec.network import Floats
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.tables import read_channel, read_channels
 
 MOST_NAMED = 6  # columns
@@ -23,7 +22,7 @@ class Log:
         description: One sentence.
     """
 
-    def __init__(self, file: h5py.File, path: str):
+    def __init__(self, file: Group, path: str):
         channel = read_channel(file, path)
         self.name, self.columns = channel.name, channel.columns
         self.unit, self.description = channel.unit, channel.description
@@ -49,7 +48,7 @@ class Log:
 class Logs(Mapping[str, Log]):
     """All logs of a file by name, in the order of the scene."""
 
-    def __init__(self, file: h5py.File):
+    def __init__(self, file: Group):
         self._file = file
         self._paths = read_channels(file)
 

@@ -9,11 +9,11 @@ from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-import h5py
 import numpy as np
 
 from tissuec import __version__
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.store import Store
 
 MANIFEST = "/tissuec/manifest"
@@ -54,7 +54,7 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     entries: dict[str, Any] = _plain(dict(manifest))
     text = json.dumps(entries, ensure_ascii=False, indent=1)
     store.array(MANIFEST, text, "where this result comes from, as JSON")
-    attributes = access.dataset(store.file, MANIFEST).attrs
+    attributes = {}
     for name, value in {**entries, **entries.get("versions", {})}.items():
         if name in ("unit", "description", "versions"):
             continue
@@ -62,11 +62,12 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
         entry = value if plain else json.dumps(value, ensure_ascii=False)
         if len(str(entry).encode()) <= _LONGEST_ATTRIBUTE:
             attributes[name.replace("\0", "")] = entry
+    store.label(MANIFEST, **attributes)
 
 
-def read_manifest(file: h5py.File) -> dict:
+def read_manifest(file: Group) -> dict:
     """Return the manifest of ``file``."""
-    return json.loads(access.text(file, MANIFEST))
+    return access.json(file, MANIFEST)
 
 
 def _plain(value: object) -> Any:

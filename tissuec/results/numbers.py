@@ -6,6 +6,18 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.network import Floats, Indices, Network
 from tissuec.results.recording import body_of
 
+LARGEST = np.float64(1e100)  # as in scenes
+
+
+def are_numbers(data: NDArray) -> NDArray[np.bool_]:
+    """Return which numbers are some, and so small that squares of them are, too."""
+    return np.abs(data) < LARGEST  # false for NaN
+
+
+def all_numbers(data: NDArray) -> bool:
+    """Return whether all of them are, without an array of answers."""
+    return not data.size or bool(data.max() < LARGEST and data.min() > -LARGEST)
+
 
 def check_times(time: ArrayLike, *, after: float) -> Floats:
     """Return ``time`` as an array of shape (frame,) [s].
@@ -34,7 +46,7 @@ def check_finite(
         numbers: Network numbers of the second axis.
         what: "node" or "spring".
     """
-    finite = np.isfinite(data)
+    finite = are_numbers(data)
     if finite.all():
         return
     place = tuple(np.argwhere(~finite)[0])

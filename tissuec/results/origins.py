@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 
-import h5py
 import numpy as np
 
 from tissuec.core.source import Source, Span
 from tissuec.network import Origin, Provenance
 from tissuec.results import access
-from tissuec.results.store import TEXT, Store, describe
+from tissuec.results.access import Group
+from tissuec.results.store import Store
 
 ORIGINS = "/tissuec/network/origins"
 _TABLE = {
@@ -27,10 +27,8 @@ def write_origins(store: Store, provenance: Mapping[str, Provenance]) -> None:
         "text": [origin.span.source.name for origin in every],
         "how": [origin.how for origin in every],
     }
-    group = store.group(ORIGINS)
     for name, texts in columns.items():
-        dataset = group.create_dataset(name, data=texts, dtype=TEXT, shape=(len(texts),))
-        describe(dataset, "", _TABLE[name])
+        store.texts(f"{ORIGINS}/{name}", texts, _TABLE[name])
     spans = np.array([(origin.span.start, origin.span.end) for origin in every])
     store.array(f"{ORIGINS}/span", spans, "its first character, and the one behind its last")
     for name, one in provenance.items():
@@ -39,7 +37,7 @@ def write_origins(store: Store, provenance: Mapping[str, Provenance]) -> None:
         store.array(f"{ORIGINS}/of/{name}", row[one.index], text, compress=True)
 
 
-def read_origins(file: h5py.File, texts: Mapping[str, Source]) -> dict[str, Provenance]:
+def read_origins(file: Group, texts: Mapping[str, Source]) -> dict[str, Provenance]:
     """Return the origins of each array by its name; nothing from files without them.
 
     Args:

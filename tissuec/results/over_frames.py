@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.network import Indices
+from tissuec.results.access import Dataset, attribute, damaged
 from tissuec.results.mesh import Cells
+from tissuec.results.numbers import all_numbers
 
 Numbers: TypeAlias = NDArray[np.floating]  # in single or double precision
 
@@ -69,13 +70,15 @@ class OverFrames:
 class Frames(OverFrames):
     """Vectors at the recorded nodes over time, shape (frame, node, 3), read when indexed."""
 
-    def __init__(self, dataset: h5py.Dataset, frames: int, nodes: int):
-        super().__init__((frames, nodes, 3), dataset.dtype, str(dataset.attrs["unit"]))
+    def __init__(self, dataset: Dataset, frames: int, nodes: int):
+        unit = attribute(dataset, "unit", str)
+        super().__init__((frames, nodes, 3), dataset.dtype, unit)
         self._dataset = dataset
 
     def _read(self, low: int, high: int) -> Numbers:
         nodes = self.shape[1]
-        return self._dataset[low * nodes : high * nodes].reshape(high - low, nodes, 3)
+        rows = self._dataset.finite(low * nodes, high * nodes)
+        return rows.reshape(high - low, nodes, 3)
 
 
 class Tensions(OverFrames):
@@ -93,7 +96,7 @@ class Tensions(OverFrames):
 
     def __init__(
         self,
-        dataset: h5py.Dataset,
+        dataset: Dataset,
         first: Indices,
         parts: Indices,
         springs: Indices,
@@ -112,6 +115,9 @@ class Tensions(OverFrames):
             rows = self._dataset[start : start + (stop - low) * cells.total]
             alive = np.searchsorted(self._springs, cells.springs)
             place = slice(len(tension) - (high - low), len(tension) - (high - stop))
-            tension[place, alive] = rows.reshape(stop - low, -1)[:, cells.line_rows]
+            lines = rows.reshape(stop - low, cells.total)[:, cells.line_rows]
+            if not all_numbers(lines):
+                damaged(self._dataset.file, f'"{self._dataset.path}" lacks numbers')
+            tension[place, alive] = lines
             low = stop
         return tension

@@ -1,11 +1,11 @@
 """Topologies in the file: each *part* of the VTKHDF group is one set of cells."""
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.network import Indices
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.mesh import Cells
 from tissuec.results.store import Column, Store
 
@@ -34,7 +34,12 @@ class CellTables:
         self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part")
         self._cells = {
             kind: {
-                name: column(f"{root}/{kind}/{name}", "i8", f"{text} ({kind})")
+                name: column(
+                    f"{root}/{kind}/{name}",
+                    "i8",
+                    f"{text} ({kind})",
+                    in_parts=name == "Connectivity",
+                )
                 for name, text in _TEXTS.items()
             }
             for kind in KINDS
@@ -75,17 +80,18 @@ class Parts(CellTables):
         drawn: The cells of the last one.
     """
 
-    def __init__(self, store: Store, nodes: int, spring_ids: Indices):
+    def __init__(self, store: Store, nodes: int, spring_ids: Indices, shown: Indices):
         super().__init__(store, ROOT)
         self._nodes = nodes
         self._ids = spring_ids
         self._spring_id = store.column(
             f"{ROOT}/CellData/spring_id", "i8", "id of each line's spring; -1 at other cells"
         )
-        self._springs = store.column(SPRINGS, "i8", "network number of each line's spring")
+        text = "network number of each line's spring"
+        self._springs = store.column(SPRINGS, "i8", text, in_parts=True)
         self.drawn: Cells | None = None
         if self.count:
-            self.drawn = read_cells(store.file, self.count - 1)
+            self.drawn = read_cells(store.content, self.count - 1, shown)
             self.locate(*_tables(self.drawn))
 
     @property
@@ -103,25 +109,29 @@ class Parts(CellTables):
         self.drawn = cells
 
 
-def read_cells(file: h5py.File, part: int) -> Cells:
-    """Return what the part number ``part`` of ``file`` draws."""
+def read_cells(file: Group, part: int, springs: Indices) -> Cells:
+    """Return what the part number ``part`` of ``file`` draws, of so many springs at most."""
     vertices, lines, triangles = (
-        read_table(access.group(file, f"{ROOT}/{kind}"), part, width)
+        read_table(file, ROOT, kind, part, width)
         for kind, width in zip(KINDS, (1, 2, 3), strict=False)
     )
-    first = int(access.dataset(file, f"{ROOT}/Lines/NumberOfCells")[:part].sum())
-    return Cells(
-        vertices, lines, triangles, access.dataset(file, SPRINGS)[first : first + len(lines)]
-    )
+    first = int(access.array(file, f"{ROOT}/Lines/NumberOfCells")[:part].sum())
+    drawn = access.dataset(file, SPRINGS)[first : first + len(lines)]
+    if len(drawn) < len(lines) or not np.isin(drawn, springs).all():
+        access.damaged(file.file, f'"{SPRINGS}" names springs that there are not')
+    return Cells(vertices, lines, triangles, drawn)
 
 
-def read_table(group: h5py.Group, part: int, width: int) -> NDArray:
+def read_table(file: Group, root: str, kind: str, part: int, width: int) -> NDArray:
     """Return the points of the cells of one kind in a part, shape (cell, width)."""
-    counts = access.dataset(group, "NumberOfConnectivityIds")[: part + 1]
+    path = f"{root}/{kind}/Connectivity"
+    points = int(access.array(file, f"{root}/NumberOfPoints")[part])
+    counts = access.array(file, f"{root}/{kind}/NumberOfConnectivityIds")[: part + 1]
     first = int(counts[:part].sum())
-    return access.dataset(group, "Connectivity")[first : first + counts[part]].reshape(
-        -1, width
-    )
+    cells = access.dataset(file, path)[first : first + int(counts[part])]
+    if len(cells) < counts[part] or ((cells < 0) | (cells >= points)).any():
+        access.damaged(file.file, f'"{path}" names points that there are not')
+    return cells.reshape(-1, width)
 
 
 def _tables(cells: Cells) -> tuple[NDArray, NDArray, NDArray, NDArray]:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.network import Floats, Network
-from tissuec.results import access
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.parts import ROOT, Parts
 from tissuec.results.store import Column, Store
@@ -41,8 +40,8 @@ class PolyDataFrames:
         self._compress = single and count <= _COMPRESSED_NODES
         fresh = "VTKHDF" not in store.file
         if fresh:
-            write_head(store.file.create_group("VTKHDF"))
-        self.parts = Parts(store, count, network.spring_ids)
+            write_head(store.group(ROOT))
+        self.parts = Parts(store, count, network.spring_ids, mesh.springs)
         self._frame_columns(max(1, count), max(1, len(mesh.springs) + len(mesh.triangles)))
         self._steps = self._step_columns()
         if fresh:
@@ -69,6 +68,7 @@ class PolyDataFrames:
                 row=(3,),
                 chunk=chunk,
                 compress=self._compress,
+                in_parts=True,
             )
 
         self._vectors = {"position": points("Points", "m", "position of each node")}
@@ -84,6 +84,7 @@ class PolyDataFrames:
             unit="N",
             chunk=min(cells * self.batch, 3 * _CHUNK_ROWS),
             compress=self._compress,
+            in_parts=True,
         )
 
     def _step_columns(self) -> dict[str, Column]:
@@ -139,7 +140,7 @@ class PolyDataFrames:
 
     def show(self) -> None:
         """Let readers see the frames, after their rows were handed to HDF5."""
-        access.group(self._store.file, "VTKHDF/Steps").attrs.modify("NSteps", self.count)
+        self._store.label(f"{ROOT}/Steps", NSteps=self.count)
 
 
 def step_columns(store: Store, root: str) -> dict[str, Column]:
@@ -159,6 +160,6 @@ def write_head(group: h5py.Group) -> None:
     group.attrs.create("Version", np.array([2, 2], dtype="i8"))
     # Of fixed length: VTK 9.3 does not read a text of variable length here.
     group.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))
-    for name in ("PointData", "CellData", "FieldData", "Steps"):
+    for name in ("PointData", "CellData", "FieldData"):
         group.create_group(name)
-    access.group(group, "Steps").attrs.create("NSteps", 0, dtype="i8")
+    group.create_group("Steps").attrs.create("NSteps", 0, dtype="i8")

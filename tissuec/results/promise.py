@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Self
 
-_FORMER = {"alike": "kept", "apart": "broken", "unknown": "unknown"}
-
 
 @dataclass(frozen=True, slots=True)
 class Promise:
@@ -30,13 +28,10 @@ class Promise:
 
     @classmethod
     def of(cls, manifest: Mapping[str, Any]) -> Self:
-        """Return what the manifest of a result says, also of one by version 0.1.0."""
+        """Return what the manifest of a result says."""
         if (written := manifest.get("promise")) is not None:
             tolerance = inf if written["tolerance"] is None else float(written["tolerance"])
             return cls(**{**written, "tolerance": tolerance})
-        if (former := manifest.get("twin")) is not None:
-            state, since = _FORMER[former["verdict"]], former["parting"]
-            return cls(state, since, former["error"], float(former["tolerance"]))
         return cls("not checked")
 
     def __str__(self) -> str:

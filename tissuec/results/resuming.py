@@ -29,12 +29,11 @@ def find_checkpoint(
     partial = partial_path(path)
     if not partial.exists():
         raise PlaceError(f'there is no interrupted run "{partial}" to go on with')
-    with Trajectory.open(partial) as begun:
-        changes = list(_changes(begun, text, manifest))
-        try:
-            checkpoint = begun.checkpoint()
-        except ResultError as error:
-            raise PlaceError(f"{error}; without --resume the run starts anew") from error
+    try:
+        with Trajectory.open(partial) as begun:
+            changes, checkpoint = list(_changes(begun, text, manifest)), begun.checkpoint()
+    except ResultError as error:
+        raise PlaceError(f"{error}; without --resume the run starts anew") from error
     if checkpoint is None:
         changes = ["it holds no checkpoint"]
     elif not changes and checkpoint.scene != scene_digest(text, network):

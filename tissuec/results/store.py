@@ -1,7 +1,7 @@
 """The open HDF5 file while it is written: columns that grow, and commits that hold or fail."""
 
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.results import access
+from tissuec.results.checksums import SUMS, Sum, crc_of, sums_as_text
 from tissuec.results.errors import ResultError
 from tissuec.results.journal import JournaledFile
 
@@ -25,15 +26,18 @@ LEAST_COMPRESSED = 1024  # numbers
 class Column:
     """A dataset that grows along its first axis; rows wait in memory until the next commit.
 
-    Attributes:
+    Args:
         dataset: What the rows go to.
+        crc: The CRC-32 of those that are there; None where none is kept.
+
+    Attributes:
         rows: How many rows there are, those that wait included.
     """
 
-    __slots__ = ("_waiting", "dataset", "rows")
+    __slots__ = ("_waiting", "crc", "dataset", "rows")
 
-    def __init__(self, dataset: h5py.Dataset):
-        self.dataset = dataset
+    def __init__(self, dataset: h5py.Dataset, crc: int | None):
+        self.dataset, self.crc = dataset, crc
         self.rows = len(dataset)
         self._waiting: list[NDArray] = []
 
@@ -53,6 +57,8 @@ class Column:
             rows = np.concatenate(self._waiting)
             self.dataset.resize(self.rows, axis=0)
             self.dataset[self.rows - len(rows) :] = rows
+            if self.crc is not None:
+                self.crc = crc_of(rows, self.crc)
             self._waiting.clear()
 
 
@@ -71,6 +77,7 @@ class Store:
         self.path = path
         self.columns: dict[str, Column] = {}
         self.waiting = 0  # [byte]
+        self._sums: dict[str, Sum] = {}
         self._open(mode)
 
     def _open(self, mode: Literal["create", "update"]) -> None:
@@ -83,6 +90,39 @@ class Store:
         except OSError as error:
             self._disk.close()
             raise ResultError(f'cannot write to "{self.path}": {error}') from error
+
+        if mode == "update":
+            self._sums = access.read_sums(self.file, str(self.path))
+
+    @property
+    def content(self) -> access.Group:
+        """Return what was handed to HDF5, to be read."""
+        return access.Group(self.file, str(self.path), {})
+
+    def label(self, path: str, **attributes: str | int | bool) -> None:
+        """Give a group or dataset attributes."""
+        found = self.file[path].attrs
+        for name, value in attributes.items():
+            if name in found and not isinstance(value, str):
+                found.modify(name, value)  # in place, so that the file does not grow
+            elif name not in found or found[name] != value:
+                found[name] = value
+
+    def remove(self, path: str) -> None:
+        """Remove a dataset, or a group with all that it holds."""
+        del self.file[path]
+        within = f"{path}/"
+        for member in [one for one in self._sums if f"{one}/".startswith(within)]:
+            del self._sums[member]
+
+    def truncate(self, path: str, rows: int) -> None:
+        """Cut a growing dataset, before it is asked for as a column."""
+        dataset: Any = self.file[path]
+        if len(dataset) == rows:
+            return
+        dataset.resize(rows, axis=0)
+        crc = None if self._sums[path].crc is None else crc_of(dataset[()])
+        self._sums[path] = Sum(str(dataset.dtype), dataset.shape, crc)
 
     def group(self, path: str) -> h5py.Group:
         """Return the group at ``path``, made if need be."""
@@ -98,8 +138,13 @@ class Store:
         row: tuple[int, ...] = (),
         chunk: int = 256,
         compress: bool = False,
+        in_parts: bool = False,
     ) -> Column:
-        """Return the column at ``path``; made if need be, with rows of shape ``row``."""
+        """Return the column at ``path``; made if need be, with rows of shape ``row``.
+
+        Args:
+            in_parts: Whether it is read in parts: then HDF5 keeps a checksum of each chunk.
+        """
         if path not in self.file:
             dataset = self.file.create_dataset(
                 path,
@@ -108,10 +153,13 @@ class Store:
                 maxshape=(None, *(length or None for length in row)),
                 chunks=(chunk, *(max(1, length) for length in row)),
                 dtype=kind,
+                fletcher32=in_parts,
                 **(COMPRESSED if compress else {}),
             )
             describe(dataset, unit, description)
-        column = self.columns[path] = Column(access.dataset(self.file, path))
+        found = self._sums.get(path)
+        crc = found.crc if found else None if in_parts else 0
+        column = self.columns[path] = Column(self.file[path], crc)
         return column
 
     def array(
@@ -132,6 +180,7 @@ class Store:
             compress: Whether it pays to look for repetition, where there is room for any.
         """
         data = _fixed_text(value) if isinstance(value, str) else np.asarray(value)
+        self._sums[path] = Sum(str(data.dtype), data.shape, crc_of(data))
         former = self.file.get(path)
         kind = data.shape, data.dtype
         if isinstance(former, h5py.Dataset) and (former.shape, former.dtype) == kind:
@@ -141,6 +190,13 @@ class Store:
             del self.file[path]
         filters = COMPRESSED if compress and data.size >= LEAST_COMPRESSED else {}
         describe(self.file.create_dataset(path, data=data, **filters), unit, description)
+
+    def texts(self, path: str, texts: Sequence[str], description: str) -> None:
+        """Write a list of texts."""
+        size = (len(texts),)
+        written = self.file.create_dataset(path, data=list(texts), dtype=TEXT, shape=size)
+        self._sums[path] = Sum("object", size, crc_of(np.array(texts, dtype=object)))
+        describe(written, "", description)
 
     def append(self, rows: Mapping[Column, ArrayLike]) -> None:
         """Add rows to columns: to all of them or, if one does not fit, to none."""
@@ -170,8 +226,17 @@ class Store:
             ResultError: There is no space; the file holds what the last commit left.
         """
         with self._clear_errors():
+            self._write_sums()
             self.file.flush()
         self._commit()
+
+    def _write_sums(self) -> None:
+        """Write what there is to know of all datasets."""
+        for path, column in self.columns.items():
+            kind = str(column.dataset.dtype)
+            self._sums[path] = Sum(kind, column.dataset.shape, column.crc)
+        self.array(SUMS, sums_as_text(self._sums), "kind, shape and CRC-32 of all datasets")
+        del self._sums[SUMS]
 
     def _commit(self) -> None:
         needed = self._disk.pending
@@ -198,6 +263,7 @@ class Store:
         self.write()
         try:
             with self._clear_errors():
+                self._write_sums()
                 self.file.close()  # in memory: the commit brings it to the disk
             self._commit()
         finally:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.network import Floats, Indices
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.surface_table import read_surfaces, read_triangles
 
 
@@ -21,23 +22,23 @@ class SurfaceSeries:
         path: Its group in the file.
     """
 
-    def __init__(self, file: h5py.File, path: str):
+    def __init__(self, file: Group, path: str):
         channel = read_surfaces(file)[path]
         self.name, self.kind = channel.body, channel.kind
         self.entries, self.path = channel.entries, path
         self._file = file
+        self._steps: dict[str, Indices] = {}
 
     @cached_property
     def times(self) -> Floats:
         """Times of the frames [s], shape (frame,)."""
         steps = access.group(self._file, f"{self.path}/Steps")
-        return access.dataset(steps, "Values")[: int(access.attribute(steps, "NSteps"))]
+        return access.array(steps, "Values")[: access.attribute(steps, "NSteps", int)]
 
     @cached_property
     def parts(self) -> Indices:
         """Number of the topology of each frame, shape (frame,); it only ascends."""
-        steps = access.dataset(self._file, f"{self.path}/Steps/PartOffsets")
-        return steps[: len(self)]
+        return access.array(self._file, f"{self.path}/Steps/PartOffsets")[: len(self)]
 
     def __len__(self) -> int:
         return len(self.times)
@@ -45,8 +46,8 @@ class SurfaceSeries:
     def position(self, frame: int) -> NDArray:
         """Return the points in a frame [m], shape (point, 3)."""
         first, part = self._step("PointOffsets", frame), self._step("PartOffsets", frame)
-        count = int(access.dataset(self._file, f"{self.path}/NumberOfPoints")[part])
-        return access.dataset(self._file, f"{self.path}/Points")[first : first + count]
+        count = int(access.array(self._file, f"{self.path}/NumberOfPoints")[part])
+        return access.dataset(self._file, f"{self.path}/Points").finite(first, first + count)
 
     def triangles(self, frame: int) -> Indices:
         """Return the triangles in a frame, as its points, shape (triangle, 3)."""
@@ -54,18 +55,21 @@ class SurfaceSeries:
 
     def copy_to(self, file: h5py.File, name: str) -> None:
         """Copy all frames into another file."""
-        self._file.copy(self.path, file, name=name)
+        with access.reading(self._file.file, self.path):
+            self._file.raw.copy(self.path, file, name=name)
 
     def _step(self, name: str, frame: int) -> int:
         if not -len(self) <= frame < len(self):
             raise IndexError(f"frame {frame} of {len(self)}")
-        return int(access.dataset(self._file, f"{self.path}/Steps/{name}")[frame % len(self)])
+        if name not in self._steps:
+            self._steps[name] = access.array(self._file, f"{self.path}/Steps/{name}")
+        return int(self._steps[name][frame % len(self)])
 
 
 class Surfaces(Mapping[str, SurfaceSeries]):
     """All smooth surfaces of a file by the names of their bodies, in the order of the scene."""
 
-    def __init__(self, file: h5py.File):
+    def __init__(self, file: Group):
         self._file = file
         self._paths = {channel.body: path for path, channel in read_surfaces(file).items()}
 

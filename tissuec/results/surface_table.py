@@ -6,13 +6,14 @@ surface has: a torn one has fewer triangles and, at times, fewer points than the
 
 import json
 from collections.abc import Iterator
+from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.network import Indices, Network
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.numbers import check_finite, check_shape, check_times
 from tissuec.results.parts import CellTables, read_table
 from tissuec.results.polydata import step_columns, write_head
@@ -60,7 +61,7 @@ class SurfaceTable:
         self._last_time = float(steps[-1]) if len(steps) else -np.inf
         self._drawn: Indices | None = None
         if self._cells.count:
-            self._drawn = read_triangles(store.file, self.path, -1)
+            self._drawn = read_triangles(store.content, self.path, -1)
             self._cells.locate(*_tables(self._drawn))
         self._skin: Skin | None = None
         self._map: Refinement | None = None
@@ -69,9 +70,10 @@ class SurfaceTable:
         if self.path not in self._store.file:
             group = self._store.group(self.path)
             write_head(group)
-            group.attrs["name"], group.attrs["number"] = channel.body, number
-            group.attrs["kind"] = channel.kind
-            group.attrs["entries"] = json.dumps(dict(channel.entries))
+            entries = json.dumps(dict(channel.entries))
+            self._store.label(
+                self.path, name=channel.body, number=number, kind=channel.kind, entries=entries
+            )
         self._cells = CellTables(self._store, self.path)
         self._columns = step_columns(self._store, self.path)
         self._points = self._store.column(
@@ -81,6 +83,7 @@ class SurfaceTable:
             unit="m",
             row=(3,),
             chunk=min(_CHUNK_ROWS, 16 * self._body.size(self._smoothing.subdivisions)),
+            in_parts=True,
         )
 
     def set_topology(self, alive: NDArray[np.bool_]) -> None:
@@ -139,8 +142,7 @@ class SurfaceTable:
 
     def show(self) -> None:
         """Let readers see the frames, after their rows were handed to HDF5."""
-        steps = access.group(self._store.file, f"{self.path}/Steps")
-        steps.attrs.modify("NSteps", self._columns["Values"].rows)
+        self._store.label(f"{self.path}/Steps", NSteps=self._columns["Values"].rows)
 
 
 def _tables(triangles: Indices) -> tuple[Indices, Indices, Indices, Indices]:
@@ -149,24 +151,26 @@ def _tables(triangles: Indices) -> tuple[Indices, Indices, Indices, Indices]:
     return vertices, lines, triangles, strips
 
 
-def read_surfaces(file: h5py.File) -> dict[str, SurfaceChannel]:
+def read_surfaces(file: Group) -> dict[str, SurfaceChannel]:
     """Return the surfaces in ``file`` by their paths, in the order of the scene."""
     if SURFACE_ROOT not in file:
         return {}
-    surfaces = access.group(file, SURFACE_ROOT)
-    groups = [access.group(surfaces, str(member)) for member in surfaces]
-    groups.sort(key=lambda group: int(access.attribute(group, "number")))
     return {
-        str(group.name): SurfaceChannel(
-            str(access.attribute(group, "name")),
-            str(access.attribute(group, "kind")),
-            json.loads(str(access.attribute(group, "entries"))),
+        group.path: SurfaceChannel(
+            access.attribute(group, "name", str),
+            access.attribute(group, "kind", str),
+            _entries(group),
         )
-        for group in groups
+        for group in access.groups(access.group(file, SURFACE_ROOT))
     }
 
 
-def read_triangles(file: h5py.File, path: str, part: int) -> NDArray:
+def _entries(group: Group) -> dict[str, Any]:
+    with access.reading(group.file, group.path):
+        return dict(json.loads(access.attribute(group, "entries", str)))
+
+
+def read_triangles(file: Group, path: str, part: int) -> NDArray:
     """Return the triangles in a part of a surface, or in the last one for -1."""
     count = len(access.dataset(file, f"{path}/NumberOfPoints"))
-    return read_table(access.group(file, f"{path}/Polygons"), part % count, 3)
+    return read_table(file, path, "Polygons", part % count, 3)

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from numbers import Integral
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.recording import ENERGIES, Event, LogChannel
-from tissuec.results.store import TEXT, Store, describe, member_name
+from tissuec.results.store import TEXT, Store, member_name
 
 LOGS = "/tissuec/logs"
 EVENTS = "/tissuec/events"
@@ -40,14 +40,12 @@ class LogTable:
             group = store.group(path)
             group.attrs["name"] = channel.name
             group.attrs["number"] = number  # the place in the scene's order
-            are_ids = all(isinstance(column, Integral) for column in channel.columns)
-            kind = "i8" if are_ids else TEXT
-            columns = channel.columns if are_ids else list(map(str, channel.columns))
-            describe(
-                group.create_dataset("columns", data=columns, dtype=kind, shape=(width,)),
-                "",
-                f"what the columns of value are: {channel.description}",
-            )
+            text = f"what the columns of value are: {channel.description}"
+            if all(isinstance(column, Integral) for column in channel.columns):
+                ids = np.array(channel.columns, dtype="i8")
+                store.array(f"{path}/columns", ids, text)
+            else:
+                store.texts(f"{path}/columns", list(map(str, channel.columns)), text)
 
     def append(self, time: ArrayLike, rows: ArrayLike) -> None:
         """Add rows of shape (moment, column) at ``time`` [s], shape (moment,)."""
@@ -122,31 +120,29 @@ def twin_table(store: Store) -> LogTable:
     return LogTable(store, TWIN_PATH, LogChannel("twin", ("distance",), "m", text))
 
 
-def read_channels(file: h5py.File) -> dict[str, str]:
+def read_channels(file: Group) -> dict[str, str]:
     """Return the path of every log by its name, in the order of the scene."""
     if LOGS not in file:
         return {}
-    logs = access.group(file, LOGS)
-    groups = [access.group(logs, str(member)) for member in logs]
-    groups.sort(key=lambda group: int(access.attribute(group, "number")))
-    return {str(access.attribute(group, "name")): str(group.name) for group in groups}
+    logs = access.groups(access.group(file, LOGS))
+    return {access.attribute(group, "name", str): group.path for group in logs}
 
 
-def read_channel(file: h5py.File, path: str) -> LogChannel:
+def read_channel(file: Group, path: str) -> LogChannel:
     """Return what the log at ``path`` holds."""
     group = access.group(file, path)
     value, columns = access.dataset(group, "value"), access.dataset(group, "columns")
     are_ids = columns.dtype.kind == "i"
-    names = columns[:].tolist() if are_ids else access.texts(group, "columns")
+    names = columns.whole().tolist() if are_ids else access.texts(group, "columns")
     return LogChannel(
-        str(access.attribute(group, "name")),
+        access.attribute(group, "name", str),
         tuple(names),
-        str(access.attribute(value, "unit")),
-        str(access.attribute(value, "description")),
+        access.attribute(value, "unit", str),
+        access.attribute(value, "description", str),
     )
 
 
-def read_events(file: h5py.File) -> tuple[Event, ...]:
+def read_events(file: Group) -> tuple[Event, ...]:
     """Return all events, in the order in which they were written."""
     group = access.group(file, EVENTS)
     springs = access.array(group, "springs").tolist()

@@ -10,12 +10,12 @@ from tempfile import mkdtemp
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-import h5py
 import numpy as np
 
 from tissuec.core.source import Source
 from tissuec.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
+from tissuec.results.access import Group
 from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.errors import ResultError
@@ -57,11 +57,12 @@ class Trajectory:
         self.path = Path(path)
         self._opened = open_result(self.path)
         self._is_temporary = False
+        self._steps: dict[str, Indices] = {}
         self._drawn: tuple[int, Cells] | None = None  # of the part that was asked for last
 
     @property
-    def _file(self) -> h5py.File:
-        if not self._opened:
+    def _file(self) -> Group:
+        if not self.is_open:
             raise ResultError(f'"{self.path}" is closed; read what is needed before that')
         return self._opened
 
@@ -86,12 +87,12 @@ class Trajectory:
 
     def close(self) -> None:
         """Close the file; what was not read yet can no longer be."""
-        self._opened.close()
+        self._opened.raw.file.close()
 
     @property
     def is_open(self) -> bool:
         """Return whether something can still be read."""
-        return bool(self._opened)
+        return bool(self._opened.raw)
 
     def __repr__(self) -> str:
         from tissuec.results.showing import as_text
@@ -117,12 +118,17 @@ class Trajectory:
 
     @cached_property
     def _frame_count(self) -> int:
-        return int(access.attribute(access.group(self._file, "VTKHDF/Steps"), "NSteps"))
+        steps = access.group(self._file, "VTKHDF/Steps")
+        count = access.attribute(steps, "NSteps", int)
+        rows = len(access.dataset(steps, "Values"))
+        if not 0 <= count <= rows:
+            access.damaged(str(self.path), f"it shows {count} frames and has {rows}")
+        return count
 
     @cached_property
     def times(self) -> Floats:
         """Times of the frames [s], shape (frame,)."""
-        return access.dataset(self._file, "VTKHDF/Steps/Values")[: self._frame_count]
+        return access.array(self._file, "VTKHDF/Steps/Values")[: self._frame_count]
 
     @property
     def position(self) -> Frames:
@@ -133,15 +139,12 @@ class Trajectory:
     def tools(self) -> Frames | None:
         """Positions of the nodes of tools [m], shape (frame, node, 3); see `Network.tools`.
 
-        None where no tool has a shape, or where an earlier version wrote the file.
+        None where no tool has a shape.
         """
         if TOOL_FRAMES not in self._file or not self.network.tools:
             return None
         nodes = sum(2 * len(tool.shapes) for tool in self.network.tools)
         rows = access.dataset(self._file, TOOL_FRAMES)
-        # An earlier version may have begun the file, and this one resumed it.
-        if len(rows) < self._frame_count * nodes:
-            return None
         return Frames(rows, self._frame_count, nodes)
 
     @cached_property
@@ -173,7 +176,7 @@ class Trajectory:
         count, steps = self._frame_count, access.group(self._file, "VTKHDF/Steps")
         return Tensions(
             access.dataset(self._file, "VTKHDF/CellData/spring_force"),
-            access.dataset(steps, "CellDataOffsets/spring_force")[:count],
+            access.array(steps, "CellDataOffsets/spring_force")[:count],
             self.parts,
             self.springs,
             self.cells,
@@ -182,14 +185,13 @@ class Trajectory:
     @cached_property
     def parts(self) -> Indices:
         """Number of the topology of each frame, shape (frame,); it only ascends."""
-        steps = access.dataset(self._file, "VTKHDF/Steps/PartOffsets")
-        return steps[: self._frame_count]
+        return access.array(self._file, "VTKHDF/Steps/PartOffsets")[: self._frame_count]
 
     def cells(self, frame: int) -> Cells:
         """Return what frame number ``frame`` draws."""
         part = self._step("PartOffsets", frame)
         if self._drawn is None or self._drawn[0] != part:
-            self._drawn = part, read_cells(self._file, part)
+            self._drawn = part, read_cells(self._file, part, self.springs)
         return self._drawn[1]
 
     def spring_force(self, frame: int) -> tuple[Floats, Indices]:
@@ -200,16 +202,17 @@ class Trajectory:
         """
         cells = self.cells(frame)
         first = self._step("CellDataOffsets/spring_force", frame)
-        tension = access.dataset(self._file, "VTKHDF/CellData/spring_force")[
-            first : first + cells.total
-        ]
-        return tension[cells.line_rows], np.searchsorted(self.springs, cells.springs)
+        rows = access.dataset(self._file, "VTKHDF/CellData/spring_force")
+        lines = first + cells.line_rows.start, first + cells.line_rows.stop
+        return rows.finite(*lines), np.searchsorted(self.springs, cells.springs)
 
     def _step(self, name: str, frame: int) -> int:
         count = self._frame_count
         if not -count <= frame < count:
             raise IndexError(f"frame {frame} of {count}")
-        return int(access.dataset(self._file, f"VTKHDF/Steps/{name}")[frame % count])
+        if name not in self._steps:
+            self._steps[name] = access.array(self._file, f"VTKHDF/Steps/{name}")
+        return int(self._steps[name][frame % count])
 
     @cached_property
     def nodes(self) -> Indices:
@@ -300,10 +303,7 @@ class Trajectory:
 
     @cached_property
     def provenance(self) -> dict[str, Provenance]:
-        """Which place of the text gave each number of an array of the network, by its name.
-
-        Empty in results of earlier versions.
-        """
+        """Which place of the text gave each number of an array of the network, by its name."""
         return read_origins(self._file, self.sources)
 
     @cached_property

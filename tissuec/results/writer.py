@@ -43,6 +43,7 @@ from tissuec.results.recording import Event, NamedGroup, Recording
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import (
+    TWIN_PATH,
     EventTable,
     LogTable,
     energy_table,
@@ -126,14 +127,19 @@ class ResultWriter:
             ResultError: The file is missing, no result, or not the one of the checkpoint.
         """
         partial = partial_path(Path(path))
-        open_result(partial).close()
+        open_result(partial).raw.close()
         check_replaceable(partial)
         store = Store(partial, "update")
         try:
             truncate(store, checkpoint)
+            if TWIN_PATH in store.file:  # it was killed after its end
+                store.remove(TWIN_PATH)
             remove_views(store.file)
-            source = Source(partial.name, access.text(store.file, SCENE))
-            network, recording = read_network(store.file, source), read_recording(store.file)
+            source = Source(partial.name, access.text(store.content, SCENE))
+            network, recording = (
+                read_network(store.content, source),
+                read_recording(store.content),
+            )
             mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
             check_views(partial, [channel.body for channel in recording.surfaces])
             writer = cls.__new__(cls)
@@ -146,7 +152,8 @@ class ResultWriter:
                 earlier=checkpoint.wall_time,
             )
             running = {"outcome": RUNNING, "finished": False}
-            writer._manifest = read_manifest(store.file) | running
+            former = read_manifest(store.content)
+            writer._manifest = former | dict.fromkeys(former.keys() & {"promise"}) | running
             write_manifest(store, writer._manifest)
             writer.topology(checkpoint.alive)
             writer.flush()

@@ -1,0 +1,56 @@
+"""What a result file says of its datasets: kind, shape and checksum, in one table.
+
+The table is written with each commit. Numbers of frames have no checksum here, because they are
+read in parts: HDF5 keeps one of each of their chunks.
+"""
+
+import json
+import zlib
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+SUMS = "/tissuec/checksums"
+
+
+class Sum(NamedTuple):
+    """What is known of a dataset.
+
+    Attributes:
+        kind: Of its numbers, as NumPy names it; "object" for texts of any length.
+        shape: Its size.
+        crc: The CRC-32 of its content; None where it is read in parts.
+    """
+
+    kind: str
+    shape: tuple[int, ...]
+    crc: int | None
+
+
+def crc_of(data: NDArray, former: int = 0) -> int:
+    """Return the CRC-32 of numbers or texts, behind others that had the CRC-32 ``former``."""
+    if data.dtype.kind not in "OSU":
+        return zlib.crc32(np.ascontiguousarray(data), former)
+    for text in data.reshape(-1).tolist():
+        content = text.encode() if isinstance(text, str) else text
+        former = zlib.crc32(content, zlib.crc32(len(content).to_bytes(8), former))
+    return former
+
+
+def sums_as_text(sums: Mapping[str, Sum]) -> str:
+    """Return the table as text that begins with its own CRC-32."""
+    text = json.dumps(sums)
+    return f"{zlib.crc32(text.encode()):08x} {text}"
+
+
+def sums_of_text(text: str) -> dict[str, Sum]:
+    """Return the table; ValueError if the text is not as it was written."""
+    crc, _, table = text.partition(" ")
+    if f"{zlib.crc32(table.encode()):08x}" != crc:
+        raise ValueError("the table of checksums is not as it was written")
+    return {
+        path: Sum(kind, tuple(shape), crc)
+        for path, (kind, shape, crc) in json.loads(table).items()
+    }
