@@ -14,7 +14,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.network import Floats
 from tissuec.scene.imports import read_source
-from tissuec.scene.library import Library
+from tissuec.scene.library import LINK, LINKED, Library
 
 if TYPE_CHECKING:
     from tissuec.compiling.orders import SentenceOrder
@@ -175,8 +175,11 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
             hint="save the scene to a file",
             word=word,
         )
+    place = scene.parent / path
+    if (library or Library.of(name.span.source)).leads_out(place):
+        order.reject("TIS603", LINK.format(path), hint=LINKED, word=word)
     try:
-        return read_source(scene.parent / path, str(path)).text
+        return read_source(place, str(path)).text
     except CompileError as error:
         hint = "the file is looked for beside the scene"
         order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=word)

@@ -3,12 +3,14 @@
 from hashlib import file_digest
 from pathlib import Path
 
+from tissuec.core.files import open_regular
+
 
 def digest_of(path: Path) -> str:
     """Return the SHA-256 of a file in hexadecimal digits; it is read in blocks.
 
     Raises:
-        OSError: It cannot be read.
+        OSError: It cannot be read, or is no regular file.
     """
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return file_digest(file, "sha256").hexdigest()

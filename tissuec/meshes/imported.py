@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.fields import InFile, Measure, OneOf
+from tissuec.core.files import read_bytes
 from tissuec.formats import FormatError, read
 from tissuec.meshes import MESHES, FileOrigin, Mesh
 from tissuec.meshes.filling import NEAREST, Filling, Interior
@@ -22,7 +23,7 @@ from tissuec.shapes.sharing import area_shares, volume_shares
 
 TETRAHEDRA = "tetrahedra"
 EVEN, AREA, VOLUME = "even", "area rule", "volume rule"
-LARGEST_FILE = 2 * 1024**3  # bytes; beyond, reading takes more memory than nets can
+LARGEST_FILE = 2 << 30  # bytes; beyond, reading takes more memory than nets can
 
 
 class MeshFileError(ValueError):
@@ -76,9 +77,7 @@ class Imported:
     @cached_property
     def _bytes(self) -> bytes:
         try:
-            if self.file.path.stat().st_size > LARGEST_FILE:
-                raise self._error("the file is larger than 2 GB")
-            return self.file.path.read_bytes()
+            return read_bytes(self.file.path, LARGEST_FILE)
         except OSError as error:
             reason = (error.strerror or type(error).__name__).lower()
             raise self._error(f"the file cannot be read: {reason}") from error

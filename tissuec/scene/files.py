@@ -10,7 +10,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
-from tissuec.scene.library import Library
+from tissuec.scene.library import LINK, LINKED, Library
 
 
 def read_file(kind: FileIn, item: s.Sentence, scope: Scope, *, example: str) -> LocatedFile:
@@ -61,6 +61,8 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
     places = [folder / path for folder in dict.fromkeys(folders)]
     for place in places:
         if os.path.isfile(place):
+            if all(library.leads_out(place) for library in (here, scope.library or here)):
+                scope.findings.reject("TIS603", LINK.format(wanted), span, hint=LINKED)
             return place
     scope.findings.reject(
         "TIS604",

@@ -6,18 +6,25 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.files import read_bytes
 from tissuec.core.nearby import nearby
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import WrongNumbers, parse
 from tissuec.scene.findings import Findings
-from tissuec.scene.library import SUFFIX, Library, belongs_to_scenes
+from tissuec.scene.library import (
+    LARGEST_FILE,
+    LINK,
+    LINKED,
+    SUFFIX,
+    Library,
+    belongs_to_scenes,
+)
 
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
 HDF5 = b"\x89HDF"  # how result files begin
 MESHES = (".stl", ".obj", ".ply", ".vtk", ".vtu", ".msh", ".feb")
-LARGEST_FILE = 256 * 1024 * 1024  # bytes; beyond, a text is a mistake rather than a scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +52,16 @@ class Program:
 def read_source(path: Path, name: str | None = None) -> Source:
     """Return the text of a file, normalised.
 
+    Args:
+        name: What a text calls the file; only regular files can be named there.
+
     Raises:
         CompileError: The file cannot be read, is far too large or is not text. Where there is
             none, the error names one like it.
     """
-    name = name or str(path)
+    is_named, name = name is not None, name or str(path)
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise CompileError([Diagnostic("TIS604", f'"{name}" is larger than 256 MB', None)])
-        data = path.read_bytes()
+        data = read_bytes(path, LARGEST_FILE, regular=is_named)
         if hint := _of_another_kind(data, name):
             raise CompileError([Diagnostic("TIS604", f'"{name}" is no scene', None, hint)])
         return normalise(data, name, path)
@@ -229,6 +237,8 @@ class _Loader:
                 hint=library.near(wanted),
                 notes=searched,
             )
+        if library.leads_out(hits[0]):
+            self.findings.reject("TIS603", LINK.format(wanted), item.span, hint=LINKED)
         others = {hit.resolve() for hit in hits[1:] if _differ(hit, hits[0])}
         if others:
             names = ", ".join(str(other) for other in sorted(others))
@@ -239,7 +249,7 @@ class _Loader:
 def _differ(path: Path, other: Path) -> bool:
     """Return whether two files hold different bytes; one that cannot be read may."""
     try:
-        return path.read_bytes() != other.read_bytes()
+        return read_bytes(path, LARGEST_FILE) != read_bytes(other, LARGEST_FILE)
     except OSError:
         return True
 

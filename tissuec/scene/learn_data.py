@@ -12,7 +12,7 @@ from tissuec.lang import syntax as s
 from tissuec.lesson import Data
 from tissuec.scene.declarations import without
 from tissuec.scene.learn_entries import SENTENCES
-from tissuec.scene.library import SUFFIX
+from tissuec.scene.library import LINK, LINKED, SUFFIX, Library
 from tissuec.scene.parameters import Constants
 
 DATA = "data"
@@ -109,7 +109,11 @@ class DataReader:
     def _find(self, node: s.Name) -> Path:
         name, source = node.quoted or "", node.span.source
         place, library = self._inside(name, node.span), self.scope.library
-        if (library is not None and library.kept is not None) or os.path.isfile(place):
+        if library is not None and library.kept is not None:
+            return place
+        if os.path.isfile(place):
+            if (library or Library.of(source)).leads_out(place):
+                self.findings.reject("TIS603", LINK.format(name), node.span, hint=LINKED)
             return place
         folder = source.path.parent if source.path else Path()
         hint = nearby(place, place.suffix).replace(f"{folder}/", "")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tissuec.core import resources
 from tissuec.core.errors import CompileError, TissueError, did_you_mean
+from tissuec.core.files import leads_out, read_bytes
 from tissuec.core.nearby import nearby
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
@@ -14,6 +15,9 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 
 SUFFIX = ".tis"
+LARGEST_FILE = 256 << 20  # bytes; beyond, a text is a mistake rather than a scene
+LINK = '"{}" is a link that leads outside of the folders that may be searched'
+LINKED = "copy what it leads to, or give the folder where that lies with --library DIR"
 SCENE_BLOCKS = ("body", "joint", "environment", "script", "simulate", "output")
 
 
@@ -49,6 +53,14 @@ class Library:
         """Return the folders in which a file is looked for."""
         return (self.beside,) if wanted.startswith("./") else self.folders
 
+    def leads_out(self, path: Path) -> bool:
+        """Return whether a file is a link to somewhere else than these folders.
+
+        The library that is shipped may be installed as links.
+        """
+        own = (self.beside, *self.folders)
+        return not path.is_relative_to(resources.library()) and leads_out(path, own)
+
     def files(self) -> Iterator[tuple[str, Path]]:
         """Yield every file with its name behind ``use``; the first hit of a name counts."""
         seen: set[str] = set()
@@ -69,7 +81,7 @@ class Library:
         """Return the file that declares a thing under this name, or an empty string."""
         for name, path in files_of(self.folders):
             with suppress(OSError, CompileError):
-                text = path.read_bytes()
+                text = read_bytes(path, LARGEST_FILE)
                 if key.split(" ")[0].encode() not in text.lower():
                     continue
                 items = parse(normalise(text, name)).items

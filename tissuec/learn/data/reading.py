@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tissuec.core.errors import Diagnostic
+from tissuec.core.files import open_regular
 from tissuec.core.nearby import nearby
 from tissuec.core.units import TIME, show
 from tissuec.learn.data.complaints import Complaints
@@ -84,7 +85,7 @@ def check_times(experiment: Experiment, duration: float) -> None:
 
 def _is_hdf5(path: Path) -> bool:
     """Return whether a file is HDF5, by what stands in it."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_PLACES[-1] + len(_HDF5))
     return any(head.startswith(_HDF5, place) for place in _PLACES)
 

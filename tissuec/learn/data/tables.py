@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tissuec.core.files import read_bytes
 from tissuec.learn.data.columns import BadRow, read_columns
 from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.dialect import find_dialect
@@ -17,6 +18,7 @@ from tissuec.learn.data.thinning import nearest_rows
 from tissuec.lesson import Axis, Fit
 from tissuec.network import Floats, Network
 
+LARGEST_TABLE = 1 << 30  # bytes
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -48,7 +50,10 @@ def read_table(
 
 def _text(complaints: Complaints) -> str:
     """Return the text of a file; its lines end with one sign."""
-    raw = complaints.data.path.read_bytes()
+    try:
+        raw = read_bytes(complaints.data.path, LARGEST_TABLE)
+    except OSError as error:
+        complaints.reject("TIS604", f"cannot read {complaints.file}: {error.strerror}")
     if raw.startswith(_UTF16):
         text = raw.decode("utf-16", errors="replace")
     else:

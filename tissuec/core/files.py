@@ -1,0 +1,50 @@
+"""Opening files that a text names: regular ones only, up to a size."""
+
+import errno
+import os
+import stat
+from collections.abc import Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Return a file, open for reading.
+
+    Raises:
+        OSError: It cannot be opened, or is a pipe or a device, which may never end.
+    """
+    file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # the caller closes it
+    if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        return file
+    file.close()
+    raise OSError(errno.EINVAL, "it is no regular file", str(path))
+
+
+def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
+    """Return what stands in a file.
+
+    Args:
+        most: Bytes that it may have.
+        regular: Whether it must be a regular file; a pipe that a user names is read to its end.
+
+    Raises:
+        OSError: It cannot be read, is larger, or is no regular file.
+    """
+    with open_regular(path) if regular else path.open("rb") as file:
+        is_larger = os.fstat(file.fileno()).st_size > most
+        data = b"" if is_larger else file.read(-1 if regular else most + 1)
+    if is_larger or len(data) > most:
+        raise OSError(errno.EFBIG, f"it is larger than {most >> 20} MiB", str(path))
+    return data
+
+
+def leads_out(path: Path, folders: Sequence[Path]) -> bool:
+    """Return whether a file lies in none of the folders once all links are followed."""
+    place = path.resolve()
+    return not any(place.is_relative_to(folder.resolve()) for folder in folders)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file; a pipe without waiting for its writer."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
