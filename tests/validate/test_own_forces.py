@@ -6,11 +6,15 @@ Both are written from docs/numerics.md; a mistake in either of them parts them.
 import numpy as np
 import pytest
 
+from tests.contact.scenes import contact_of, contact_with, meeting
 from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
+from tests.validate.scenes import compiled_scene
 from tissuec.enclosures import Enclosure, open_edges
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import apply, exp
+from tissuec.shapes.nearest import CAPSULE, TRIANGLE
+from tissuec.validate.forces.contact import ContactForce, nearest
 from tissuec.validate.forces.jets import JetForce, points_of
 from tissuec.validate.forces.laws import Laws
 from tissuec.validate.forces.volumes import Volume
@@ -122,3 +126,60 @@ def test_points_of_a_triangle_integrate_second_degrees_exactly(parts):
     assert share.mean(axis=0) == pytest.approx(np.full(3, 1 / 3))
     assert (share[:, 0] * share[:, 1]).mean() == pytest.approx(1 / 12)
     assert (share[:, 0] ** 2).mean() == pytest.approx(1 / 6)
+
+
+def compared(contact, position, velocity):
+    """Return forces, power lost, bristles' rates and energy of both, as pairs."""
+    own, pairs = ContactForce(contact), contact.near(position, 0.01)
+    found, touch = own.at(position, velocity, pairs), contact.touches(position, velocity)
+    forces = np.zeros_like(position)
+    contact.push(touch, forces)
+    energies = own.energy(position, pairs), float(contact.energy(0.0, position))
+    rates = found.bristle_rates, contact.bristle_rates(touch)
+    return (found.force, forces), (found.lost, contact.loss(touch)), energies, rates
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("friction", ["0", "0.4"])
+def test_tools_press_and_rub_alike(friction, seed):
+    compiled = compiled_scene(meeting(40, friction=friction, damping="3 s/m"))
+    network, rng = compiled.network, np.random.default_rng(seed)
+    position = network.position + 1e-3 * rng.normal(size=network.position.shape)
+    velocity = 0.2 * rng.normal(size=position.shape)
+    for one, other in compared(contact_of(compiled), position, velocity):
+        assert np.abs(other).max(initial=0.0) > 0.0 or not np.size(one)
+        assert np.abs(one - other).max(initial=0.0) < 1e-11 * np.abs(other).max(initial=1e-300)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("shape", ["ball", "plate", "ring"])
+def test_surfaces_and_threads_press_and_rub_alike(shape, seed):
+    rng = np.random.default_rng(seed)
+    if shape == "ring":
+        kind, turn = CAPSULE, np.arange(6) * np.pi / 3.0
+        corners = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+        faces = np.stack([np.arange(6), (np.arange(6) + 1) % 6, np.arange(6)], axis=1)
+    else:
+        kind, (corners, faces) = TRIANGLE, ball(1, 1.0) if shape == "ball" else plate(3, 1.0)
+    nodes, faces = 12, faces.astype(np.int64)
+    contact = contact_with(kind, faces + nodes, nodes, friction=0.3, radius=0.25)
+    corners = corners + 0.02 * rng.normal(size=corners.shape)
+    above = corners[faces].mean(axis=1)[rng.integers(len(faces), size=nodes)]
+    around = above + 0.12 * rng.normal(size=above.shape)
+    position = np.concatenate([around, corners, np.zeros((nodes, 3))])
+    velocity = rng.normal(size=position.shape)
+    for one, other in compared(contact, position, velocity):
+        assert np.abs(one - other).max() < 1e-10 * np.abs(other).max()
+
+
+def test_nearest_points_are_nearer_than_any_other():
+    rng = np.random.default_rng(6)
+    for count in (2, 3):
+        x, corners = rng.normal(size=(200, 3)), rng.normal(size=(200, count, 3))
+        weights = nearest(x, corners)[:, :count]
+        assert (weights >= 0.0).all()
+        assert weights.sum(axis=1) == pytest.approx(1.0)
+        least = np.linalg.norm(x - np.einsum("na,nak->nk", weights, corners), axis=1)
+        for other in rng.dirichlet(np.ones(count), 300):
+            away = np.linalg.norm(x - np.einsum("a,nak->nk", other, corners), axis=1)
+            assert (least <= away + 1e-12).all()

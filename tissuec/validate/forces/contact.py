@@ -1,0 +1,295 @@
+"""What shapes do to the nodes that touch them: pressure, contact damping and friction.
+
+The formulas are those of docs/numerics.md, "Contact", with its symbols. Which pairs of nodes
+and shapes are near, and how often each counts, is given; where nodes are in shapes is found
+here.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
+
+if TYPE_CHECKING:
+    from tissuec.contact import Contact, Pairs
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Touching:
+    """What contact does in one state.
+
+    Attributes:
+        force: On all nodes [N], shape (node, 3).
+        lost: Power that damping and friction take out [W].
+        bristle_rates: Of the velocities that are bristles [m/s²], shape (m, 3).
+    """
+
+    force: Floats
+    lost: float
+    bristle_rates: Floats
+
+
+class ContactForce:
+    """Contact as a force of positions, velocities and bristles.
+
+    Args:
+        contact: Read for its nodes, shapes and numbers.
+    """
+
+    def __init__(self, contact: "Contact"):
+        self._of = contact
+
+    def energy(self, position: Floats, pairs: "Pairs") -> float:
+        """Return Σ W k ∫ φ dδ [J]."""
+        k, w = self._of.stiffness, self._of.layer
+        touched = _Touched(self._of, position, pairs)
+        shallow, over = np.minimum(touched.depth, w), np.maximum(touched.depth - w, 0.0)
+        return float(touched.weight @ (k * (shallow**3 / (6.0 * w) + 0.5 * over * (over + w))))
+
+    def at(self, position: Floats, velocity: Floats, pairs: "Pairs") -> Touching:
+        """Return what contact does.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+            pairs: All that may touch.
+        """
+        of, force = self._of, np.zeros_like(position)
+        touched = _Touched(of, position, pairs)
+        deepening = touched.deepening(velocity)
+        closing = touched.by_surface(touched.pressure * deepening) / _divisor(touched.surface)
+        factor = np.maximum(0.0, 1.0 + of.damping * closing)
+        touched.press(factor, force)
+        spent = (factor - 1.0) * touched.by_surface(touched.pressure * deepening)
+        lost, rates = float(spent.sum()), np.zeros((len(of.memory), 3))
+        if len(rates):
+            lost += self._rub(touched, deepening, factor, velocity, force, rates)
+        return Touching(force, lost, rates)
+
+    def _rub(
+        self, touched: "_Touched", deepening: Floats, factor: Floats, velocity: Floats,
+        force: Floats, rates: Floats,
+    ) -> float:  # fmt: skip
+        """Add the forces of friction, set the rates of bristles; return the power lost [W]."""
+        of = self._of
+        k, w, count = of.stiffness, of.layer, len(of.nodes)
+        pressed = _sums(touched.node_of_surface, factor * touched.surface, count)  # N
+        rest = _sums(touched.node_of_surface, touched.surface, count)  # N0
+        presses = pressed > 0.0
+        part = factor[touched.group] * touched.pressure / _divisor(pressed)[touched.node]
+        turning = _Turning(touched)
+        slide = part[:, None] * touched.along(turning.sliding(velocity))
+        u = np.stack([_sums(touched.node, each, count) for each in slide.T], axis=1)
+        slope = touched.weight * k * np.minimum(touched.depth / w, 1.0)
+        growth = _sums(touched.node, slope * deepening, count) / (rest + k * w / 2000.0)
+        growth *= 0.5 * w / (rest / k + 0.5 * w)  # g
+        z = velocity[of.memory] / of.rate
+        depth = pressed / k + 0.5 * w
+        size = np.sqrt((z * z).sum(axis=1))
+        ratio = size / (of.friction * depth)  # r
+        unit = z / _divisor(size)[:, None]
+        way = u - 0.5 * growth[:, None] * z  # d
+        slips = np.maximum(0.0, (way * unit).sum(axis=1)) * np.minimum(ratio, 2.0) ** 8
+        stands = -of.rate * z
+        rates[:] = of.rate * np.where(presses[:, None], way - slips[:, None] * unit, stands)
+        pull = -(pressed / depth / np.maximum(ratio, 1.0))[:, None] * z
+        turning.drag(part[:, None] * touched.along(pull[touched.node]), force)
+        return -float((pull * u).sum())
+
+
+class _Touched:
+    """The elements that touch a node, those of one node and one surface together.
+
+    Attributes:
+        node: Number among the nodes of the contact, shape (touch,).
+        group: Number of node and surface together, shape (touch,).
+        node_of_surface: ``node`` of each of these, shape (group,).
+        at: Number of the node in the scene, shape (touch,).
+        kind, carriers: Of the element, shapes (touch,) and (touch, 3).
+        weight: W.
+        share: w of the carriers, shape (touch, 3).
+        depth: δ [m].
+        normal: n.
+        arm: x - p [m], shape (touch, 3).
+        ahead: From the first to the second carrier [m], shape (touch, 3).
+        corners: Places of the carriers [m], shape (touch, 3, 3).
+        pressure: W P [N].
+        surface: P_S [N], shape (group,).
+    """
+
+    def __init__(self, of: "Contact", position: Floats, pairs: "Pairs"):
+        x, carriers = position[of.nodes[pairs.node]], of.points[pairs.shape]
+        corners, kind = position[carriers], of.kind[pairs.shape]
+        share = np.zeros((len(x), 3))
+        share[:, 0] = 1.0  # of a plane
+        for which in (CAPSULE, TRIANGLE):
+            some = kind == which
+            share[some] = nearest(x[some], corners[some, : 2 if which == CAPSULE else 3])
+        arm = x - np.einsum("ta,tak->tk", share, corners)
+        ahead = corners[:, 1] - corners[:, 0]
+        plane = kind == PLANE
+        normal = _unit(np.where(plane[:, None], ahead, arm))
+        depth = np.where(plane, 0.0, pairs.radius) - (normal * arm).sum(axis=1)
+        inside = depth > 0.0
+        self.node, self.kind, self.weight = (
+            pairs.node[inside],
+            kind[inside],
+            pairs.weight[inside],
+        )
+        self.carriers, self.corners, self.share = (
+            carriers[inside],
+            corners[inside],
+            share[inside],
+        )
+        self.normal, self.depth, self.ahead = normal[inside], depth[inside], ahead[inside]
+        # The place on a plane is straight below the node; what carries it is elsewhere.
+        self.off = arm[inside]
+        self.arm = np.where(plane[inside, None], -self.depth[:, None] * self.normal, self.off)
+        self.at = of.nodes[self.node]
+        keys = np.stack([self.node, of.surface[pairs.shape[inside]]])
+        distinct, group = np.unique(keys, axis=1, return_inverse=True)
+        self.node_of_surface, self.group = distinct[0], group.reshape(-1)
+        k, w = of.stiffness, of.layer
+        shallow = self.depth < w
+        each = np.where(shallow, self.depth**2 / (2.0 * w), self.depth - 0.5 * w)
+        self.pressure = self.weight * k * each
+        largest = np.zeros(len(self.node_of_surface))
+        np.maximum.at(largest, self.group, self.pressure)
+        self.surface = np.maximum(self.by_surface(self.pressure), largest)
+
+    def by_surface(self, values: Floats) -> Floats:
+        """Return the sums over the elements of each surface at each node, shape (group,)."""
+        return _sums(self.group, values, len(self.node_of_surface))
+
+    def along(self, vectors: Floats) -> Floats:
+        """Return what of vectors is along the surface, shape (touch, 3)."""
+        return _across(vectors, self.normal)
+
+    def deepening(self, velocity: Floats) -> Floats:
+        """Return δ' [m/s]."""
+        ends = velocity[self.carriers]
+        there = np.einsum("ta,tak->tk", self.share, ends)
+        rate = -(self.normal * (velocity[self.at] - there)).sum(axis=1)
+        plane = self.kind == PLANE
+        # n' of a plane by that of b - a.
+        turn = _across(ends[plane, 1] - ends[plane, 0], self.normal[plane])
+        turn /= np.linalg.norm(self.ahead[plane], axis=1)[:, None]
+        rate[plane] -= (turn * self.off[plane]).sum(axis=1)
+        return rate
+
+    def press(self, factor: Floats, force: Floats) -> None:
+        """Add the forces of pressure [N], minus the derivatives of the energy times c."""
+        push = (factor[self.group] * self.pressure)[:, None] * self.normal
+        np.add.at(force, self.at, push)
+        self.carry(push, force)
+        plane = self.kind == PLANE
+        lever = _across(self.off[plane], self.normal[plane])
+        lever /= np.linalg.norm(self.ahead[plane], axis=1)[:, None]
+        couple = (factor[self.group] * self.pressure)[plane, None] * lever
+        np.add.at(force, self.carriers[plane, 0], -couple)
+        np.add.at(force, self.carriers[plane, 1], couple)
+
+    def carry(self, push: Floats, force: Floats) -> None:
+        """Take forces on nodes [N], shape (touch, 3), from what carries the elements."""
+        np.add.at(force, self.carriers, -self.share[:, :, None] * push[:, None, :])
+
+
+class _Turning:
+    """How the elements of a surface turn, and take up couples."""
+
+    def __init__(self, touched: _Touched):
+        count = np.where(touched.kind == CAPSULE, 2.0, 3.0)[:, None]
+        there = (np.arange(3) < count)[:, :, None]
+        middle = (touched.corners * there).sum(axis=1) / count
+        self._arm = (touched.corners - middle[:, None]) * there
+        square = (self._arm**2).sum(axis=(1, 2))
+        twice = np.linalg.norm(np.cross(self._arm[:, 0], self._arm[:, 1]), axis=1)
+        # Neither a point nor a triangle without area.
+        wide = np.where(touched.kind == CAPSULE, square, twice) > 1e-6 * square
+        takes = wide & (touched.weight > 0.0) & (touched.kind != PLANE)
+        outer = np.einsum("tai,taj->tij", self._arm, self._arm)
+        inertia = square[:, None, None] * np.eye(3) - outer
+        self._inverse = np.zeros_like(inertia)
+        if takes.any():
+            self._inverse[takes] = np.linalg.pinv(inertia[takes], rcond=1e-12, hermitian=True)
+        presses = touched.pressure * takes
+        self._share = presses / _divisor(touched.by_surface(presses))[touched.group]
+        self._touched = touched
+
+    def sliding(self, velocity: Floats) -> Floats:
+        """Return s [m/s], shape (touch, 3)."""
+        touched, ends = self._touched, velocity[self._touched.carriers]
+        spins = np.einsum("tij,tj->ti", self._inverse, np.cross(self._arm, ends).sum(axis=1))
+        spin = self._added(self._share[:, None] * spins)
+        there = np.einsum("ta,tak->tk", touched.share, ends)
+        return velocity[touched.at] - there - np.cross(spin, touched.arm)
+
+    def drag(self, drags: Floats, force: Floats) -> None:
+        """Add forces along the surface on nodes [N], shape (touch, 3), and their reactions."""
+        touched = self._touched
+        np.add.at(force, touched.at, drags)
+        touched.carry(drags, force)
+        couple = self._added(-np.cross(touched.arm, drags))
+        turned = self._share[:, None] * np.einsum("tij,tj->ti", self._inverse, couple)
+        np.add.at(force, touched.carriers, np.cross(turned[:, None], self._arm))
+
+    def _added(self, vectors: Floats) -> Floats:
+        """Return the sum over the surface of each element, shape (touch, 3)."""
+        of = self._touched
+        sums = np.stack([of.by_surface(each) for each in vectors.T], axis=1)
+        return sums[of.group]
+
+
+def nearest(x: Floats, corners: Floats) -> Floats:
+    """Return barycentric weights of the nearest points of lines or triangles, shape (n, 3).
+
+    Args:
+        x: Points [m], shape (n, 3).
+        corners: [m], shape (n, 2, 3) or (n, 3, 3).
+    """
+    found, least = np.zeros((len(x), 3)), np.full(len(x), np.inf)
+    count = corners.shape[1]
+    for i in range(count if count == 3 else 1):
+        j = (i + 1) % count
+        start, along = corners[:, i], corners[:, j] - corners[:, i]
+        part = ((x - start) * along).sum(axis=1) / _divisor((along**2).sum(axis=1))
+        part = np.minimum(np.maximum(part, 0.0), 1.0)
+        away = np.linalg.norm(x - start - part[:, None] * along, axis=1)
+        nearer = away < least
+        least[nearer] = away[nearer]
+        found[nearer] = 0.0
+        found[nearer, i], found[nearer, j] = 1.0 - part[nearer], part[nearer]
+    if count == 3:
+        # By the areas that a point above the face spans with its edges.
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        square = (normal**2).sum(axis=1)
+        to = corners - x[:, None]
+        areas = [np.cross(to[:, (a + 1) % 3], to[:, (a + 2) % 3]) for a in range(3)]
+        inner = np.stack([(area * normal).sum(axis=1) for area in areas], axis=1)
+        above = (square > 0.0) & (inner >= 0.0).all(axis=1)
+        found[above] = inner[above] / square[above, None]
+    return found
+
+
+def _sums(rows: Indices, values: Floats, count: int) -> Floats:
+    """Return the sums of values by rows, shape (count,)."""
+    return np.bincount(rows, values, count).astype(float)
+
+
+def _divisor(values: Floats) -> Floats:
+    """Return values that are above zero, and 1 for others."""
+    return np.where(values > 0.0, values, 1.0)
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Return unit vectors; on a point itself there is no direction, and so no force."""
+    return vectors / _divisor(np.linalg.norm(vectors, axis=1))[:, None]
+
+
+def _across(vectors: Floats, normal: Floats) -> Floats:
+    return vectors - (vectors * normal).sum(axis=1)[:, None] * normal
