@@ -8,8 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.examples import examples
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
 from tissuec.laws import LINEAR, Law, code
 from tissuec.laws.formula import Applied, Choice, Constant, Spline, Variable, apply, kinks
+from tissuec.pipeline import Request, compile_request
 
 X, Y = Variable("e"), Variable("c")
 PIECES = ((0.0, 1.0, 2.0, -1.0), (2.0, 1.5, 0.0, 0.0))
@@ -102,3 +105,72 @@ def test_what_is_zero_or_one_is_left_out():
     assert (X * 1.0 + 0.0).code() == "e"
     assert (X**1.0 / 1.0).code() == "e"
     assert np.asarray((X**0.0).at({"e": 3.0})) == 1.0
+
+
+LONG_LAW = """language 1
+tissue cord {{ spring constant = 40 N/m; viscosity = 5 mN*s/m; mass = 10 g
+  spring force of e = {}
+}}
+body rope {{ mesh is explicit; tissue is cord }}
+table nodes of rope in mm with columns "id x" {{ 0 0; 1 10; 2 21 }}
+table springs of rope with columns "a b" {{ 0 1; 1 2 }}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 1 ms }}
+"""
+
+
+def compiled(formula):
+    source = Source("cord.tis", LONG_LAW.format(formula))
+    return compile_request(Request(source))[0]
+
+
+@pytest.mark.parametrize("sign", ["+", "-"])
+def test_a_law_of_hundreds_of_terms_is_their_sum_and_runs(sign):
+    found = compiled(f" {sign} ".join(f"{k} N/m * e" for k in range(1, 400)))
+    law, e = found.network.laws[1], np.array([-0.3, 0.01, 0.2])
+    total = sum(range(2, 400)) * (1.0 if sign == "+" else -1.0) + 1.0
+    # Each of 400 terms rounds once.
+    np.testing.assert_allclose(law.elastic.at({"e": e}), total * e, rtol=400 * 2.0**-52)
+    pull = code.functions(tuple(found.network.laws))["pull"]
+    np.testing.assert_allclose(pull(1, 0.01, 40.0, 0.01), 0.01 * total, rtol=400 * 2.0**-52)
+
+
+def test_a_law_of_many_factors_is_their_product():
+    law = compiled("1 N" + " * (e / 1 m) / (2 + e / 1 m)" * 30).network.laws[1]
+    e = np.array([-0.3, 0.01, 0.2])
+    np.testing.assert_allclose(law.elastic.at({"e": e}), (e / (2 + e)) ** 30, rtol=1e-13)
+
+
+@pytest.mark.parametrize("function", ["max", "min"])
+def test_the_extreme_of_many_is_that_of_all(function):
+    of = ", ".join(f"{k} mm - {k % 3} * e" for k in range(1, 12))
+    law = compiled(f"1 N/m * {function}({of})").network.laws[1]
+    e = np.linspace(-0.1, 0.1, 41)
+    wanted = [getattr(np, function)([1e-3 * k - k % 3 * x for k in range(1, 12)]) for x in e]
+    np.testing.assert_allclose(law.elastic.at({"e": e}), wanted, rtol=1e-14)
+
+
+TOO_LONG = {
+    "terms": " + ".join(f"{k} N/m * e" for k in range(1, 3000)),
+    "nested choices": "1 N/m * " + "abs(1 mm - " * 40 + "e" + ")" * 40,
+    "nested functions": "1 N * " + "exp(1 + e / 1 m * " * 45 + "1" + ")^2" * 45,
+    "extremes": f"1 N/m * max({', '.join(f'abs({k} mm - e)' for k in range(99))})",
+}
+
+
+@pytest.mark.parametrize("name", TOO_LONG)
+def test_a_law_that_cannot_be_compiled_is_refused(name):
+    with pytest.raises(CompileError) as failure:
+        compiled(TOO_LONG[name])
+    assert [one.code for one in failure.value.diagnostics] == ["TIS116"]
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "1 N * " + "exp(e / 1 m * (1 + e / 1 m) * " * 45 + "1" + ")" * 45,
+        "1 N * " + "1 / (1 + e / 1 m * " * 48 + "2" + ")" * 48,
+    ],
+)
+def test_a_law_as_deep_as_is_allowed_compiles(formula):
+    code.functions(tuple(compiled(formula).network.laws))

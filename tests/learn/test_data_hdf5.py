@@ -1,11 +1,15 @@
 """HDF5 as data: results of tissuec by their logs and frames, H5MD by particles and names."""
 
+from contextlib import suppress
 from dataclasses import replace
+from random import Random
 
 import h5py
 import numpy as np
 import pytest
 
+from tests.damage import attribute, regroup, remove, reshape, retype
+from tests.damage import replace as replaced
 from tests.hand_net import make_net
 from tests.learn.lessons import NET, data, fit, lesson
 from tissuec.core.errors import CompileError
@@ -268,3 +272,18 @@ def test_an_hdf5_file_of_something_else_is_refused(tmp_path):
         file["numbers"] = np.arange(3)
     (told,) = refused(tmp_path / "x.h5", POSITIONS)
     assert told.startswith("x.h5 is an HDF5 file, but no result of tissuec and no H5MD")
+
+
+@pytest.mark.parametrize("change", [remove, retype, replaced, regroup, reshape, attribute])
+def test_whatever_is_wrong_with_an_h5md_file_is_told(foreign, change):
+    path = foreign().write(
+        places(4, 4), TIME * 1e3, ids=[103, 9, 101, 100], unit="nm", time_unit="ms"
+    )
+    foreign().write(places(4, 1), TIME, unit="N", name="observables/force of tip")
+    whole = path.read_bytes()
+    for seed in range(12):
+        path.write_bytes(whole)
+        with suppress(ValueError, TypeError), h5py.File(path, "r+") as file:
+            change(Random(seed), file)
+        with suppress(CompileError):
+            read(path, POSITIONS, FORCE_TIP)

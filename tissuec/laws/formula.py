@@ -302,10 +302,12 @@ def apply(function: str, arguments: "tuple[Formula, ...]") -> Formula:
     match function:
         case "abs":
             return Choice(first, first, -first)
+        case "max" | "min" if others:
+            # Halves against one another: each choice writes both of its sides twice.
+            half = len(arguments) // 2
+            one, other = apply(function, arguments[:half]), apply(function, arguments[half:])
+            return Choice(one - other if function == "max" else other - one, one, other)
         case "max" | "min":
-            for other in others:
-                more = first - other if function == "max" else other - first
-                first = Choice(more, first, other)
             return first
         case _:
             return Applied(function, first)
@@ -333,6 +335,20 @@ def every(formula: Formula) -> Iterator[Formula]:
     yield formula
     for part in formula.parts:
         yield from every(part)
+
+
+def extent(formula: Formula) -> tuple[int, int]:
+    """Return of how many parts the code of a formula is, and how deep they are nested."""
+    known: dict[int, tuple[int, int]] = {}  # parts may be shared by many others
+
+    def of(part: Formula) -> tuple[int, int]:
+        if id(part) not in known:
+            within = [of(inner) for inner in part.parts]
+            count = 1 + sum(count for count, _ in within)
+            known[id(part)] = count, 1 + max((depth for _, depth in within), default=0)
+        return known[id(part)]
+
+    return of(formula)
 
 
 def variables(formula: Formula) -> frozenset[str]:

@@ -156,6 +156,16 @@ def groups(parent: Group) -> list[Group]:
     )
 
 
+def groups_below(parent: Group) -> list[str]:
+    """Return the paths of all groups within a group."""
+    found: list[str] = []
+    with reading(parent.file, parent.path):
+        parent.raw.visititems(
+            lambda path, member: found.append(path) if isinstance(member, h5py.Group) else None
+        )
+    return found
+
+
 def array(parent: Group, path: str) -> NDArray[Any]:
     """Return all numbers of a dataset."""
     return dataset(parent, path).whole()
@@ -198,6 +208,13 @@ def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
     if type(value) is not kind:
         damaged(member.file, f'"{member.path}" lacks {name}')
     return value
+
+
+def attribute_or(member: Dataset | Group, name: str, default: T) -> T:
+    """Return an attribute as what the default is of; the default if there is none."""
+    with reading(member.file, member.path):
+        value = member.raw.attrs.get(name, default)
+        return type(default)(value.decode() if isinstance(value, bytes) else value)
 
 
 def damaged(file: str, flaw: str) -> NoReturn:

@@ -1,6 +1,7 @@
 """Laws of springs and dashpots in a tissue: by name with entries, or as a free formula."""
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,16 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
-from tissuec.laws.formula import Constant, Formula, Quotient, Variable, apply
+from tissuec.laws.formula import (
+    ONE,
+    ZERO,
+    Constant,
+    Formula,
+    Quotient,
+    Variable,
+    apply,
+    extent,
+)
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
@@ -20,6 +30,10 @@ from tissuec.scene.model import WrittenLaw, WrittenLaws
 from tissuec.scene.values import Value
 
 TRIED = (1e-4, 1e-2, 0.3)  # of a metre, or metres per second, to either side
+#: Parts of a formula, of its derivative, and how deep both are nested; Python's own limit on
+#: nested brackets is 200.
+MOST_PARTS, MOST_OF_SLOPE, DEEPEST = 4000, 40_000, 150
+GROUP = 16  # terms or factors that are joined one after another
 SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0}
 
 
@@ -158,8 +172,20 @@ def _free(kind: LawKind, item: s.Function, scope: Scope) -> WrittenLaw:
     value = variables.number(item.value)
     variables.expect(value, units.FORCE, item.value.span, what=kind.formula)
     formula = variables.formula(item.value)
+    _limit(kind, formula, item.value.span, scope)
     _try(kind, formula, item.value.span, scope)
     return WrittenLaw(item.value.span.one_line, formula, item.span)
+
+
+def _limit(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
+    """Reject a formula that is too long to be compiled, or whose derivative is."""
+    (parts, depth), hint = extent(formula), "name a measured curve: spring law is curve { … }"
+    if parts <= MOST_PARTS and depth <= DEEPEST:
+        parts, depth = extent(formula.slope(kind.argument))
+        if parts <= MOST_OF_SLOPE and depth <= DEEPEST:
+            return
+    message = f"the {kind.formula} is too long or too deeply nested to be compiled"
+    scope.findings.reject("TIS116", message, span, hint=hint)
 
 
 def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
@@ -216,16 +242,11 @@ class FormulaScope(Scope):
             case s.Signed():
                 return -self.formula(node.operand)
             case s.Sum():
-                total = self.formula(node.first)
-                for sign, part in node.rest:
-                    term = self.formula(part)
-                    total = total + term if sign == "+" else total - term
-                return total
+                terms = [("+", node.first), *node.rest]
+                return _joined([(sign, self.formula(part)) for sign, part in terms], "+")
             case s.Product():
-                total = self.formula(node.first)
-                for sign, part in node.rest:
-                    factor = self.formula(part)
-                    total = total * factor if sign == "*" else total / factor
+                factors = [("*", node.first), *node.rest]
+                total = _joined([(sign, self.formula(part)) for sign, part in factors], "*")
                 self._not_by_zero(total, node)
                 return total
             case s.Power():
@@ -249,3 +270,28 @@ class FormulaScope(Scope):
             self.findings.reject(
                 "TIS504", f'division by zero: "{node.span.text}"', node.rest[-1][1].span
             )
+
+
+_JOIN: Mapping[str, Callable[[Formula, Formula], Formula]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+}  # fmt: skip
+
+
+def _joined(parts: Sequence[tuple[str, Formula]], sign: str) -> Formula:
+    """Return the sum (``sign`` "+") or product ("*") of parts, each behind its own sign.
+
+    Long ones are joined group by group, so that the tree is not as deep as they are long.
+    """
+    while len(parts) > GROUP:
+        groups = (parts[start : start + GROUP] for start in range(0, len(parts), GROUP))
+        parts = [(sign, _chain(group, sign)) for group in groups]
+    return _chain(parts, sign)
+
+
+def _chain(parts: Sequence[tuple[str, Formula]], sign: str) -> Formula:
+    (first, total), *rest = parts
+    if first != sign:
+        total = _JOIN[first](ZERO if sign == "+" else ONE, total)
+    for each, part in rest:
+        total = _JOIN[each](total, part)
+    return total

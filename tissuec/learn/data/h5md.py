@@ -6,7 +6,6 @@ molecular data", Comput. Phys. Commun. 185 (2014) 1546. Without a unit, numbers 
 
 from typing import NoReturn
 
-import h5py
 import numpy as np
 
 from tissuec.core.errors import alternatives
@@ -19,6 +18,7 @@ from tissuec.learn.data.thinning import nearest_rows
 from tissuec.lesson import Fit
 from tissuec.network import Floats, Indices, Network
 from tissuec.results import access
+from tissuec.results.access import Dataset, Group
 
 PARTICLES, OBSERVABLES = "particles", "observables"
 GROUPS = (PARTICLES, OBSERVABLES)
@@ -32,7 +32,7 @@ _SMALL = {
 }
 
 
-def read_h5md(fit: Fit, file: h5py.File, network: Network, complaints: Complaints) -> Series:
+def read_h5md(fit: Fit, file: Group, network: Network, complaints: Complaints) -> Series:
     """Return what an H5MD file holds of a fit.
 
     Positions of nodes are those of the particles with their ids. Anything else is the
@@ -61,7 +61,7 @@ def read_h5md(fit: Fit, file: h5py.File, network: Network, complaints: Complaint
 class _Reader:
     """One fit in one file."""
 
-    def __init__(self, fit: Fit, file: h5py.File, network: Network, complaints: Complaints):
+    def __init__(self, fit: Fit, file: Group, network: Network, complaints: Complaints):
         self.fit, self.file, self.network = fit, file, network
         self.complaints = complaints
 
@@ -70,21 +70,19 @@ class _Reader:
 
     # --- observables --------------------------------------------------------------------------
 
-    def observables(self) -> dict[str, h5py.Group]:
+    def observables(self) -> dict[str, Group]:
         """Return all observables that have times, by their paths in the group."""
-        found: dict[str, h5py.Group] = {}
+        if OBSERVABLES not in self.file:
+            return {}
+        top = access.group(self.file, OBSERVABLES)
+        found = ((path, access.group(top, path)) for path in access.groups_below(top))
+        return {
+            path: group
+            for path, group in found
+            if "value" in group and getattr(group.member("value"), "shape", ())
+        }
 
-        def visit(name: str, member: h5py.Group | h5py.Dataset) -> None:
-            if isinstance(member, h5py.Group):
-                value = member.get("value")
-                if isinstance(value, h5py.Dataset) and value.ndim:
-                    found[name] = member
-
-        if OBSERVABLES in self.file:
-            access.group(self.file, OBSERVABLES).visititems(visit)
-        return found
-
-    def observable(self, group: h5py.Group) -> Series:
+    def observable(self, group: Group) -> Series:
         """Return one observable."""
         value = access.dataset(group, "value")
         times, rows = self.times(group, len(value))
@@ -99,8 +97,8 @@ class _Reader:
         group = self.particles(nodes)
         position = access.group(group, "position")
         value = access.dataset(position, "value")
-        if value.ndim != 3 or not 1 <= value.shape[2] <= 3:
-            self.reject(f'"{value.name}" of {self.complaints.file} has no frames of vectors')
+        if len(value.shape) != 3 or not 1 <= value.shape[2] <= 3:
+            self.reject(f'"{value.path}" of {self.complaints.file} has no frames of vectors')
         times, rows = self.times(position, len(value))
         particles = self.numbers(value, LENGTH)[rows]
         places = np.full((len(rows), len(nodes), 3), np.nan)
@@ -113,13 +111,13 @@ class _Reader:
             self.reject(f"no node of {names} is a particle of {self.complaints.file}")
         return Series(self.fit, times, nodes[seen], places[:, seen])
 
-    def particles(self, nodes: Indices) -> h5py.Group:
+    def particles(self, nodes: Indices) -> Group:
         """Return the group of particles that the nodes are among."""
-        every = access.group(self.file, PARTICLES) if PARTICLES in self.file else {}
-        groups = {str(name): every[name] for name in every if f"{name}/position/value" in every}
+        every = access.group(self.file, PARTICLES) if PARTICLES in self.file else ()
+        groups = [name for name in every if f"{name}/position/value" in every]
         bodies = [body.name for body in owners(self.network, nodes)]
         names = [*(one.name for one in self.fit.subjects), *bodies, "all"]
-        names += list(groups) if len(groups) == 1 else []
+        names += groups if len(groups) == 1 else []
         for name in names:
             if name in groups:
                 return access.group(self.file, f"{PARTICLES}/{name}")
@@ -127,7 +125,7 @@ class _Reader:
         self.reject(f'{self.complaints.file} has no particles "{names[0]}" that move', hint)
 
     def matches(
-        self, group: h5py.Group, nodes: Indices, count: int, rows: Indices
+        self, group: Group, nodes: Indices, count: int, rows: Indices
     ) -> tuple[Indices, Indices, Indices]:
         """Return which particle is which node: frames, nodes and particles, shape (match,)."""
         ids = self.ids(group, nodes, count, rows)
@@ -139,7 +137,7 @@ class _Reader:
         frame, particle = np.nonzero(own[order][place] == ids)
         return frame, order[place[frame, particle]], particle
 
-    def ids(self, group: h5py.Group, nodes: Indices, count: int, rows: Indices) -> Indices:
+    def ids(self, group: Group, nodes: Indices, count: int, rows: Indices) -> Indices:
         """Return the ids of particles in chosen frames, shape (row, particle)."""
         changing = "id/value" in group  # as the order of particles does
         if "id" in group:
@@ -159,38 +157,38 @@ class _Reader:
 
     # --- times and units ----------------------------------------------------------------------
 
-    def times(self, group: h5py.Group, count: int) -> tuple[Floats, Indices]:
+    def times(self, group: Group, count: int) -> tuple[Floats, Indices]:
         """Return the times that are used [s], and which rows they are."""
         if "time" not in group:
-            self.reject(f'"{group.name}" of {self.complaints.file} has no times')
+            self.reject(f'"{group.path}" of {self.complaints.file} has no times')
         member = access.dataset(group, "time")
         times = self.numbers(member, TIME)
         if not times.ndim:  # the time between rows, and perhaps that of the first one
             factor = self.unit(member, TIME)
-            times = float(member.attrs.get("offset", 0.0)) * factor + times * np.arange(count)
+            first = access.attribute_or(member, "offset", 0.0)
+            times = first * factor + times * np.arange(count)
         wrong = np.flatnonzero(~(np.diff(times[:count]) > 0.0))
         if not count:
-            self.reject(f'"{group.name}" of {self.complaints.file} holds no values')
+            self.reject(f'"{group.path}" of {self.complaints.file} holds no values')
         if len(wrong) or len(times) < count or np.isnan(times).any():
-            where = f'"{group.name}" in {self.complaints.file}'
+            where = f'"{group.path}" in {self.complaints.file}'
             row = f" at row {wrong[0] + 2}" if len(wrong) else ""
             self.reject(f"the times of {where} do not ascend{row}", code="TIS313")
         rows = nearest_rows(times[:count], self.fit.every)
         return times[rows], rows
 
-    def numbers(self, member: h5py.Dataset, dimension: Dimension) -> Floats:
+    def numbers(self, member: Dataset, dimension: Dimension) -> Floats:
         """Return the numbers of a dataset in SI units."""
         if member.dtype.kind not in "fiu":
-            self.reject(f'"{member.name}" of {self.complaints.file} holds no numbers')
-        return np.asarray(member[()], dtype=float) * self.unit(member, dimension)
+            self.reject(f'"{member.path}" of {self.complaints.file} holds no numbers')
+        return np.asarray(member.whole(), dtype=float) * self.unit(member, dimension)
 
-    def unit(self, member: h5py.Dataset, dimension: Dimension) -> float:
+    def unit(self, member: Dataset, dimension: Dimension) -> float:
         """Return what one of the unit of a dataset is in SI."""
-        written = member.attrs.get("unit", "")
-        text = written.decode() if isinstance(written, bytes) else str(written)
+        text = access.attribute_or(member, "unit", "")
         if not text.strip():
             return 1.0
-        where = f'"{member.name}" of {self.complaints.file} is in {text}'
+        where = f'"{member.path}" of {self.complaints.file} is in {text}'
         try:
             unit = _SMALL.get(text.strip()) or parse_unit(text)
         except UnitError:

@@ -11,6 +11,7 @@ from tissuec.learn.data.h5md import GROUPS, read_h5md
 from tissuec.learn.data.results import read_result
 from tissuec.lesson import Fit
 from tissuec.network import Network
+from tissuec.results.access import FAULTS, Group
 from tissuec.results.errors import ResultError
 from tissuec.results.trajectory import Trajectory
 
@@ -34,8 +35,9 @@ def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> 
                     if isinstance(file, Trajectory):
                         series.append(read_result(fit, file, network, complaints))
                     else:
-                        series.append(read_h5md(fit, file, network, complaints))
-    except (ResultError, OSError, KeyError) as error:
+                        whole = Group(file, str(path), {})
+                        series.append(read_h5md(fit, whole, network, complaints))
+    except (ResultError, OSError) as error:
         complaints.reject("TIS604", f"{complaints.file} cannot be read: {error}")
     return series
 
@@ -47,5 +49,5 @@ def _kind(path: Path) -> str:
             if "tissuec" in file or "tissuec_view" in file.attrs:
                 return "result"
             return "h5md" if any(name in file for name in GROUPS) else "other"
-    except OSError:
+    except FAULTS:
         return "result"
