@@ -105,8 +105,14 @@ def floppy(
             )
 
 
-def unstable(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W307: the net rests at 0 s where it would buckle."""
+def unstable(
+    compiled: Compiled, find: Callable[[Situation], int | None] | None = None
+) -> Iterator[Diagnostic]:
+    """W307: the net rests at 0 s where it would buckle.
+
+    Args:
+        find: Finds the node that moves most as it buckles; ``unstable_node`` if not given.
+    """
     plan = compiled.plan
     if any(event.time == 0.0 and isinstance(event.action, Settle) for event in plan.events):
         return
@@ -115,7 +121,7 @@ def unstable(compiled: Compiled) -> Iterator[Diagnostic]:
         return
     from tissuec.statics.stability import unstable_node  # SciPy: only where it is needed
 
-    if (node := unstable_node(situation)) is None:
+    if (node := (find or unstable_node)(situation)) is None:
         return
     network = compiled.network
     body = next(body for body in network.bodies if node < body.nodes.stop)

@@ -336,3 +336,31 @@ def test_no_other_command_imports_the_protocol():
         "sys.exit(any(m.split('.')[0] in ('pygls', 'lsprotocol') for m in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT).returncode == 0
+
+
+async def fix(path: Path) -> None:
+    raw = path.read_text(encoding="utf-8")
+    async with editor() as client:
+        uri = client.open(path)
+        await client.until(uri, bool)
+        told = client.told[uri][0]
+        document, context = lsp.TextDocumentIdentifier(uri), lsp.CodeActionContext([told])
+        offered = await client.text_document_code_action_async(
+            lsp.CodeActionParams(document, told.range, context)
+        )
+        assert [(one.title, one.kind, one.is_preferred) for one in offered] == [
+            ('Write "soft"', "quickfix", True)
+        ]
+        ((where, (edit,)),) = offered[0].edit.changes.items()
+        assert where == uri
+        lines = raw.split("\n")
+        line, place = lines[edit.range.start.line], edit.range
+        lines[place.start.line] = (
+            line[: place.start.character] + edit.new_text + line[place.end.character :]
+        )
+        client.change(uri, "\n".join(lines))
+        await client.until(uri, lambda found: not found)
+
+
+def test_a_hint_is_offered_as_a_quick_fix():
+    carry_out(fix(SCENES / "bad" / "word_misspelt.tis"))

@@ -113,6 +113,7 @@ def test_as_dict_is_plain_json_with_places_from_one():
         "code": "TIS105", "severity": "error", "message": "something is wrong",
         "file": "sterilisation.tis", "line": 26, "column": 25, "end_line": 26, "end_column": 30,
         "hint": "do",
+        "edits": [],
         "notes": [{"message": "there", "file": "sterilisation.tis", "line": 1, "column": 1,
                    "end_line": 1, "end_column": 1}],
     }  # fmt: skip

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiling.groups import KINDS, Groups, unnamed
 from tissuec.compiling.readings import Judgement, MeasureScope, Place, Reading, place_of
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
@@ -263,7 +263,7 @@ class Conditions:
                         "TIS403",
                         f"the interval from {first} to {last} ends before it begins",
                         item.clauses[0].span.to(item.clauses[1].span),
-                        hint=f"write from {last} to {first}",
+                        hint=proposal(f"from {last} to {first}"),
                     )
                 return start, stop
             case ["until"]:

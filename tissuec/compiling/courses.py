@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissuec.core.errors import CompileError, alternatives
+from tissuec.core.errors import CompileError, Edit, Hint, alternatives, insertion
 from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
 from tissuec.courses import Course, CourseKind
@@ -29,6 +29,11 @@ PROFILES: dict[str, CourseKind] = {
     "sine": "sine",
     TABLE: "table",
 }
+#: What profiles are called elsewhere.
+_SPOKEN = {
+    "linear": "constant speed", "uniform": "constant speed", "smooth": "smooth profile",
+    "smoothstep": "smooth profile", "sinus": "sine",
+}  # fmt: skip
 _NEED_AN_END = ("ramp", "smooth")
 
 
@@ -39,7 +44,7 @@ def read_courses(
     name = default if clause is None else _profile_name(clause, order)
     word = clause.word if clause else None
     if name not in PROFILES:
-        hint = alternatives(name, PROFILES, what="profiles, behind using")
+        hint = _profiles(name, is_motion=not default)
         if clause is None or not name:
             problem = "the profile of the motion is not written"
             order.reject("TIS304", problem, hint=hint, word=word)
@@ -51,12 +56,23 @@ def read_courses(
         hint = "write from … to …: instead of at …:"
         order.reject("TIS304", f"{name} needs an interval", hint=hint, word=word)
     if kind == "sine":
+        if not order.has("of"):
+            hint = Hint("for example: using sine of 2 Hz", Edit("using sine of 2 Hz"))
+            order.reject("TIS304", "the frequency of the sine is missing", hint=hint, word=word)
         frequency = order.number("of", FREQUENCY)
         return (Course("sine", 0.0, stop, frequency),) * columns
     if kind == TABLE:
         assert clause is not None
         return _table_courses(clause, columns, stop, order)
     return (Course(kind, 0.0, stop),) * columns
+
+
+def _profiles(name: str, *, is_motion: bool) -> Hint:
+    """Return a hint with the profiles; a motion begins with none that jumps."""
+    known = [one for one, kind in PROFILES.items() if not (is_motion and kind == "constant")]
+    if meant := _SPOKEN.get(name):
+        return Hint(f'did you mean "{meant}"?', Edit(meant, old=name))
+    return alternatives(name, known, what="profiles, behind using")
 
 
 def _profile_name(clause: s.Clause, order: "SentenceOrder") -> str:
@@ -117,7 +133,8 @@ def table_texts(items: Sequence[s.Item], library: Library) -> dict[str, str]:
 def _length_unit(order: "SentenceOrder") -> float:
     """Return the metres in the unit of ``in mm``."""
     if not order.has("in"):
-        hint = 'for example: along table "path.csv" in mm'
+        along = order.clauses["along"].span
+        hint = Hint(f"for example: {along.text} in mm", insertion(" in mm", along))
         order.reject("TIS304", "the unit of the path is not written", hint=hint)
     text = order.text("in")
     try:

@@ -157,7 +157,7 @@ class DemandReader:
         if bad.key == HELD_OUT and bad.quoted is None:
             self.findings.reject(
                 "TIS803", "nothing is held out", bad.span,
-                hint='write in the learn block: hold out "three.csv", or hold out = 20 %',
+                hint='in the learn block: hold out "three.csv", or hold out = 20 %',
             )  # fmt: skip
         self.findings.reject(
             "TIS803", f'there is no error of "{bad.text}"', bad.span,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tissuec.compiling.conditions import Conditions
-from tissuec.core.errors import Note, counted
+from tissuec.core.errors import Edit, Hint, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, TIME
 from tissuec.lang import syntax as s
@@ -99,7 +99,7 @@ class FitReader:
         if names and names[0].key != FREE_ZERO:
             self.findings.reject(
                 "TIS305", f'a fit cannot be with "{names[0].text}"', names[0].span,
-                hint=f"write: with {FREE_ZERO}",
+                hint=Hint(f"write: with {FREE_ZERO}", Edit(FREE_ZERO)),
             )  # fmt: skip
         return bool(names)
 

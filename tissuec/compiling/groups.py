@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing, group_masks, surface_mask
 from tissuec.compiling.points import Mask, PointScope, extents
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
@@ -205,7 +205,7 @@ class Groups:
             hint = alternatives(name.text, known, what=what)
             for text, line in lines.items():
                 near = f'did you mean "{text}"'
-                hint = hint.replace(f"{near}?", f"{near} (line {line})?")
+                hint = Hint(hint.replace(f"{near}?", f"{near} (line {line})?"), *hint.edits)
             message = f'there is no set called "{name.text}"'
             self.findings.reject("TIS301", message, name.span, hint=hint)
         self.used.add(name.key)

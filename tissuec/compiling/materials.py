@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing
-from tissuec.core.errors import Note
+from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
@@ -197,7 +197,10 @@ class MaterialReader:
                 "TIS304",
                 f"a {name} says nothing without a {other}",
                 given[0].span if given else where,
-                hint=f"for example: {example}",
+                hint=Hint(
+                    f"for example: {example}",
+                    *([insertion(f"; {example}", given[0].span)] if given else []),
+                ),
                 notes=(Note(f"used by {self.body.name}", self.body.span),),
             )
 

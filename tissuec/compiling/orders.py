@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiling.courses import read_courses
 from tissuec.compiling.groups import Groups
-from tissuec.core.errors import alternatives, did_you_mean
+from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.courses import Course
@@ -50,9 +50,9 @@ class SentenceOrder:
         """Reject clauses that the verb did not ask for."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
-                self.reject(
-                    "TIS303", f'"{word}" does not go with {self.verb}', word=clause.word
-                )
+                form = Hint(f"write: {self._nearest_form()}", Edit(""))
+                message = f'"{word}" does not go with {self.verb}'
+                self.reject("TIS303", message, hint=form, word=clause.word)
 
     def reject(
         self, code: str, message: str, *, hint: str = "", word: str | None = None
@@ -155,12 +155,13 @@ class SentenceOrder:
         """Reject a tool of another kind; the hint names those that fit, behind ``before``."""
         if tool.may_be(kind):
             return
-        fitting = [f'"{before} {t.name}"' for t in self.tools.values() if t.kind == kind]
+        fitting = [f"{before} {t.name}" for t in self.tools.values() if t.kind == kind]
+        written = " or ".join(f'"{name}"' for name in fitting)
         self.scope.findings.reject(
             "TIS405",
             f'{self.verb} needs {kind}, and "{tool.name}" is of the kind {tool.kind}',
             span,
-            hint=f"write {' or '.join(fitting)}"
+            hint=Hint(f"write {written}", *map(Edit, fitting))
             if fitting
             else f"declare one: tool {kind} {{ kind is {kind} }}",
         )

@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.compiling.conditions import LEDGER, Conditions
 from tissuec.compiling.groups import Groups
 from tissuec.compiling.smoothing import SURFACE, read_surface
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
@@ -110,7 +110,7 @@ class OutputReader:
             "TIS704",
             f"{group.name} is a set; surfaces are those of bodies",
             name.span,
-            hint=f"write surface of {' or of '.join(bodies)}",
+            hint=Hint(f"write surface of {' or of '.join(bodies)}", *map(Edit, bodies)),
         )
 
     def _clauses(self, item: s.Sentence | s.Block) -> dict[str, s.Clause]:
@@ -189,7 +189,10 @@ class OutputReader:
                 "TIS304",
                 f'{item.name.text} needs "every"',
                 item.span,
-                hint=f"for example: {_head(item)} every 10 ms",
+                hint=Hint(
+                    f"for example: {_head(item)} every 10 ms",
+                    Edit(f"{_head(item)} every 10 ms", old=_head(item)),
+                ),
             )
         node = clauses["every"].value
         value = self.scope.number(node)

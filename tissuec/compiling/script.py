@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.groups import Groups
 from tissuec.compiling.orders import SentenceOrder
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
@@ -111,7 +111,10 @@ class ScriptReader:
                     "TIS304",
                     "the time is missing",
                     item.span,
-                    hint=f"for example: at 0 s: {item.span.text}",
+                    hint=Hint(
+                        f"for example: at 0 s: {item.span.text}",
+                        Edit(f"at 0 s: {item.span.text}"),
+                    ),
                 )
             case _:
                 self.findings.reject(
@@ -139,9 +142,11 @@ class ScriptReader:
             start, stop = outer.start + times[0], outer.start + times[1]
             if stop <= start:
                 first, last = (clause.value.span.text for clause in item.times[:2])
-                what, hint = "ends before it begins", f"write from {last} to {first}"
+                what, hint = "ends before it begins", proposal(f"from {last} to {first}")
                 if stop == start:
-                    what, hint = "has no length", f"write at {first}: for what happens at once"
+                    what = "has no length"
+                    text = f'write "at {first}" for what happens at once'
+                    hint = Hint(text, Edit(f"at {first}"))
                 self.findings.reject(
                     "TIS403",
                     f"the interval from {first} to {last} {what}",
@@ -161,7 +166,7 @@ class ScriptReader:
             "TIS403",
             "these times do not fit here",
             item.head,
-            hint=f'write {allowed} or "from T to T every T:"',
+            hint=f'times are written {allowed} or "from T to T every T:"',
         )
 
     def _repetitions(

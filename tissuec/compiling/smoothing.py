@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tissuec.core.errors import Edit, Hint
 from tissuec.core.fields import OneOf
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -25,7 +26,9 @@ def read_surface(
         body: As it was declared.
     """
     if item.phrase is not None:
-        hint = f"write: surface of {body} every 40 ms {{ kind is {item.phrase.span.text} }}"
+        every = next((c.span.text for c in item.clauses if c.word == "every"), "every 40 ms")
+        sentence = f"surface of {body} {every} {{ kind is {item.phrase.span.text} }}"
+        hint = Hint(f"write: {sentence}", Edit(sentence, item.span))
         scope.findings.reject(
             "TIS312", "how a surface is drawn stands in braces", item.phrase.span, hint=hint
         )
@@ -47,7 +50,10 @@ def read_surface(
             "TIS704",
             f"{body} has no rows and columns of nodes, along which an {kind} runs",
             places[KIND],
-            hint=f"leave this entry out, or write {KIND} is {ELSEWHERE}",
+            hint=Hint(
+                f"leave this entry out, or write {KIND} is {ELSEWHERE}",
+                Edit(f"{KIND} is {ELSEWHERE}"),
+            ),
         )
     values.pop(KIND, None)
     smoothing = SURFACES[kind](**values)
@@ -72,7 +78,8 @@ def _refuse_size(smoothing: Smoothing, mesh: Mesh, span: Span, scope: Scope) -> 
     fitting = int(np.floor(np.log(2.0 * MOST_POINTS / len(mesh.skin)) / np.log(4.0)))
     hint = f"at most {MOST_POINTS:,} can be held".replace(",", " ")
     if fitting > 0:
-        hint = f"write subdivisions = {fitting}; {hint}"
+        entry = f"subdivisions = {fitting}"
+        hint = Hint(f"write {entry}; {hint}", Edit(entry))
     scope.findings.reject(
         "TIS310", f"the surface would have about {most:.2g} points", span, hint=hint
     )

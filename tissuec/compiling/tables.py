@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.errors import CompileError, alternatives, did_you_mean
+from tissuec.core.errors import CompileError, Hint, alternatives, insertion
 from tissuec.core.source import Span
 from tissuec.core.units import (
     ALL_UNITS,
     LENGTH,
-    SYMBOLS,
     Dimension,
     UnitError,
     describe,
+    near_unit,
     parse_unit,
     show,
 )
@@ -330,14 +330,17 @@ class _Reader:
             "TIS501",
             f"the column {name} is {describe(dimension)}; it has no unit",
             where,
-            hint=f"write {example}",
+            hint=Hint(
+                f"write {example}",
+                insertion(f" in {units.suggested_unit(dimension)}", where),
+            ),
         )
 
     def _unit(self, text: str, dimension: Dimension, where: Span) -> float:
         try:
             unit = parse_unit(text)
         except UnitError as error:
-            hint = did_you_mean(error.symbol, SYMBOLS) or ALL_UNITS
+            hint = near_unit(error.symbol) or ALL_UNITS
             self.findings.reject("TIS104", str(error), where, hint=hint)
         if unit.dimension != dimension:
             self.findings.reject(

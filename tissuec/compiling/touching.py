@@ -23,6 +23,7 @@ from tissuec.network import (
 )
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.schema import missing
 from tissuec.shapes.inclusion import shared_elements
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
 from tissuec.strands import Edges, Strands
@@ -310,5 +311,5 @@ def _unknown(name: str, example: str, environment: Environment, findings: Findin
         "TIS304",
         f'environment needs "{name}", because no spring tells it',
         environment.span,
-        hint=f"for example: {name} = {example}",
+        hint=missing(f"{name} = {example}", environment.span),
     )

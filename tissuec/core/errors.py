@@ -16,6 +16,45 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """A text that a hint proposes in place of another.
+
+    Attributes:
+        span: What it replaces; None for the place of the finding.
+        old: With no span: what it replaces there; all of it if empty.
+    """
+
+    text: str
+    span: Span | None = None
+    old: str = ""
+
+    def at(self, place: Span) -> "Edit":
+        """Return the edit of a finding at this place, with a span."""
+        if self.span is not None:
+            return self
+        start = place.text.lower().find(self.old.lower()) if self.old else -1
+        if start < 0:
+            return Edit(self.text, place)
+        start += place.start
+        return Edit(self.text, Span(place.source, start, start + len(self.old)))
+
+
+class Hint(str):
+    """What to do about a finding, with the edits that it proposes.
+
+    Attributes:
+        edits: Alternatives: after any one of them the finding is gone.
+    """
+
+    edits: tuple[Edit, ...]
+
+    def __new__(cls, text: str, *edits: Edit) -> "Hint":
+        hint = super().__new__(cls, text)
+        hint.edits = edits
+        return hint
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One finding about the text: what, where, and what to do about it."""
 
@@ -29,6 +68,13 @@ class Diagnostic:
     def severity(self) -> Literal["error", "warning"]:
         """Return "warning" for codes that begin with W, otherwise "error"."""
         return "warning" if self.code.startswith("W") else "error"
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """Return the edits that the hint proposes, each with its place."""
+        if self.span is None or not isinstance(self.hint, Hint):
+            return ()
+        return tuple(edit.at(self.span) for edit in self.hint.edits)
 
     def __str__(self) -> str:
         from tissuec.core.rendering import render  # late: commands paint findings themselves
@@ -75,19 +121,29 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty string."""
+def proposal(text: str, span: Span | None = None) -> Hint:
+    """Return a hint ``write "…"``: a text for a place, which is that of the finding if None."""
+    return Hint(f'write "{text}"', Edit(text, span))
+
+
+def insertion(text: str, span: Span) -> Edit:
+    """Return the edit that puts a text behind a place."""
+    return Edit(text, Span(span.source, span.end, span.end))
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> Hint:
+    """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty one."""
     from difflib import get_close_matches  # late: most runs have no misspelt word
 
     names = list(known)
     swapped = [name for name in names if sorted(name) == sorted(word)]
     near = swapped or get_close_matches(word, names, n=1, cutoff=_ALIKE)
-    return f'did you mean "{near[0]}"?' if near else ""
+    return Hint(f'did you mean "{near[0]}"?', Edit(near[0], old=word)) if near else Hint("")
 
 
-def alternatives(word: str, known: Iterable[str], *, what: str) -> str:
+def alternatives(word: str, known: Iterable[str], *, what: str) -> Hint:
     """Return a hint with the nearest word and then all words, such as for an unknown entry."""
     names = list(known)
     near = did_you_mean(word, names)
     every = f"{what}: {', '.join(names)}" if names else ""
-    return "  ".join(part for part in (near, every) if part)
+    return Hint("  ".join(part for part in (near, every) if part), *near.edits)

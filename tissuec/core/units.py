@@ -9,6 +9,8 @@ import re
 from functools import cache
 from typing import NamedTuple
 
+from tissuec.core.errors import Edit, Hint, did_you_mean
+
 
 class Dimension(NamedTuple):
     """Exponents of kilogram, metre and second."""
@@ -105,6 +107,19 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
     for prefix in _PREFIXES
     for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
 }
+
+#: How units are called where they are not written with their symbols.
+_SPOKEN = {
+    "meter": "m", "metre": "m", "gram": "g", "second": "s", "sec": "s", "newton": "N",
+    "pascal": "Pa", "joule": "J", "watt": "W", "hertz": "Hz", "liter": "l", "litre": "l",
+    "minute": "min", "degree": "deg", "radian": "rad", "percent": "%",
+}  # fmt: skip
+#: Units that nobody means.
+_UNUSUAL = frozenset(prefix + unit for prefix in "MG" for unit in "mgsl")
+_SPOKEN_PREFIXES = {
+    "nano": "n", "micro": "u", "milli": "m", "centi": "c", "deci": "d", "kilo": "k",
+    "mega": "M", "giga": "G", **{prefix: prefix for prefix in _PREFIXES},
+}  # fmt: skip
 
 #: For messages.
 ALL_UNITS = "units are m, g, s, N, Pa, J, W, Hz and l, also as mm or kPa, and min, deg, %"
@@ -227,3 +242,22 @@ def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
 def shown_units(dimension: Dimension) -> tuple[tuple[float, str], ...]:
     """Return what values are shown in, from the smallest unit (in SI) to the largest."""
     return _SHOWN.get(dimension) or ((1.0, si_unit(dimension)),)
+
+
+def near_unit(word: str) -> Hint:
+    """Return a hint ``did you mean "…"?`` for a word that is no unit, or an empty one."""
+    same = [symbol for symbol in SYMBOLS if symbol.lower() == word.lower()]
+    same = [symbol for symbol in same if symbol not in _UNUSUAL]
+    if symbol := _spoken(word.lower()) or (same[0] if same else ""):
+        return Hint(f'did you mean "{symbol}"?', Edit(symbol))
+    return did_you_mean(word, SYMBOLS)
+
+
+def _spoken(word: str) -> str:
+    """Return the symbol of a unit by its name, such as ms for milliseconds, or nothing."""
+    for prefix, short in _SPOKEN_PREFIXES.items():
+        for name in (word.removeprefix(prefix), word.removeprefix(prefix).removesuffix("s")):
+            symbol = short + _SPOKEN.get(name, "?")
+            if word.startswith(prefix) and symbol in SYMBOLS:
+                return symbol
+    return ""

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.checks import floppy
+from tissuec.checks import floppy, unstable
 from tissuec.compiler import Compiled
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.editor.desk import Desk, Memory
 from tissuec.pipeline import Request, check_request
+from tissuec.situation import Situation
+from tissuec.statics.stability import unstable_node
 from tissuec.topology import FloppyModes, floppy_modes
 
 
@@ -52,10 +54,17 @@ def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
         return Checked(warnings, None, is_thorough=True)
     count = partial(_modes, desk.memory, thorough)
     try:
-        further = tuple(floppy(compiled, count))
+        find = partial(_unstable_node, thorough)
+        further = (*floppy(compiled, count), *unstable(compiled, find))
     except _NotCounted:
         return Checked(warnings, compiled, is_thorough=False)
     return Checked((*warnings, *further), compiled, is_thorough=True)
+
+
+def _unstable_node(thorough: bool, situation: Situation) -> int | None:
+    if not thorough:
+        raise _NotCounted
+    return unstable_node(situation)
 
 
 def _modes(memory: Memory, thorough: bool, *arrays: np.ndarray[Any, Any]) -> FloppyModes:

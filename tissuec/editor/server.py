@@ -202,6 +202,18 @@ def _rename(server: Session, parameters: lsp.RenameParams) -> lsp.WorkspaceEdit 
     return lsp.WorkspaceEdit(changes=dict(changes))
 
 
+def _fixes(server: Session, parameters: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+    """Return the edits that hints propose for findings at a place."""
+    checked = server.checked.get(server.path(parameters.text_document.uri))
+    lines = range(parameters.range.start.line, parameters.range.end.line + 1)
+    return [
+        server.action(finding, edit)
+        for finding in (checked.diagnostics if checked else ())
+        for edit in finding.edits
+        if finding.span is not None and finding.span.line - 1 in lines
+    ]
+
+
 def _symbols(server: Session, parameters: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
     found = server.look(parameters.text_document.uri)
     return _shown_symbols(server, found[0], navigation.outline(found[1])) if found else []
@@ -284,6 +296,7 @@ _ANSWERS: dict[str, Callable[[Session, Any], Any]] = {
     lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: _highlights,
     lsp.TEXT_DOCUMENT_PREPARE_RENAME: _can_rename,
     lsp.TEXT_DOCUMENT_RENAME: _rename,
+    lsp.TEXT_DOCUMENT_CODE_ACTION: _fixes,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _symbols,
     lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folds,
     lsp.TEXT_DOCUMENT_FORMATTING: _format,
@@ -293,6 +306,7 @@ _OPTIONS: dict[str, Any] = {
     lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(
         trigger_characters=['"', "/", " ", "("]
     ),
+    lsp.TEXT_DOCUMENT_CODE_ACTION: lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix]),
     lsp.TEXT_DOCUMENT_RENAME: lsp.RenameOptions(prepare_provider=True),
     lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: lsp.SemanticTokensLegend(
         [_TOKEN_TYPES[kind] for kind in KINDS], []

@@ -12,7 +12,7 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from tissuec import __version__
-from tissuec.core.errors import Diagnostic
+from tissuec.core.errors import Diagnostic, Edit
 from tissuec.core.source import Span
 from tissuec.editor import navigation
 from tissuec.editor.desk import Desk
@@ -175,6 +175,21 @@ class Session(LanguageServer):
             lsp.CodeDescription(address) if address else None,
             "tissuec",
             related_information=self._related(one),
+        )
+
+    def action(self, finding: Diagnostic, edit: Edit) -> lsp.CodeAction:
+        """Return an edit that the hint of a finding proposes, as the protocol has it."""
+        assert edit.span is not None and edit.span.source.path is not None
+        path = edit.span.source.path
+        text = " ".join(edit.text.split())
+        title = f'Write "{text}"' if text else f'Remove "{edit.span.one_line}"'
+        change = lsp.TextEdit(self.range(path, edit.span.start, edit.span.end), edit.text)
+        return lsp.CodeAction(
+            title,
+            lsp.CodeActionKind.QuickFix,
+            [self._shown(finding, path)],
+            is_preferred=len(finding.edits) == 1,
+            edit=lsp.WorkspaceEdit({self.uri(path): [change]}),
         )
 
     def _related(self, one: Diagnostic) -> list[lsp.DiagnosticRelatedInformation]:

@@ -13,7 +13,7 @@ from typing import Any
 
 from lark import Token
 
-from tissuec.core.errors import Diagnostic
+from tissuec.core.errors import Diagnostic, proposal
 from tissuec.core.source import Source, Span
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s
@@ -119,7 +119,7 @@ class Builder:
         for word in words:
             if not word.islower() and word.lower() in RESERVED:
                 message = f'"{word}" is a reserved word, and those are written in small letters'
-                self._report("TIS103", message, word, f'write "{word.lower()}"')
+                self._report("TIS103", message, word, proposal(word.lower()))
         return s.Name(" ".join(words), quoted, self._span(children[0], children[-1]))
 
     def listing(self, children: list[Any]) -> s.Listing:

@@ -4,7 +4,7 @@ import re
 import unicodedata
 from pathlib import Path
 
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint
 from tissuec.core.source import Source, Span
 
 #: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII.
@@ -35,8 +35,10 @@ _INSTEAD = {
     "(": "（",
     ")": "）",
 }
-_REMEDY = {
-    character: f"type {what} instead" for what, group in _INSTEAD.items() for character in group
+_REMEDY: dict[str, str] = {
+    character: Hint(f"type {what} instead", Edit(what))
+    for what, group in _INSTEAD.items()
+    for character in group
 }
 _REMEDY |= dict.fromkeys("'‘’‚‛`´′", 'text stands in double quotes: "…"')
 _REMEDY["\\"] = "a line that begins with a joining word continues the line above without a sign"
@@ -88,9 +90,26 @@ def odd_character(span: Span) -> Diagnostic | None:
     visible = character.isprintable() and not character.isspace()
     shown = f'"{character}"' if visible else "this character"
     message = f"{shown} (U+{ord(character):04X}, {name}) can stand in quotes and comments only"
-    fallback = "remove it, or put the name in quotes" if visible else "type an ordinary blank"
-    hint = _ungrouped(span) or _REMEDY.get(character, fallback)
+    fallback = (
+        Hint("remove it, or put the name in quotes", Edit(""))
+        if visible
+        else Hint("type an ordinary blank", Edit(" "))
+    )
+    hint = _ungrouped(span) or _paired(span) or _REMEDY.get(character, fallback)
     return Diagnostic("TIS114", message, span, hint)
+
+
+def _paired(span: Span) -> str:
+    """Return a hint about a curly quote and its partner on the line, if it has one."""
+    curly = _INSTEAD['"']
+    start = span.source.line_starts[span.line - 1]
+    for pair in re.finditer(
+        f'[{curly}]([^{curly}"]*)[{curly}]', span.source.line_text(span.line)
+    ):
+        place = Span(span.source, start + pair.start(), start + pair.end())
+        if span.start in (place.start, place.end - 1):
+            return Hint('type " instead', Edit(f'"{pair[1]}"', place))
+    return ""
 
 
 def _ungrouped(span: Span) -> str:
@@ -100,4 +119,4 @@ def _ungrouped(span: Span) -> str:
     after = re.match(r"\d+", text[span.end : span.end + _MOST_DIGITS])
     if span.text not in _GROUPING or not before or not after:
         return ""
-    return f'digits are not grouped: write "{before[0]}{after[0]}"'
+    return Hint(f'digits are not grouped: write "{before[0]}{after[0]}"', Edit(""))

@@ -8,8 +8,9 @@ from itertools import takewhile
 
 from lark import Token
 
-from tissuec.core.errors import Diagnostic, did_you_mean
-from tissuec.core.units import ALL_UNITS, SYMBOLS
+from tissuec.core.errors import Diagnostic, Edit, Hint, proposal
+from tissuec.core.source import Span
+from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.plain import expected, shown
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
@@ -48,7 +49,7 @@ def _capitalised(m: Mistake) -> Diagnostic | None:
         word = token.value.lower()
         if token.type == "WORD" and word in RESERVED:
             message = f'"{token}" is a reserved word, and those are written in small letters'
-            return _finding(m, "TIS103", message, f'write "{word}"', token)
+            return _finding(m, "TIS103", message, proposal(word), token)
     return None
 
 
@@ -59,9 +60,10 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
         return None
     head = m.text(m.before[0], m.before[-1])
     written = shown(f"{head}.{m.text(m.after[0], m.after[-1])}")
-    hint = f"write {written}"
+    hint = Hint(f"write {written}", Edit("."))
     if re.match(r"[0-9]{3}(?![0-9])", m.after[0].value):
-        hint += f', or "{m.before[-1]}{m.after[0]}": digits are not grouped'
+        whole = f"{m.before[-1]}{m.after[0]}"
+        hint = Hint(f'{hint}, or "{whole}": digits are not grouped', *hint.edits, Edit(""))
     return _finding(m, "TIS108", "decimals use a point", hint)
 
 
@@ -77,7 +79,8 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
         return _finding(m, "TIS105", message, hint)
     head = m.text(m.before[0], m.before[-1])
     rest = m.text(m.found, m.after[-1] if m.after else m.found)
-    return _finding(m, "TIS105", message, f"write {shown(f'{head}: {rest}')}")
+    hint = Hint(f"write {shown(f'{head}: {rest}')}", Edit(":", m.behind))
+    return _finding(m, "TIS105", message, hint)
 
 
 def _unit(m: Mistake) -> Diagnostic | None:
@@ -93,7 +96,9 @@ def _unit(m: Mistake) -> Diagnostic | None:
     if m.previous == "QUANTITY" and word in SYMBOLS:
         unit = re.sub(r"^[0-9.]+([eE][+-]?[0-9]+)?\s*", "", m.before[-1].value)
         message = f'"{unit} {word}" is not a unit'
-        return _finding(m, "TIS104", message, f'write "{unit}*{word}" or "{unit}/{word}"')
+        joined = [Edit(f"{sign}{word}", m.behind.to(m.span(m.found))) for sign in "*/"]
+        hint = Hint(f'write "{unit}*{word}" or "{unit}/{word}"', *joined)
+        return _finding(m, "TIS104", message, hint)
     if m.previous in ("RPAR", "RSQB") and word in SYMBOLS:
         message = f'the unit "{word}" stands behind neither a number nor a vector'
         return _finding(m, "TIS104", message, "write it behind each number")
@@ -103,12 +108,11 @@ def _unit(m: Mistake) -> Diagnostic | None:
     return None
 
 
-def _near_unit(m: Mistake, word: str) -> str:
+def _near_unit(m: Mistake, word: str) -> Hint:
     if product := _run_together(word):
         rest = _FURTHER_UNITS.match(m.source.text, m.found.end_pos or 0)
-        return f'did you mean "{product}{rest[0] if rest else ""}"?'
-    same = [symbol for symbol in SYMBOLS if symbol.lower() == word.lower()]
-    return f'did you mean "{same[0]}"?' if same else did_you_mean(word, SYMBOLS)
+        return Hint(f'did you mean "{product}{rest[0] if rest else ""}"?', Edit(product))
+    return near_unit(word)
 
 
 def _run_together(word: str) -> str:
@@ -128,7 +132,11 @@ def _path_without_quotes(m: Mistake) -> Diagnostic | None:
     end = m.source.text.rstrip().find("\n", m.found.start_pos or 0)
     written = m.source.text[m.before[0].end_pos : end if end > 0 else None]
     path = written.split("#")[0].strip("; \t\n")
-    return _finding(m, "TIS312", "a path stands in quotes", f'write use "{path}"')
+    start = m.before[0].end_pos or 0
+    quoted = Edit(
+        f' "{path}"', Span(m.source, start, start + len(written.split("#")[0].rstrip("; \t")))
+    )
+    return _finding(m, "TIS312", "a path stands in quotes", Hint(f'write use "{path}"', quoted))
 
 
 def _is_for_equal(m: Mistake) -> Diagnostic | None:
@@ -137,7 +145,7 @@ def _is_for_equal(m: Mistake) -> Diagnostic | None:
     if m.first not in _BINDERS or m.found.type != "IS" or not m.after or "EQUAL" in after:
         return None
     head, rest = m.text(m.before[0], m.before[-1]), m.text(m.after[0], m.after[-1])
-    hint = f"write {shown(f'{head} = {rest}')}"
+    hint = Hint(f"write {shown(f'{head} = {rest}')}", Edit("="))
     return _finding(m, "TIS312", f'a {m.before[0]} is given with "="', hint)
 
 
@@ -147,14 +155,14 @@ def _colon_for_equal(m: Mistake) -> Diagnostic | None:
         return None
     value = m.text(m.after[0], m.after[-1])
     sign = "is" if m.next == "WORD" else "="
-    hint = f"write {shown(f'{name} {sign} {value}')}"
+    hint = Hint(f"write {shown(f'{name} {sign} {value}')}", Edit(f" {sign}"))
     return _finding(m, "TIS312", '":" stands behind a time or a condition only', hint)
 
 
 def _if_for_when(m: Mistake) -> Diagnostic | None:
     if m.first != "IF" or m.found.type != "COLON" or not m.before[1:]:
         return None
-    hint = f"write {shown(f'when {m.text(m.before[1], m.before[-1])}: …')}"
+    hint = Hint(f"write {shown(f'when {m.text(m.before[1], m.before[-1])}: …')}", Edit("when"))
     return _finding(
         m, "TIS312", 'a script waits for a condition with "when"', hint, m.before[0]
     )
@@ -164,12 +172,12 @@ def _equals_as_test(m: Mistake) -> Diagnostic | None:
     if m.found.type != "EQUAL" or "COMPARISON" not in m.accepted:
         return None
     left = _words_before(m)
-    if not left:
-        hint = 'write "==" between numbers, "is" before a word'
-    elif m.next == "WORD":
-        hint = f'write "{left} is {m.after[0]}" for a word, or "==" between numbers'
+    if m.next == "WORD":
+        text = f'write "{left or "…"} is {m.after[0]}" for a word, or "==" between numbers'
+        hint = Hint(text, Edit("is"), Edit("=="))
     else:
-        hint = f'write "{left} == {m.after[0].value if m.after else "…"}"'
+        value = m.after[0].value if m.after else "…"
+        hint = Hint(f'write "{f"{left} == {value}" if left else "=="}"', Edit("=="))
     return _finding(m, "TIS111", '"=" sets a value and does not compare', hint)
 
 
@@ -180,6 +188,22 @@ def _rule_without_then(m: Mistake) -> Diagnostic | None:
         return None
     hint = 'write "if … then …", with what follows from the condition behind "then"'
     return _finding(m, "TIS112", 'the rule has no "then"', hint)
+
+
+def _reserved_as_entry(m: Mistake) -> Diagnostic | None:
+    """Recognise ``every = 10 ms`` where an entry belongs."""
+    tokens = [*m.before, m.found, *m.after]
+    if tokens[0].type not in _KEYWORDS - _BINDERS or len(tokens) < 3:
+        return None
+    if tokens[1].type != "EQUAL" or len(m.before) > 1:
+        return None
+    message = f'"{tokens[0]}" is a reserved word, with which no entry and no name begins'
+    hint = "begin with the name of an entry, or write a name in quotes"
+    if tokens[0].type == "EVERY":
+        output = f"trajectory every {m.text(tokens[2], tokens[-1])}"
+        whole = m.span(tokens[0]).to(m.span(tokens[-1]))
+        hint = Hint(f'write what is recorded: "{output}"', Edit(output, whole))
+    return _finding(m, "TIS115", message, hint, tokens[0])
 
 
 def _reserved_in_name(m: Mistake) -> Diagnostic | None:
@@ -193,8 +217,21 @@ def _reserved_in_name(m: Mistake) -> Diagnostic | None:
     elif wrong.type not in _KEYWORDS or not _in_name(m):
         return None
     message = f'"{wrong}" cannot stand inside a name'
-    hint = f'write the name in quotes: "{_whole_name(m, wrong)}"'
-    return _finding(m, "TIS115", message, hint, wrong)
+    return _finding(m, "TIS115", message, _quoted(m, _whole_name(m, wrong)), wrong)
+
+
+def _quoted(m: Mistake, name: list[Token], begin: str = "write the name in quotes") -> Hint:
+    """Return a hint to write a name in quotes, without the part or verb that it begins with."""
+    tokens = [*m.before, m.found, *m.after]
+    places = [token.start_pos for token in tokens]  # tokens are equal where their texts are
+    start, end = places.index(name[0].start_pos), places.index(name[-1].start_pos) + 1
+    is_set = tokens[end : end + 1] and tokens[end].type in ("EQUAL", "IS")
+    begins = start == 0 or tokens[start - 1].type == "COLON"
+    head = name.pop(0) if begins and not is_set and len(name) > 1 else None
+    text = m.text(name[0], name[-1])
+    place = m.span(name[0]).to(m.span(name[-1]))
+    shown_name = f'{head} "{text}"' if head else f'"{text}"'
+    return Hint(f"{begin}: {shown_name}", Edit(f'"{text}"', place))
 
 
 def _in_name(m: Mistake) -> bool:
@@ -206,7 +243,7 @@ def _in_name(m: Mistake) -> bool:
     return all(token.type in _BINDERS | {"WORD", "STRING"} for token in m.before)
 
 
-def _whole_name(m: Mistake, wrong: Token) -> str:
+def _whole_name(m: Mistake, wrong: Token) -> list[Token]:
     """Return all words around one that cannot stand inside a name."""
     tokens = [*m.before, m.found, *m.after]
     place = next(i for i, token in enumerate(tokens) if token is wrong)
@@ -215,22 +252,24 @@ def _whole_name(m: Mistake, wrong: Token) -> str:
         start -= 1
     while end < len(tokens) and tokens[end].type in _KEYWORDS | {"WORD"}:
         end += 1
-    return " ".join(tokens[start:end])
+    return tokens[start:end]
 
 
 def _two_statements(m: Mistake) -> Diagnostic | None:
     found = m.found.type
     if found == "COMMA" and m.can_end and m.next == "WORD":
-        return _finding(m, "TIS107", "a comma does not end a statement", 'write ";" instead')
+        hint = Hint('write ";" instead', Edit(";"))
+        return _finding(m, "TIS107", "a comma does not end a statement", hint)
     begins = found in _STARTERS or (found == "WORD" and m.next in _GOES_ON)
     second_sign = found in ("EQUAL", "IS") and (m.holds("IS") or m.holds("EQUAL"))
     behind_block = m.source.text[m.statement.start - 1 : m.statement.start] == "}"
     if not (m.can_end and (begins or second_sign or (behind_block and found != CHARACTER))):
         return None
     if second_sign:
-        hint = 'put ";" or a line break between them'
+        hint = Hint('put ";" or a line break between them')
     else:
-        hint = f'put ";" or a line break before {shown(m.found.value)}'
+        text = f'put ";" or a line break before {shown(m.found.value)}'
+        hint = Hint(text, Edit(";", m.behind))
     return _finding(m, "TIS107", "two statements stand on one line", hint)
 
 
@@ -239,11 +278,16 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
         return None
     name = _words_before(m)
     if m.found.type == "QUANTITY" and "EQUAL" in m.accepted:
-        hint = f"write {shown(f'{name} = {m.found}')}"
+        hint = Hint(f"write {shown(f'{name} = {m.found}')}", Edit(" =", m.behind))
         return _finding(m, "TIS109", '"=" is missing between a name and its value', hint)
-    hint = f'write the number as a word, or the name in quotes: "{name} {m.found}"'
-    if "EQUAL" in m.accepted:
-        hint += f'; to set a value, write "{name} = {m.found}"'
+    value = Hint(f'write "{name} = {m.found}"', Edit(" =", m.behind))
+    is_set = "EQUAL" in m.accepted and m.next != "EQUAL"
+    if is_set and name == m.before[0].value:
+        return _finding(m, "TIS109", "a number cannot stand inside a name", value)
+    words = [*takewhile(lambda token: token.type == "WORD", reversed(m.before))][::-1]
+    hint = _quoted(m, [*words, m.found], "write the number as a word, or the name in quotes")
+    if is_set:
+        hint = Hint(f"{hint}; to set a value, {value}", *hint.edits, *value.edits)
     return _finding(m, "TIS109", "a number cannot stand inside a name", hint)
 
 
@@ -270,33 +314,100 @@ def _special(m: Mistake) -> str:
     """Return a hint for a mistake that needs no code of its own."""
     found, value = m.found.type, m.found.value
     if found == CHARACTER:
-        return _SIGNS.get(value, "")
+        return _sign(m, value)
     if found in _NUMBERS and m.previous == "NUMBER":
-        return f'digits are not grouped: write "{m.before[-1]}{m.found}"'
+        whole = f"{m.before[-1]}{m.found}"
+        return Hint(f'digits are not grouped: write "{whole}"', Edit("", m.blank))
     if found == "COMMA" and m.previous in _NUMBERS and m.can_end:
-        return 'a vector stands in brackets: "(0, 0, 1) mm"'
+        return _bracketed(m)
     if value in CONTINUING and not m.line_before.strip():
         return f'a line that begins with "{value}" continues the line above'
     if found == "CIRCUMFLEX":
         return 'write parentheses: "a^(b^c)"'
     if found == "COMPARISON" and m.holds("COMPARISON"):
-        return 'write "x between 1 mm and 2 mm", or join two comparisons with "and"'
+        return _between(m)
     if found == "LBRACE" and not m.before:
-        return 'put "{" on the line of the name of its block'
+        return Hint('put "{" on the line of the name of its block', *_brace_moved(m))
     if found == "COMMA" and m.next == "THEN":
-        return 'remove the ","'
+        return Hint('remove the ","', Edit(""))
     if found == "_NL" and m.previous == "COLON":
         return 'what happens stands on the line of its time, or in "{ }"'
     return ""
 
 
+def _bracketed(m: Mistake) -> str:
+    """Return a hint to write the three numbers around a comma as a vector."""
+    signed = len(m.before) > 1 and m.before[-2].type == "MINUS"
+    first = m.before[-2 if signed else -1]
+    last = [m.found, *takewhile(lambda token: token.type in _LISTED, m.after)][-1]
+    parts = [_AMOUNT.fullmatch(part) for part in m.text(first, last).split(",")]
+    amounts = ", ".join(part[1] for part in parts if part)
+    if len(parts) != 3 or not parts[2] or amounts.count(",") != 2:
+        return 'a vector stands in brackets: "(0, 0, 1) mm"'
+    vector = f"({amounts}) {parts[2][2]}".rstrip()
+    place = m.span(first).to(m.span(last))
+    return Hint(f'a vector stands in brackets: write "{vector}"', Edit(vector, place))
+
+
+def _between(m: Mistake) -> str:
+    """Return a hint to write a chain of comparisons, such as 1 < x < 2, with "between"."""
+    tokens = [*m.before, m.found, *m.after]
+    ends = [i for i, token in enumerate(tokens) if token.type in _CONDITION_ENDS]
+    second = len(m.before)
+    first = max(i for i in range(second) if tokens[i].type == "COMPARISON")
+    start = max((i + 1 for i in ends if i < first), default=0)
+    stop = min((i for i in ends if i > second), default=len(tokens))
+    parts = tokens[start:first], tokens[first + 1 : second], tokens[second + 1 : stop]
+    if not all(parts) or tokens[first][0] != m.found[0] or m.found[0] not in "<>":
+        return 'join two comparisons with "and"'
+    low, middle, high = (m.text(part[0], part[-1]) for part in parts)
+    if m.found[0] == ">":
+        low, high = high, low
+    text = f"{middle} between {low} and {high}"
+    place = m.span(tokens[start]).to(m.span(tokens[stop - 1]))
+    return Hint(f"write {shown(text)}", Edit(text, place))
+
+
+def _brace_moved(m: Mistake) -> list[Edit]:
+    """Return the edit that moves a brace up to the line of what stands before it."""
+    place = m.found.start_pos or 0
+    blank = re.search(r"\s*\Z", m.source.text[:place])
+    if blank is None or "#" in m.source.text[:place].rstrip().rpartition("\n")[2]:
+        return []
+    return [Edit(" {", Span(m.source, blank.start(), place + 1))]
+
+
+def _sign(m: Mistake, sign: str) -> str:
+    """Return a hint about a sign that begins nothing."""
+    if sign == "." and m.previous == "NUMBER":
+        return Hint(f'write "{m.before[-1]}.0"', Edit(".0"))
+    if sign == "." and (digits := _DIGITS.match(m.source.text, m.found.end_pos or 0)):
+        return Hint(f'write "0.{digits[0]}"', Edit("0."))
+    if sign == "·":
+        return Hint('write "*" for a product', Edit("*"))
+    return _SIGNS.get(sign, "")
+
+
 _BEGINNINGS = f"a statement begins with a name, a time, or one of {', '.join(sorted(STARTING))}"
+
+_DIGITS = re.compile(r"[0-9]+")
+
+#: A number with its unit.
+_AMOUNT = re.compile(r"\s*(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*")
+
+#: Types of tokens that numbers of a vector are made of.
+_LISTED = _NUMBERS | {"COMMA", "MINUS"}
+
+#: Types of tokens around a comparison.
+_CONDITION_ENDS = (
+    ENDS | _TIMES | frozenset({"AND", "OR", "NOT", "IF", "THEN", "WHEN", "WHERE", "EXPECT"})
+    | frozenset({"LPAR", "RPAR", "COLON", "LBRACE", "OVER"})
+)  # fmt: skip
 
 _SIGNS = {
     ".": 'a number has digits on both sides of its point: "0.5"',
     "!": 'write "!=" for "is not equal to", and "not" for the opposite',
     "%": 'a unit stands behind a number: "5 %"',
-    "·": 'write "*" for a product',
 }
 
 _KINDS = (
@@ -310,6 +421,7 @@ _KINDS = (
     _unit,
     _equals_as_test,
     _rule_without_then,
+    _reserved_as_entry,
     _reserved_in_name,
     _two_statements,
     _number_in_name,

@@ -2,7 +2,7 @@
 
 import re
 
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, did_you_mean, insertion
 from tissuec.core.source import Source, Span
 
 #: The version of the language that this compiler reads.
@@ -10,6 +10,7 @@ VERSION = 1
 
 _GAP = re.compile(r"[\n; \t]*")
 _HEADING = re.compile(r"language[ \t]+([0-9]+(?:\.[0-9]+)*)(?![\w.])")
+_REST = re.compile(r"[^\n;]*")
 _FIRST = re.compile(r"\w+|[^\w\n]|")
 
 
@@ -39,6 +40,30 @@ def _no_heading(source: Source, text: str, start: int) -> Diagnostic:
     span = Span(source, min(start, len(source.text)), min(first.end(), len(source.text)))
     if first[0].lower() == "language" and first[0] != "language":
         message = f'"{first[0]}" is a reserved word, and those are written in small letters'
-        return Diagnostic("TIS103", message, span, f'write "language {VERSION}"')
+        return Diagnostic(
+            "TIS103", message, span, Hint(f'write "language {VERSION}"', Edit("language"))
+        )
     message = "the text does not begin with the version of its language"
-    return Diagnostic("TIS117", message, span, f'write "language {VERSION}" as the first line')
+    heading = f"language {VERSION}"
+    is_meant = bool(did_you_mean(first[0], ["language"]))
+    line = (
+        Span(source, 0, span.end + len(_REST.match(source.text, span.end)[0]))
+        if is_meant
+        else Span(source, 0, 0)
+    )
+    edit = Edit(heading if is_meant else f"{heading}\n", line)
+    return Diagnostic(
+        "TIS117", message, span, Hint(f'write "{heading}" as the first line', edit)
+    )
+
+
+def first_line(text: str, source: Source) -> Edit:
+    """Return the edit that puts a line below the version of the language."""
+    heading = _HEADING.search(source.text)
+    return insertion(f"\n{text}", Span(source, 0, heading.end() if heading else 0))
+
+
+def last_line(text: str, source: Source) -> Edit:
+    """Return the edit that puts a line at the end of a text."""
+    end = len(source.text.rstrip())
+    return insertion(f"\n{text}", Span(source, end, end))

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, Note, proposal
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import SUSPECT, odd_character
 from tissuec.lang.rows import Comment, Rows, find_rows
@@ -37,7 +37,7 @@ _TABLE_PLACE = re.compile(r"(?:^|[\n;{}]|\bis[ \t])[ \t]*\Z")
 #: A bracket on one line, without others in it, with ";" where a vector has ",".
 _PARTED = re.compile(r"\([^()\[\]{}\n=#]*;[^()\[\]{}\n=#]*\)")
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
-_CLOSE = 'write "}" where the block ends'
+_CLOSE = 'close it with "}" where the block ends'
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,14 +166,16 @@ class _Scanner:
             self.table = False
             self._drop_unclosed()
         if not self.stack or (sign != "}" and not self._in_bracket()):
-            self._report("TIS102", f'this "{sign}" closes nothing', start, end, "remove it")
+            message, hint = f'this "{sign}" closes nothing', Hint("remove it", Edit(""))
+            self._report("TIS102", message, start, end, hint)
             self._blank(start, end, ";" if sign == "}" else " ")
             return
         opening = self.stack.pop()
         if sign != _CLOSING[opening.sign]:
             message = f'this "{sign}" does not close "{opening.sign}"'
             line = Span(self.source, opening.place, start).line
-            hint = f'write "{_CLOSING[opening.sign]}", which closes the one of line {line}'
+            right = proposal(_CLOSING[opening.sign])
+            hint = Hint(f"{right}, which closes the one of line {line}", *right.edits)
             self._report("TIS102", message, start, end, hint)
         if sign == "}":
             self._look_at_indentation(start, opening)
@@ -187,12 +189,16 @@ class _Scanner:
             return
         if ";" not in text[vector.start() : start]:
             points = re.sub(r"(?<=[0-9]),(?=[0-9])", ".", vector[0])
-            hint = f'write "{points.replace(";", ",")}"'
+            hint = proposal(points.replace(";", ","), Span(self.source, *vector.span()))
             self._report("TIS312", 'a vector is written with ","', start, end, hint)
         self._blank(start, end, ",")
 
-    def _remark(self, _text: str, start: int, end: int) -> None:
-        self._report("TIS312", 'a remark begins with "#"', start, start + 2, 'write "#"')
+    def _remark(self, text: str, start: int, end: int) -> None:
+        lines = text[start:end].removesuffix("*/")[2:].split("\n")
+        remark = "\n".join(f"#{line}" for line in lines)
+        line_end = "" if text[end : end + 1] in ("", "\n") else "\n"
+        hint = Hint('write "#"', Edit(remark + line_end, Span(self.source, start, end)))
+        self._report("TIS312", 'a remark begins with "#"', start, start + 2, hint)
         self._blank(start, end)
 
     def _table(self, text: str, start: int, _end: int) -> None:
@@ -233,17 +239,22 @@ class _Scanner:
         message = f'a "}}" is missing: {what} among the rows of a table'
         note = self._note("the table is opened", _Opening("{", start, 0))
         mark = len(text.rstrip()) if at_end else place
-        self._report("TIS101", message, mark, mark + (not at_end), _CLOSE, note)
-        self._blank(start, end, ";")
         # The line of the other brace is taken for the head of a block.
-        return place if at_end else max(text.rfind("\n", end, place), end)
+        last = place if at_end else max(text.rfind("\n", end, place), end)
+        close = Edit("\n}", Span(self.source, last, last))
+        self._report("TIS101", message, mark, mark + (not at_end), Hint(_CLOSE, close), note)
+        self._blank(start, end, ";")
+        return last
 
     # --- findings -----------------------------------------------------------------------------
 
     def _open_quote(self, start: int, end: int) -> None:
         message = "this quote is not closed on its line"
         end = len(self.source.text) if end < 0 else end
-        self._report("TIS113", message, start, end, 'write " where the quoted part ends')
+        hint = 'close it with " where the quoted part ends'
+        if "{" not in (line := self.source.text[start:end].rstrip()):
+            hint = Hint(hint, Edit('"', Span(self.source, start + len(line), end)))
+        self._report("TIS113", message, start, end, hint)
 
     def _drop_unclosed(self) -> None:
         """Report round and square brackets that are still open where they no longer can be."""
@@ -253,7 +264,7 @@ class _Scanner:
         if unclosed is None:
             return
         message = f'this "{unclosed.sign}" is not closed'
-        hint = f'write "{_CLOSING[unclosed.sign]}" where it ends'
+        hint = f'close it with "{_CLOSING[unclosed.sign]}" where it ends'
         self._report("TIS102", message, unclosed.place, unclosed.place + 1, hint)
         # Lines count again, so that the statements below are looked at one by one.
         for index in self.bracketed:
@@ -276,7 +287,8 @@ class _Scanner:
         notes = [self._note("the block is opened", opening) for opening in missing]
         place = len(self.source.text.rstrip())
         message = 'a "}" is missing: this block is still open at the end of the file'
-        self._report("TIS101", message, place, place, _CLOSE, *notes)
+        hint = _CLOSE if self.suspect else Hint(_CLOSE, Edit("\n}" * len(self.stack)))
+        self._report("TIS101", message, place, place, hint, *notes)
         # Beyond the end of the text, so that offsets stay true and nothing else is reported.
         self.edits.append((end, end, "}" * len(self.stack)))
 

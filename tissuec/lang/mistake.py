@@ -74,6 +74,17 @@ class Mistake(NamedTuple):
         return bool(self.accepted & ENDS)
 
     @property
+    def behind(self) -> Span:
+        """Return the empty place behind the token before the wrong one."""
+        end = (self.before[-1].end_pos if self.before else self.found.start_pos) or 0
+        return Span(self.source, end, end)
+
+    @property
+    def blank(self) -> Span:
+        """Return what stands between the wrong token and the one before it."""
+        return Span(self.source, self.behind.start, self.span(self.found).start)
+
+    @property
     def line_before(self) -> str:
         """Return what stands before the wrong token on its line."""
         span = self.span(self.found)

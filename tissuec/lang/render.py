@@ -16,7 +16,8 @@ def as_dict(diagnostic: Diagnostic) -> dict[str, Any]:
         "severity": diagnostic.severity,
         "message": diagnostic.message,
         **_place(diagnostic.span),
-        "hint": diagnostic.hint,
+        "hint": str(diagnostic.hint),
+        "edits": [{"text": edit.text, **_place(edit.span)} for edit in diagnostic.edits],
         "notes": [{"message": note.message, **_place(note.span)} for note in diagnostic.notes],
     }
 

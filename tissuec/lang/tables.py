@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import CompileError, Diagnostic, counted
+from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, counted
 from tissuec.core.source import Span
 from tissuec.lang.layout import MOST_PROBLEMS
 from tissuec.lang.plain import shown
@@ -204,7 +204,8 @@ def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
     whole = row[0].to(row[-1])
     parted = whole.text.replace(",", " ").split()
     if "," in whole.text and len(parted) == len(columns):
-        hint = f"write {shown(' '.join(parted))}"
+        row = " ".join(parted)
+        hint = Hint(f"write {shown(row)}", Edit(row))
         return Diagnostic("TIS120", "cells are parted by blanks, not by commas", whole, hint)
     message = f"this row has {counted(len(row), 'cell')} where {len(columns)} are needed"
     hint = f"the columns are {', '.join(column.name for column in columns)}"

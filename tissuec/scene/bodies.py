@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -91,7 +91,11 @@ def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> b
             "TIS305",
             "rupture is either allowed or not",
             item.span,
-            hint="write rupture is allowed, or rupture is not allowed",
+            hint=Hint(
+                "write rupture is allowed, or rupture is not allowed",
+                Edit("rupture is allowed"),
+                Edit("rupture is not allowed"),
+            ),
         )
     return phrase.kind == "word"
 
@@ -147,8 +151,17 @@ class _BodyReader:
                 "TIS304",
                 f'body {self.name.text} has regions and needs "interface"',
                 self.block.head,
-                hint="write interface is mean, softer or stiffer: "
-                "what springs between two regions are made of",
+                hint=Hint(
+                    "write interface is mean, softer or stiffer: "
+                    "what springs between two regions are made of",
+                    *(
+                        edit
+                        for word in ("mean", "softer", "stiffer")
+                        for edit in schema.missing(
+                            f"interface is {word}", self.block.head
+                        ).edits
+                    ),
+                ),
             )
         zero = np.zeros(3)
         return Body(

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NoReturn, TypeVar
 
-from tissuec.core.errors import Note, alternatives, did_you_mean
+from tissuec.core.errors import Edit, Hint, Note, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
+from tissuec.lang.heading import first_line
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.library import Library
@@ -27,7 +28,6 @@ _BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "learn")
 #: How parts are written that begin otherwise than with their name and a block.
 _EXAMPLES = {
     "use": 'use "fuzzy/soft_tissue"',
-    "about": 'about "what this scene shows"',
     "hedge": "hedge very = shift(50 %, outward)",
     "property": "property NAME from 0 to 1 { … }",
     "quantity": "quantity NAME from 1 N/m to 9 N/m { … }",
@@ -87,7 +87,7 @@ class Declarations:
                 "TIS301",
                 f'there {article} {kind} called "{name.text}"',
                 name.span,
-                hint=f'write: use "{file}"'
+                hint=Hint(f'write: use "{file}"', first_line(f'use "{file}"', name.span.source))
                 if file
                 else alternatives(name.text, names, what=plural),
             )
@@ -197,7 +197,9 @@ def _declare(
                 "TIS115",
                 f'"{clause.word}" cannot stand inside a name',
                 clause.span,
-                hint=f'write {kind} "{quoted}"',
+                hint=Hint(
+                    f'write {kind} "{quoted}"', Edit(f'"{quoted}"', name.span.to(clause.span))
+                ),
             )
     if name.words in SYMBOLS and name.quoted is None and kind in _NAMESPACES[0]:
         findings.reject("TIS507", f'"{name.text}" is a unit and cannot be a name', name.span)
@@ -254,20 +256,28 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 "TIS303",
                 f'"{text}" cannot be set here',
                 span,
-                hint=f'write "param {text} = …" or "let {text} = …", '
-                "or put it into the block it belongs to",
+                hint=Hint(
+                    f'write "param {text} = …" or "let {text} = …", '
+                    "or put it into the block it belongs to",
+                    Edit(f"param {text}"),
+                    Edit(f"let {text}"),
+                ),
             )
         case s.Function():
             reject_function(item, findings)
         case s.Sentence() | s.Block():
             first = item.name.words.split(" ")[0] if item.name.words else item.name.text
             if first in TOP_LEVEL:
-                example = _EXAMPLES.get(first, f"{first} {{ … }}")
+                example: str = _EXAMPLES.get(first, f"{first} {{ … }}")
+                edits: tuple[Edit, ...] = ()
+                if first in ("use", "about"):
+                    example = _quoted(first, item)
+                    edits = (Edit(example),)
                 findings.reject(
                     "TIS312",
                     f"{first} is written in another form",
                     item.span,
-                    hint=f"write: {example}",
+                    hint=Hint(f"write: {example}", *edits),
                 )
             findings.reject(
                 "TIS303",
@@ -279,6 +289,12 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
             raise AssertionError(item)
 
 
+def _quoted(word: str, item: s.Sentence | s.Block) -> str:
+    """Return a sentence with all that stands behind its first word in quotes."""
+    rest = item.span.text.removeprefix(word).replace('"', "").split()
+    return f'{word} "{("/" if word == "use" else " ").join(rest)}"'
+
+
 def reject_function(item: s.Function, findings: Findings) -> NoReturn:
     """Reject a formula where none can stand; what was meant may be a name of several words."""
     word, text = item.argument.word, item.argument.value.span.text
@@ -286,6 +302,9 @@ def reject_function(item: s.Function, findings: Findings) -> NoReturn:
         "TIS115",
         f'"{word}" cannot stand inside a name',
         item.argument.span,
-        hint=f'write the name in quotes: "{item.name.text} {word} {text}"; formulas of springs '
-        "and dashpots stand inside a tissue",
+        hint=Hint(
+            f'write the name in quotes: "{item.name.text} {word} {text}"; formulas of springs '
+            "and dashpots stand inside a tissue",
+            Edit(f'"{item.name.text} {word} {text}"', item.name.span.to(item.argument.span)),
+        ),
     )

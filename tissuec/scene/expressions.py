@@ -1,5 +1,6 @@
 """Expressions and conditions: names looked up, dimensions checked, numbers in SI units."""
 
+import re
 from collections.abc import Callable, Sequence
 from functools import reduce
 from typing import NoReturn
@@ -7,7 +8,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import alternatives, did_you_mean
+from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, Unit, describe, parse_unit, suggested_unit
 from tissuec.lang import syntax as s
@@ -28,6 +29,9 @@ _COMPARE: dict[str, Callable[..., Truth]] = {
 _EXTREMES = {"min": np.minimum, "max": np.maximum}
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
 FUNCTIONS = ("sqrt", "abs", *_EXTREMES, *_NUMERIC)
+
+#: A number or a vector with a unit, up to that.
+_AMOUNT = re.compile(r"(-?[0-9.]+([eE][+-]?[0-9]+)?|\([^()]*\))(?=\s*[^\W\d][^\s()]*\Z)")
 
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
@@ -281,11 +285,13 @@ class Scope:
                 self._same("cannot compare", value, low, node.low.span)
                 self._same("cannot compare", value, high, node.high.span)
                 if self.is_known and np.any(low.amount > high.amount):
+                    last, first = node.high.span, node.low.span
+                    limits = f"{last.text} and {first.text}"
                     self.findings.reject(
                         "TIS308",
                         "the lower limit is above the upper one",
                         node.low.span,
-                        hint=f'write "between {node.high.span.text} and {node.low.span.text}"',
+                        hint=Hint(f'write "between {limits}"', Edit(limits, first.to(last))),
                     )
                 return np.asarray((low.amount <= value.amount) & (value.amount <= high.amount))
             case _:
@@ -303,14 +309,17 @@ class Scope:
                 "TIS501",
                 f"{what} is {wanted}; {span.text} has no unit",
                 span,
-                hint=f'write "{span.text} {suggested_unit(dimension)}"?',
+                hint=proposal(f"{span.text} {suggested_unit(dimension)}"),
             )
         unit = suggested_unit(dimension)
+        hint = f"write a unit like {unit}" if unit else "write a number without a unit"
+        if amount := _AMOUNT.match(span.text):
+            hint = Hint(hint, Edit(f"{amount[0]} {unit}".rstrip(), span))
         self.findings.reject(
             "TIS502",
             f"{what} is {wanted}; {span.text} is {describe(value.dimension)}",
             span,
-            hint=f"write a unit like {unit}" if unit else "write a number without a unit",
+            hint=hint,
         )
 
     def _same(self, problem: str, left: Value, right: Value, span: Span) -> None:
@@ -330,7 +339,7 @@ class Scope:
     ) -> None:
         unit = suggested_unit(left)
         hint = (
-            f'write "{span.text} {unit}"?'
+            proposal(f"{span.text} {unit}")
             if literal
             else f"{describe(left)} is needed here, such as {f'1 {unit}'.rstrip()}"
         )

@@ -3,7 +3,7 @@
 import os.path
 from pathlib import Path, PurePosixPath
 
-from tissuec.core.errors import Note
+from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.fields import FileIn, LocatedFile
 from tissuec.core.nearby import nearby
 from tissuec.core.source import Span
@@ -31,7 +31,7 @@ def _factor(kind: FileIn, item: s.Sentence, scope: Scope, example: str) -> float
             "TIS304",
             "the unit of the file is not written, and the file has none",
             item.span,
-            hint=f"for example: {example}",
+            hint=Hint(f"for example: {item.span.text} in mm", insertion(" in mm", item.span)),
         )
     place = item.clauses[0].value.span
     try:
@@ -68,6 +68,6 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
         "TIS604",
         f'there is no file "{wanted}"',
         span,
-        hint=nearby(places[0], path.suffix).replace(f"{here.beside}/", ""),
+        hint=nearby(places[0], path.suffix, here.beside),
         notes=tuple(Note(f"searched {place}") for place in places),
     )

@@ -64,13 +64,20 @@ class _JointReader:
                 with self.findings.item():
                     self._item(item)
         with self.findings.together():
-            for key, example in (("springs", _FORM), ("tissue", "tissue is silk")):
+            for key, example in (
+                ("springs", _FORM),
+                ("tissue", f"tissue is {next(iter(self.tissues), 'silk')}"),
+            ):
                 if key not in self.found:
                     self.findings.add(
                         "TIS304",
                         f'joint {self.name.text} needs "{key}"',
                         self.block.head,
-                        hint=f"for example: {example}",
+                        hint=(
+                            f"for example: {example}"
+                            if key == "springs"
+                            else schema.missing(example, self.block.head)
+                        ),
                     )
         return Joint(
             name=self.name.text,

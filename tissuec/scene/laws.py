@@ -94,7 +94,7 @@ def _read_block(declared: Declared, scope: Scope) -> WrittenLaws:
             "TIS304",
             f"law {declared.name.text} says nothing",
             block.head,
-            hint="for example: spring law is toe { strain = 3 % }",
+            hint=schema.missing("spring law is toe { strain = 3 % }", block.head),
         )
     return found
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import NoReturn
 
-from tissuec.core.errors import Note
+from tissuec.core.errors import Edit, Hint, Note
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
@@ -105,7 +105,7 @@ class Clauses:
         if found is None:
             self.findings.reject(
                 "TIS312", f'behind "{word}" stands a direction', clause.value.span,
-                hint=f"for example: {word} (0, 0, 1)",
+                hint=Hint(f"for example: {word} (0, 0, 1)", Edit("(0, 0, 1)")),
             )  # fmt: skip
         return found
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.nearby import nearby
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
@@ -116,7 +116,7 @@ class DataReader:
                 self.findings.reject("TIS603", LINK.format(name), node.span, hint=LINKED)
             return place
         folder = source.path.parent if source.path else Path()
-        hint = nearby(place, place.suffix).replace(f"{folder}/", "")
+        hint = nearby(place, place.suffix, Path(folder))
         self.findings.reject(
             "TIS604", f'there is no file "{name}"', node.span, hint=hint,
             notes=(Note(f"searched {place.parent}"),),
@@ -185,9 +185,10 @@ class DataReader:
         """Return where a preset goes; rejects a text of the scene itself."""
         name = item.name.quoted or ""
         if not name.endswith(SUFFIX):
+            preset = f'write "{name.partition(".")[0]}{SUFFIX}"'
             self.findings.reject(
                 "TIS312", "what is written is a preset, whose name ends in .tis", item.span,
-                hint=f'write "{name.partition(".")[0]}{SUFFIX}"',
+                hint=Hint(preset, Edit(preset)),
             )  # fmt: skip
         place = self._inside(name, item.name.span)
         same = os.path.abspath(place)

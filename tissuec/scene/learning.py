@@ -46,7 +46,7 @@ def refuse_without_scene(declarations: Declarations, findings: Findings) -> None
             "TIS304",
             f"the learn block {declared.name.text} has no scene in which it could learn",
             declared.name.span,
-            hint='write use "./scene" above it, or put it into the file of a scene',
+            hint='put it into the file of a scene, or use that file: use "./scene"',
         )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tissuec.core import resources
-from tissuec.core.errors import CompileError, TissueError, did_you_mean
+from tissuec.core.errors import CompileError, Edit, Hint, TissueError, did_you_mean
 from tissuec.core.files import leads_out, read_bytes
 from tissuec.core.nearby import nearby
 from tissuec.core.source import Source
@@ -69,13 +69,15 @@ class Library:
                 seen.add(name)
                 yield name, path
 
-    def near(self, wanted: str) -> str:
+    def near(self, wanted: str) -> Hint:
         """Return a hint with the file that was meant by one that is not there, if any."""
         start = "./" if wanted.startswith("./") else ""
         names = [f"{start}{name}" for name, _ in files_of(self.places(wanted))]
         stem = wanted.removesuffix(SUFFIX).split("/")[-1]
         same = [name for name in names if name.split("/")[-1] == stem]
-        return f'did you mean "{same[0]}"?' if same else did_you_mean(wanted, names)
+        if not same:
+            return did_you_mean(wanted, names)
+        return Hint(f'did you mean "{same[0]}"?', Edit(same[0], old=wanted))
 
     def declaring(self, kind: str, key: str) -> str:
         """Return the file that declares a thing under this name, or an empty string."""

@@ -183,5 +183,5 @@ def _read_override(text: str, findings: Findings) -> s.Assign:
     item = items[0] if len(items) == 1 else None
     if not isinstance(item, s.Assign) or item.keyword or item.clauses or item.bounds:
         message = f'cannot read --set "{text}"'
-        findings.reject("TIS505", message, None, hint='write --set "name = 0.9 s"')
+        findings.reject("TIS505", message, None, hint='for example: --set "name = 0.9 s"')
     return item

@@ -11,6 +11,7 @@ from tissuec.fuzzy.piecewise import points, trapezoid, triangle
 from tissuec.fuzzy.scale import Plateau, Scale, evenly, gaps, plateaus, shaped
 from tissuec.fuzzy.sets import Gaussian, Shape
 from tissuec.lang import syntax as s
+from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.quantities import LISTED, QUANTITIES, Spread
 from tissuec.scene.words import NamedScale
@@ -79,7 +80,7 @@ class ScaleReader:
                 "TIS304",
                 f'quantity {self.name.text} needs "applies to"',
                 self.block.head,
-                hint=f"for example: applies to {quantity.spreads[0]}",
+                hint=schema.missing(f"applies to {quantity.spreads[0]}", self.block.head),
             )
         spread, length = self._applies(applies)
         named = self._scale(words)
@@ -202,7 +203,7 @@ class ScaleReader:
                     "TIS304",
                     f"{self.name.text} has no words",
                     self.block.head,
-                    hint="for example: evenly = [low, medium, high]",
+                    hint=schema.missing("evenly = [low, medium, high]", self.block.head),
                 )
 
     def _once(self, words: Sequence[tuple[str, Span]]) -> None:

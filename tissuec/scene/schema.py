@@ -13,13 +13,18 @@ from typing import Any, NoReturn, TypeVar, get_type_hints
 
 import numpy as np
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives, insertion, proposal
 from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 from tissuec.scene.files import read_file
+
+#: What opens a block, behind its head.
+_BRACE = re.compile(r"\s*\{")
+
+_QUOTED = re.compile(r'"[^"]*"')
 
 Kind = Measure | Whole | OneOf | Point | FromTo | Several | FileIn
 T = TypeVar("T")
@@ -103,7 +108,7 @@ def build(
     with scope.findings.together():
         for entry in schema.values():
             if entry.is_required and entry.name not in places:
-                hint = f"for example: {entry.example}"
+                hint = missing(entry.example, where)
                 scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
     try:
         with np.errstate(all="ignore"):
@@ -114,6 +119,14 @@ def build(
     except ValueError as error:  # entries that are right one by one and impossible together
         reason = str(error)
         scope.findings.reject("TIS309", f"{what}: {reason}", blamed(reason, places, where))
+
+
+def missing(example: str, where: Span) -> Hint:
+    """Return a hint with what can stand in a block, whose head is ``where``."""
+    opened = _BRACE.match(where.source.text, where.end)
+    text = f" {example};" if opened else f" {{ {example} }}"
+    place = Span(where.source, where.start, opened.end() if opened else where.end)
+    return Hint(f"for example: {example}", insertion(text, place))
 
 
 def blamed(reason: str, places: Mapping[str, Span], where: Span) -> Span:
@@ -209,7 +222,11 @@ def read_value(
                     "TIS308",
                     f"{what} is a whole number, not {number:g}",
                     node.span,
-                    hint=f"write {math.floor(number)} or {math.ceil(number)}",
+                    hint=Hint(
+                        f"write {math.floor(number)} or {math.ceil(number)}",
+                        Edit(str(math.floor(number))),
+                        Edit(str(math.ceil(number))),
+                    ),
                 )
             if not low <= number <= high:
                 scope.findings.reject(
@@ -305,17 +322,20 @@ def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
     if isinstance(entry.kind, OneOf) and isinstance(item, s.Assign):
         text = item.value.span.text
         hint = (
-            f'write "{entry.name} is {text}"'
+            proposal(f"{entry.name} is {text}")
             if text in entry.kind.words
-            else f"for example: {entry.example}"
+            else Hint(f"for example: {entry.example}", Edit(entry.example))
         )
         scope.findings.reject(
             "TIS312", 'a word is chosen with "is"; "=" sets a number', item.span, hint=hint
         )
+    example = entry.example
+    if isinstance(entry.kind, FileIn) and (file := _QUOTED.search(item.span.text)):
+        example = f"{entry.name} {file[0]} in mm"
     kind = describe(entry.kind.dimension) if isinstance(entry.kind, Measure) else ""
     scope.findings.reject(
         "TIS312",
         f'"{entry.name}" is written in another form' + (f": it is {kind}" if kind else ""),
         item.span,
-        hint=f"for example: {entry.example}",
+        hint=Hint(f"for example: {example}", Edit(example)),
     )

@@ -8,12 +8,13 @@ from typing import Annotated
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives, insertion
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
+from tissuec.lang.heading import last_line
 from tissuec.network import Floats
 from tissuec.plan import RELAXATION, Simulation
 from tissuec.scene import schema
@@ -118,7 +119,13 @@ def _contact_law(
                 "TIS306",
                 f"{name} says nothing while contact is off",
                 places[name],
-                hint="write: contact is tools only",
+                hint=Hint(
+                    "write: contact is tools only",
+                    Edit(
+                        f"contact is tools only; {places[name].text}",
+                        places[name],
+                    ),
+                ),
             )
     return None
 
@@ -140,7 +147,7 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
             "TIS304",
             'simulate needs "duration"',
             block.head,
-            hint=f"for example: {entries['duration'].example}",
+            hint=schema.missing(entries["duration"].example, block.head),
         )
     values.setdefault("duration", math.inf)
     read = SimulateEntries(**values)
@@ -168,7 +175,10 @@ def _refuse_contradictions(
             "TIS306",
             "a fixed step needs a named integrator",
             places["step"],
-            hint="for example: integrator is velocity verlet",
+            hint=Hint(
+                "for example: integrator is velocity verlet",
+                insertion("; integrator is velocity verlet", places["step"]),
+            ),
         )
     if read.step is None and read.integrator != AUTOMATIC:
         _refuse_tolerance(read.integrator, places["integrator"], scope)
@@ -222,7 +232,7 @@ def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Ite
             "TIS304",
             f'tool {name.text} needs "kind"',
             item.head,
-            hint=f"for example: kind is {HOLDING}",
+            hint=schema.missing(f"kind is {HOLDING}", item.head),
         )
     kind = schema.word_of(written[0], scope, example=f"kind is {HOLDING}")
     if kind.key not in INSTRUMENTS:
@@ -249,6 +259,6 @@ def _single(
             "TIS304",
             f"the scene has no {kind} block",
             whole(main),
-            hint=f"for example: {example}",
+            hint=Hint(f"for example: {example}", last_line(example, main.source)),
         )
     return declarations.single[kind]

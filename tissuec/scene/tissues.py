@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NoReturn, TypeAlias
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives, proposal
 from tissuec.core.fields import Measure
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
@@ -201,14 +201,15 @@ class TissueReader:
             return
         if not isinstance(item, s.Assign):
             kind = Measure(quantity.dimension)
-            example = schema.Entry(key, key, kind, None, "").example
+            forms = [schema.Entry(key, key, kind, None, "").example]
             if quantity.none is not None:
-                example += f", or {key} is none"
+                forms.append(f"{key} is none")
+            hint = f"write {', or '.join(forms)}, or describe the tissue in words"
             self.findings.reject(
                 "TIS312",
                 f"{key} is a number, not a word",
                 item.span,
-                hint=f"write {example}, or describe the tissue in words and let rules decide",
+                hint=Hint(f"{hint} and let rules decide", *map(Edit, forms)),
             )
         written.numbers[key] = read_given(key, item, self.scope)
 
@@ -226,7 +227,7 @@ class TissueReader:
         if isinstance(item.value, s.Name) and item.value.key in scale.scale.words:
             self.findings.reject(
                 "TIS312", 'a word is chosen with "is"; "=" sets a number', item.span,
-                hint=f'write "{item.name.text} is {item.value.text}"',
+                hint=proposal(f"{item.name.text} is {item.value.text}"),
             )  # fmt: skip
         value = self.scope.number(item.value)
         self.scope.expect(value, scale.dimension, item.value.span, what=scale.name)

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.core.errors import Note, did_you_mean
+from tissuec.core.errors import Edit, Hint, Note, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.fuzzy.hedges import Hedge, Power, Shift, has_effect, hedged
@@ -87,7 +87,7 @@ def read_word(
                 "W205",
                 f'"{part}" has no effect on "{rest}": it stands where it would be moved to',
                 name.span,
-                hint=f'write "{rest}" alone, or another word',
+                hint=Hint(f'write "{rest}" alone, or another word', Edit(rest)),
             )
     shape = hedged(chosen, shape, scale.scale.axis)
     read_as = name.key if not front else f"{name.key} ({' '.join(front)} + {rest})"
@@ -127,6 +127,6 @@ def _unknown(
         "TIS201",
         f'"{name.text}" is not a word for {scale.name}',
         name.span,
-        hint="  ".join(part for part in (near, listed) if part),
+        hint=Hint("  ".join(part for part in (near, listed) if part), *near.edits),
         notes=(Note(f"{scale.name} is declared at {scale.span.place}"),),
     )

@@ -177,7 +177,9 @@ def _read_parameter(order: Order, parameter: Parameter) -> Action:
         order.reject(
             "TIS306" if order.has("to") else "TIS304",
             f'"change {order.words}" needs either a new value or a factor',
-            hint='write "to" and a value, or "by" and a factor such as 50 %',
+            hint="leave one of them out"
+            if order.has("to")
+            else "end with to and a value, or with by and a factor such as 50 %",
         )
     word, is_factor = ("by", True) if order.has("by") else ("to", False)
     number = order.number(word, units.NUMBER if is_factor else parameter.dimension)

@@ -6,6 +6,7 @@ from typing import ClassVar, Protocol, Self, cast
 import numpy as np
 
 from tissuec.core import units
+from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.jets import Jet, Skin, buried_in, finest_width
@@ -15,6 +16,7 @@ from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule
 
+FLOW = "with 5 ml/s"
 NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction = (0, 0, -1) }"
 
 
@@ -76,7 +78,8 @@ class Irrigate:
     @classmethod
     def read(cls, order: Order) -> Self:
         if not order.has("with"):
-            order.reject("TIS304", "the flow is missing", hint="for example: with 5 ml/s")
+            hint = Hint(f"for example: {FLOW}", insertion(f" {FLOW}", order.span))
+            order.reject("TIS304", "the flow is missing", hint=hint)
         for word in ("along", "of"):
             if order.has(word) and not (word == "of" and order.has("using")):
                 order.reject(
@@ -92,9 +95,8 @@ class Irrigate:
             )
         flow = order.number("with", units.FLOW)
         if flow <= 0.0:
-            order.reject(
-                "TIS308", "a flow is above 0", word="with", hint="for example: with 5 ml/s"
-            )
+            hint = Hint(f"for example: {FLOW}", Edit(FLOW))
+            order.reject("TIS308", "a flow is above 0", word="with", hint=hint)
         group = order.nodes() if order.words else None
         opening = cast(Opening, order.instrument("through", "nozzle"))
         course = order.courses(default="constant")[0]

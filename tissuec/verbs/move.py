@@ -6,6 +6,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from tissuec.core import units
+from tissuec.core.errors import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.network import Floats
@@ -58,13 +59,19 @@ class Move:
         return (Happening("move", (), sentence(self.span), self.span),)
 
 
+_SMOOTH = (Edit("using constant speed"), Edit("using smooth profile"))
+
+
 def refuse_jump(order: Order, courses: tuple[Course, ...]) -> None:
     """Refuse a path that begins elsewhere than where the nodes are."""
     if any(course.at(course.start)[0] != 0.0 for course in courses):
+        is_constant = courses[0].kind == "constant"
         order.reject(
             "TIS306",
             "this motion would begin with a jump: its first value is not 0",
-            hint="let the course begin with 0, or with a profile that does",
+            hint=Hint("write using constant speed, or using smooth profile", *_SMOOTH)
+            if is_constant
+            else "let the first value be 0",
             word="using" if order.has("using") else None,
         )
 

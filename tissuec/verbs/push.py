@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from tissuec.core import units
+from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.network import Floats
@@ -11,6 +12,9 @@ from tissuec.situation import Load, Situation, Term
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule
+
+#: How a force, and the direction of an amount, can be written.
+FORCE, DIRECTION = "with 0.1 N along (0, 0, 1)", "along (0, 0, -1)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +61,9 @@ class Push:
             order.reject(
                 "TIS304",
                 "a force is missing",
-                hint="write it after the set: with 0.1 N along (0, 0, 1)",
+                hint=Hint(
+                    f"write it after the set: {FORCE}", insertion(f" {FORCE}", order.span)
+                ),
             )
         force = _written_force(order)
         if not _is_for_each_node(order):
@@ -110,7 +116,10 @@ def _written_force(order: Order) -> Floats:
         order.reject(
             "TIS304",
             "the direction of the force is missing",
-            hint="write a vector such as (0, 0, -0.1) N, or add: along (0, 0, -1)",
+            hint=Hint(
+                f"write a vector such as (0, 0, -0.1) N, or add: {DIRECTION}",
+                insertion(f" {DIRECTION}", order.span),
+            ),
             word="with",
         )
     return amount * order.direction("along")
@@ -122,6 +131,9 @@ def _is_for_each_node(order: Order) -> bool:
     text = order.text("on")
     if text.lower() != "each node":
         order.reject(
-            "TIS305", f'"{text}" cannot stand after "on"', hint="write: on each node", word="on"
+            "TIS305",
+            f'"{text}" cannot stand after "on"',
+            hint=Hint("write: on each node", Edit("on each node")),
+            word="on",
         )
     return True

@@ -33,7 +33,7 @@ class Settle:
     @classmethod
     def read(cls, order: Order) -> Self:
         if order.duration is not None:
-            order.reject("TIS403", "settle takes no time", hint='write "at" and a time')
+            order.reject("TIS403", "settle takes no time", hint="write: at T: settle")
         return cls(order.nodes() if order.words else None, order.span)
 
     def chosen(self, situation: Situation) -> np.ndarray:

@@ -1,0 +1,159 @@
+"""Hints lead out of a mistake: each edit that one proposes is made, and each list is tried.
+
+An edit makes its finding go away, and leaves fewer errors, or as many and fewer warnings.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import pytest
+
+from tests.test_scenes import BAD, request_of
+from tissuec.core.errors import CompileError, Diagnostic, Edit
+from tissuec.editor.desk import Desk
+from tissuec.lang.characters import normalise
+from tissuec.lang.parser import parse
+from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
+from tissuec.pipeline import Request, check_request
+
+BY_NAME = {path.stem: path for path in BAD}
+
+#: Texts that a hint proposes as they stand.
+PROPOSAL = re.compile(r'(?:did you mean|^write|: write|^type) "?(?!\w+ … |…)([^"…]+)"')
+#: What stands for something in a form.
+PLACEHOLDERS = {
+    "NAME": "a", "SET": "a", "BODY": "a", "TOOL": "a", "THREAD": "a", "NOZZLE": "a",
+    "JOINT": "a", "JOINTS": "a", "FORCEPS": "a",
+    "POINT": "(0, 0, 0) mm", "VECTOR": "(0, 0, 1) mm",
+    "FORCE": "1 N", "NUMBER": "1", "LENGTH": "1 mm", "ANGLE": "1 deg", "PROFILE": "ramp",
+    "PRESSURE": "1 Pa", "VOLUME": "1 ml", "KNOT": "knot", "T": "1 s", "A": "a", "B": "b",
+    "…": "1",
+}  # fmt: skip
+FORM = re.compile(
+    r"(?:for example|write|declare one|declare it): ([^:\"-][^:]*?(?:: [^:]+?)?)"
+    r"(?=$|, and then|, with tool|, or write)"
+)
+LISTED = re.compile(
+    r"(?:^|\?  )(choices|kinds|meshes|profiles, behind using|knots|spring laws): ([^;]+)"
+)
+
+
+@cache
+def found(name: str) -> tuple[Diagnostic, ...]:
+    """Return what is said about a bad scene."""
+    try:
+        return said(request_of(BY_NAME[name]))
+    except CompileError as error:  # it is no text
+        return error.diagnostics
+
+
+def said(request: Request) -> tuple[Diagnostic, ...]:
+    try:
+        return check_request(request)[1]
+    except CompileError as error:
+        return error.diagnostics
+
+
+def edited(name: str, edits: Iterable[Edit]) -> tuple[Diagnostic, ...]:
+    """Return what is said about a bad scene after edits, which do not overlap."""
+    request, desk = request_of(BY_NAME[name]), Desk()
+    texts = {request.source: request.source.text}
+    for edit in sorted(edits, key=lambda edit: edit.span.start, reverse=True):
+        source = edit.span.source
+        known = next((one for one in texts if one.name == source.name), source)
+        text = texts.get(known, source.text)
+        texts[known] = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    overrides = list(request.overrides)
+    for source, text in texts.items():
+        if source.name == "--set":
+            overrides[overrides.index(source.text)] = text
+        elif source.name == request.source.name:
+            request = replace(request, source=replace(source, text=text))
+        else:
+            desk.put(source.path, text)
+    return said(replace(request, overrides=tuple(overrides), files=desk))
+
+
+def weight(findings: Sequence[Diagnostic]) -> tuple[int, int]:
+    errors = sum(finding.severity == "error" for finding in findings)
+    return errors, len(findings) - errors
+
+
+def kinds(findings: Iterable[Diagnostic]) -> Counter:
+    return Counter((finding.code, finding.message) for finding in findings)
+
+
+def with_edits() -> list[str]:
+    return [name for name in BY_NAME if any(finding.edits for finding in found(name))]
+
+
+@pytest.mark.parametrize("name", with_edits())
+def test_an_edit_makes_its_finding_go_away(name):
+    before = found(name)
+    for finding in before:
+        for edit in finding.edits:
+            after = edited(name, [edit])
+            told = f"{finding}\n\n{edit.text!r} leads to\n\n" + "\n".join(map(str, after))
+            kind = finding.code, finding.message
+            assert kinds(after)[kind] < kinds(before)[kind], told
+            assert weight(after) < weight(before), told
+
+
+@pytest.mark.parametrize("name", with_edits())
+def test_edits_of_all_findings_together_leave_no_error(name):
+    if not all(finding.edits for finding in found(name)):
+        return
+    edits = [finding.edits[0] for finding in found(name)]
+    places = sorted((edit.span.start, edit.span.end) for edit in edits)
+    apart = all(one[1] <= two[0] and one != two for one, two in pairwise(places))
+    after = edited(name, edits) if apart else ()
+    assert weight(after)[0] == 0, "\n".join(map(str, after))
+
+
+def test_a_text_that_a_hint_proposes_is_an_edit():
+    every = [finding for name in BY_NAME for finding in found(name)]
+    assert not [one for one in every if PROPOSAL.search(one.hint) and not one.edits]
+
+
+def test_a_form_that_a_hint_shows_can_be_read():
+    hints = {finding.hint for name in BY_NAME for finding in found(name)}
+    for form in {form for hint in hints for form in FORM.findall(hint)}:
+        for text in re.split(r" or: | or (?=data|hold)|, or with gentle.*|, and no more", form):
+            if text:
+                parse(normalise(f"language 1\n{filled(text)}\n", "form.tis"))
+
+
+def filled(form: str) -> str:
+    """Return a form with something in place of what it leaves open."""
+    form = re.sub(r"\{ … \}", "{ }", form.replace("; … }", " }"))
+    form = re.sub(r"\b[A-Z]+\b(?!\")", lambda word: PLACEHOLDERS.get(word[0], word[0]), form)
+    form = re.sub(r"(?<= = )…", "1", form).replace("… mm", "1 mm").replace("…", "a")
+    return f"a {form}" if form.split(" ")[0] in (*JOINING_WORDS, *TIME_WORDS[1:]) else form
+
+
+def with_choices() -> list[str]:
+    return [name for name in BY_NAME if any(LISTED.search(one.hint) for one in found(name))]
+
+
+@pytest.mark.parametrize("name", with_choices())
+def test_a_choice_that_a_hint_lists_can_be_made(name):
+    """It can be refused for what it needs, but not for what it is."""
+    for finding in found(name):
+        listed = LISTED.search(finding.hint)
+        wrong = re.findall(r'"([^"]+)"', finding.message)[-1:]
+        if listed is None or not wrong or wrong[0] not in finding.span.text:
+            continue
+        codes = ("TIS305", "TIS306") if "using" in listed[1] else ("TIS305",)
+        for choice in re.sub(", or .*", "", listed[2]).split(", "):
+            edit = Edit(choice, old=wrong[0]).at(finding.span)
+            end = edit.span.start + len(choice)
+            refused = [
+                one
+                for one in edited(name, [edit])
+                if one.code in codes and one.span.start < end <= one.span.end
+            ]
+            assert not refused, (choice, *refused)
