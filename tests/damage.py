@@ -151,7 +151,7 @@ def resize(dice: random.Random, file: h5py.File) -> None:
         size[0] = 1 << 57  # an exbibyte that is declared, and not there
     try:
         file[path].resize(size)
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, RuntimeError):
         file[path].resize(size[0] // 2 if size[0] < 1 << 50 else 1 << 50, axis=0)
 
 
@@ -267,7 +267,9 @@ def damage(dice: random.Random, path: Path) -> str:
     whole = path.read_bytes()
     while True:
         change = dice.choice(CHANGES)
-        with suppress(ValueError, TypeError, OSError, OverflowError):  # not every value fits
+        with suppress(
+            ValueError, TypeError, OSError, OverflowError, RuntimeError
+        ):  # not every value fits
             with h5py.File(path, "r+") as file:
                 change(dice, file)
             return change.__name__

@@ -7,6 +7,7 @@ from threading import Event, Thread
 from types import TracebackType
 from typing import Self
 
+from tissuec.core.printable import printable
 from tissuec.core.units import TIME, show
 
 FIRST_AFTER = 0.5  # [s]: short runs need no progress
@@ -27,7 +28,7 @@ class Line:
     def __init__(
         self, name: str, *, shown: bool, compiles: bool = True, anywhere: bool = False
     ):
-        self.name = name
+        self.name = printable(name)
         self.is_terminal = sys.stderr.isatty()
         self.shown = shown and (anywhere or self.is_terminal)
         self.widest = 0

@@ -13,6 +13,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     as_json,
+    echo,
     print_json,
     report,
     scene_options,
@@ -157,13 +158,13 @@ def _bench(
         if settings.json:
             print_json(facts | {"ok": False, "error": str(failure)})
         else:
-            click.echo(f"error: {failure}", err=True)
+            echo(f"error: {failure}", err=True)
         return FAILED
     document = facts | {"ok": True} | as_dict(found)
     if settings.json:
         print_json(document)
     else:
-        click.echo("\n".join(as_text(found)))
+        echo("\n".join(as_text(found)))
     _plot(document, plot)
     return DONE
 
@@ -194,6 +195,6 @@ def _stress(
     if settings.json:
         print_json(document)
     else:
-        click.echo("\n".join(as_text(found)))
+        echo("\n".join(as_text(found)))
     _plot(document, plot)
     return FAILED if found.bad else DONE

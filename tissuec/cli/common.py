@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
+from tissuec.core.printable import printable
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
 F = TypeVar("F", bound=Callable[..., Any])
@@ -51,7 +52,12 @@ class Settings:
     def say(self, text: str = "") -> None:
         """Talk on stderr, unless told to be quiet."""
         if not self.quiet:
-            click.echo(text, err=True)
+            echo(text, err=True)
+
+
+def echo(text: str, *, err: bool = False) -> None:
+    """Print text that may hold names and messages from anywhere; on stderr for ``err``."""
+    click.echo(printable(text), err=err)
 
 
 def flag_options() -> list[click.Parameter]:
@@ -129,7 +135,7 @@ def print_json(document: Any) -> None:
     """Print the one JSON document of a command; NaN and infinity become null."""
     import json  # late: most commands print none
 
-    click.echo(json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False))
+    echo(json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def _plain(value: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tissuec.cli.common import DONE, FAILED, Command, Settings, library_option, print_json
+from tissuec.cli.common import DONE, FAILED, Command, Settings, echo, library_option, print_json
 
 if TYPE_CHECKING:
     from tissuec.comparing.comparison import Comparison
@@ -57,7 +57,7 @@ def command(
             print_json(as_dict(found) | verdict)
         else:
             for line in as_text(found):
-                click.echo(line)
+                echo(line)
     if reason:
         settings.say(f"not within {within:g}: {reason}")
     return FAILED if reason else DONE

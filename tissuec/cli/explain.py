@@ -14,6 +14,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     aligned,
+    echo,
     print_json,
     report,
     scene_options,
@@ -97,18 +98,18 @@ def _print_params(words: "Words") -> None:
     for parameter in words.constants.parameters():
         mark = f" ({SET})" if parameter.overridden else ""
         place = parameter.item.span.place
-        click.echo(f"param {parameter.name} = {parameter.value}{mark}   {place}")
+        echo(f"param {parameter.name} = {parameter.value}{mark}   {place}")
 
 
 def _print_tissue(tissue: "Tissue") -> None:
     from tissuec.provenance import tissue_rows
 
     cells = [line for row in tissue_rows(tissue) for line in _cells(row)]
-    click.echo(f"\n{tissue.name:<40}{tissue.span.place}")
+    echo(f"\n{tissue.name:<40}{tissue.span.place}")
     for line in aligned(cells, COLUMNS):
-        click.echo(f"  {line}")
+        echo(f"  {line}")
     for name, reason in tissue.missing.items():
-        click.echo(f"  {name:<17}none: {reason}")
+        echo(f"  {name:<17}none: {reason}")
 
 
 def _cells(row: "Row") -> Iterator[tuple[str, ...]]:
@@ -126,18 +127,18 @@ def _cells(row: "Row") -> Iterator[tuple[str, ...]]:
 def _print_plan(plan: "Prediction") -> None:
     from tissuec.wording import plan as wording
 
-    click.echo("\narrays")
+    echo("\narrays")
     for line in aligned(wording.arrays(plan), (12, 16)):
-        click.echo(f"  {line}")
+        echo(f"  {line}")
     sections = (
         (f"method: {plan.method}", wording.method(plan)),
         ("skipped", plan.skipped),
         (wording.cost_title(plan), wording.cost(plan)),
     )
     for title, lines in sections:
-        click.echo(f"\n{title}")
+        echo(f"\n{title}")
         for line in lines:
-            click.echo(f"  {line}")
+            echo(f"  {line}")
 
 
 def _explain_code(code: str, settings: Settings) -> int:
@@ -151,6 +152,6 @@ def _explain_code(code: str, settings: Settings) -> int:
         print_json({"code": code, **asdict(entry)})
         return DONE
     before, after = (indent(piece, "    ") for piece in (entry.before, entry.after))
-    click.echo(f"{code}: {entry.title}\n\n{entry.text}")
-    click.echo(f"\ninstead of\n\n{before}\n\nwrite\n\n{after}")
+    echo(f"{code}: {entry.title}\n\n{entry.text}")
+    echo(f"\ninstead of\n\n{before}\n\nwrite\n\n{after}")
     return DONE

@@ -5,8 +5,9 @@ import sys
 
 import click
 
-from tissuec.cli.common import DONE, INTERRUPTED, STOPPED, WRONG_TEXT, print_json
+from tissuec.cli.common import DONE, INTERRUPTED, STOPPED, WRONG_TEXT, echo, print_json
 from tissuec.core.errors import SimulationError, TissueError
+from tissuec.core.printable import printable
 from tissuec.running.interrupting import SIGNALLED, Terminated, ending, exit_code
 
 DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
@@ -28,10 +29,11 @@ def run_guarded(command: click.Command) -> int:
         if "--json" in sys.argv:  # a command line that is wrong was not read to its end
             print_json({"ok": False, "error": message})
         elif isinstance(error, click.ClickException):
+            error.message = printable(error.message)
             error.show()
         else:
             head = "" if code > SIGNALLED else "error: "
-            click.echo(f"{head}{message}", err=True)
+            echo(f"{head}{message}", err=True)
         return code
 
 

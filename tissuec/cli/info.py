@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, print_json
+from tissuec.cli.common import DONE, Command, Settings, echo, print_json
 
 
 @click.command(cls=Command)
@@ -24,7 +24,7 @@ def command(settings: Settings, results: tuple[Path, ...]) -> int:
         return DONE
     for document in documents:
         for line in _lines(document, ""):
-            click.echo(line)
+            echo(line)
     return DONE
 
 

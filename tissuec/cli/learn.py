@@ -16,6 +16,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     as_json,
+    echo,
     keep_input,
     print_json,
     report,
@@ -173,12 +174,12 @@ def _carry_out(
         return WRONG_TEXT, {"diagnostics": as_json(error.diagnostics)}
     except Unlearnable as error:
         if not settings.json:
-            click.echo(f"error: {error}", err=True)
+            echo(f"error: {error}", err=True)
         return STOPPED, {"error": str(error)}
     except KeyboardInterrupt as error:
         again = shlex.join(wishes.again)
         if not settings.json:
-            click.echo("interrupted", err=True)
+            echo("interrupted", err=True)
             settings.say(f"  go on with: {again}")
         return exit_code(getattr(error, "signal", None)), {
             "error": "interrupted",
@@ -229,7 +230,7 @@ def _learn(
         state.unlink(missing_ok=True)
     if not may_write and not settings.json:
         lost = "" if target is None else ", and so nothing is written (--anyway writes it)"
-        click.echo(f"FAILED: the data does not tell all numbers{lost}", err=True)
+        echo(f"FAILED: the data does not tell all numbers{lost}", err=True)
     fine = may_write and learnt.converged and all(one.holds for one in judged(learnt))
     return DONE if fine else FAILED, document
 
@@ -278,17 +279,17 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
     from tissuec.learn.judging_demands import judged
     from tissuec.learn.telling.text import as_text
 
-    click.echo("\n".join(as_text(learnt, moved)))
+    echo("\n".join(as_text(learnt, moved)))
     verdicts = judged(learnt)
     for demand, holds, measured in verdicts:
         if not holds:
-            click.echo(f"FAILED {demand.span.place}: {demand.span.one_line}", err=True)
-            click.echo(f"       {measured}", err=True)
+            echo(f"FAILED {demand.span.place}: {demand.span.one_line}", err=True)
+            echo(f"       {measured}", err=True)
     if verdicts:
         failed = sum(not verdict.holds for verdict in verdicts)
         settings.say(f"expectations: {wording.expectations(len(verdicts), failed, 0)}")
     if not learnt.converged:
-        click.echo(f"FAILED: {learnt.reason}; raise passes, or begin nearer", err=True)
+        echo(f"FAILED: {learnt.reason}; raise passes, or begin nearer", err=True)
 
 
 # --- derivatives ------------------------------------------------------------------------------
@@ -305,5 +306,5 @@ def _check_gradient(
     worst = max((row.apart for row in found), default=0.0)
     code = DONE if is_good(found, GRADIENT) else FAILED
     if not settings.json:
-        click.echo("\n".join(as_lines(lesson.name, found, GRADIENT)))
+        echo("\n".join(as_lines(lesson.name, found, GRADIENT)))
     return code, {"gradient": [row._asdict() for row in found], "worst": worst}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Group, Settings, aligned, print_json
+from tissuec.cli.common import DONE, Command, Group, Settings, aligned, echo, print_json
 from tissuec.core import resources
 from tissuec.core.errors import TissueError, did_you_mean
 
@@ -38,11 +38,11 @@ def show_all(settings: Settings) -> int:
         print_json(entries)
         return DONE
     for kind, title in KINDS.items():
-        click.echo(f"{title}:")
+        echo(f"{title}:")
         rows = [(entry["name"], entry["about"]) for entry in entries if entry["kind"] == kind]
         for line in aligned(rows, (28,)):
-            click.echo(f"  {line}")
-    click.echo("\ncopy one beside you to edit it: tissuec library copy NAME")
+            echo(f"  {line}")
+    echo("\ncopy one beside you to edit it: tissuec library copy NAME")
     return DONE
 
 

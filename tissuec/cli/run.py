@@ -16,6 +16,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     as_json,
+    echo,
     keep_input,
     print_json,
     report,
@@ -155,7 +156,7 @@ def _run_one(
         )
     except TissueError as error:
         if not settings.json:
-            click.echo(f"error: {error}", err=True)
+            echo(f"error: {error}", err=True)
         code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
         return code, document | {"error": str(error)}
     interrupted = result.outcome.kind == "interrupted"
@@ -205,7 +206,7 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     if outcome.kind in ("done", "interrupted"):
         settings.say(f"{path}: {outcome.message}")
     else:
-        click.echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
+        echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
     changes = [(change.time, change.method) for change in statistics.changes]
     methods = wording.methods(changes or [(0.0, statistics.method)])
     settings.say(
@@ -232,8 +233,8 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     expectations = compiled.plan.expectations
     for failure in outcome.failures:
         span = expectations[failure.expectation].span
-        click.echo(f"  FAILED {span.place}: {span.one_line}", err=True)
-        click.echo(f"         at {show(failure.time, TIME)}: {failure.measured}", err=True)
+        echo(f"  FAILED {span.place}: {span.one_line}", err=True)
+        echo(f"         at {show(failure.time, TIME)}: {failure.measured}", err=True)
     if expectations:
         numbers = len(expectations), len(outcome.failures), len(outcome.unreached)
         settings.say(f"  expectations: {wording.expectations(*numbers)}")
@@ -257,7 +258,7 @@ def _tell_accuracy(estimate: "ErrorEstimate", settings: Settings) -> None:
     """Say how accurate positions are, loudly where they are not as promised."""
     said = wording.accuracy(estimate, estimate.allowed)
     if estimate.since is not None:
-        click.echo(f"  warning: {said}", err=True)
+        echo(f"  warning: {said}", err=True)
     else:
         took = f"; checked in {estimate.seconds:.2f} s" if len(estimate.times) else ""
         settings.say(f"  accuracy: {said}{took}")

@@ -14,6 +14,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     as_json,
+    echo,
     print_json,
     report,
     scene_options,
@@ -107,9 +108,9 @@ def _tell(document: dict[str, Any]) -> None:
     from tissuec.validate.telling import as_text
 
     if "run" in document:
-        click.echo("\n".join(as_text(document)))
+        echo("\n".join(as_text(document)))
     else:
-        click.echo(f"error: {document['reasons'][0]}", err=True)
+        echo(f"error: {document['reasons'][0]}", err=True)
 
 
 class Stages(ExitStack):

@@ -10,6 +10,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     aligned,
+    echo,
     keep_input,
     library_option,
     print_json,
@@ -133,15 +134,15 @@ def _meaning(axis: "Axis", shape: "Shape", dimension: Dimension) -> dict[str, An
 
 def _print(listing: dict[str, Any]) -> None:
     if listing["hedges"]:
-        click.echo(f"hedges: {', '.join(listing['hedges'])}")
+        echo(f"hedges: {', '.join(listing['hedges'])}")
     for scale in listing["scales"]:
         log = ", log scale" if scale["scale"] == "log" else ""
-        click.echo(f"\n{scale['kind']} {scale['name']}{log}   ({scale['place']})")
+        echo(f"\n{scale['kind']} {scale['name']}{log}   ({scale['place']})")
         rows = [("word", "stands for", "can mean")]
         for word in scale["words"]:
             means, low, high = word["shown"]
             rows.append((word["word"], means, f"{low} to {high}"))
         for line in aligned(rows, (16, 16)):
-            click.echo(f"  {line}")
+            echo(f"  {line}")
     for name, count in listing["rules"].items():
-        click.echo(f"\nrules {name}: {count}")
+        echo(f"\nrules {name}: {count}")

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from tissuec.core.printable import printable
 from tissuec.core.source import Span
 
 
@@ -87,7 +88,10 @@ _ALIKE = 0.7
 
 
 class TissueError(Exception):
-    """Base of every error that tissuec raises on purpose."""
+    """Base of every error that tissuec raises on purpose; its message can be shown anywhere."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class CompileError(TissueError):

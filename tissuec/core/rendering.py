@@ -3,6 +3,7 @@
 import unicodedata
 
 from tissuec.core.errors import Diagnostic, Note
+from tissuec.core.printable import ODD, printable
 from tissuec.core.source import Span
 
 #: Longer lines are shown as a window of this width around the place.
@@ -20,22 +21,26 @@ _RED, _YELLOW, _BLUE, _BOLD, _PLAIN = (
 
 def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
     """Return a diagnostic as text: headline, place, excerpt, hint and notes."""
+    message, hint = printable(diagnostic.message), printable(diagnostic.hint)
     tone = _RED if diagnostic.severity == "error" else _YELLOW
     paint = _paint if color else _leave
     head = paint(f"{diagnostic.severity}[{diagnostic.code}]", tone)
-    lines = [f"{head}: {paint(diagnostic.message, _BOLD)}"]
+    lines = [f"{head}: {paint(message, _BOLD)}"]
     span = diagnostic.span
     gutter = " " * (len(str(span.line)) if span else 1)
     if span:
         code, carets = _excerpt(span)
         bar = paint("|", _BLUE)
-        lines.append(f"  {paint('-->', _BLUE)} {span.source.name}:{span.line}:{span.column}")
+        lines.append(f"  {paint('-->', _BLUE)} {printable(span.place)}:{span.column}")
         lines.append(f"{gutter} {bar}")
         lines.append(f"{paint(str(span.line), _BLUE)} {bar} {code}".rstrip())
         lines.append(f"{gutter} {bar} {paint(carets, tone)}")
-    if diagnostic.hint:
-        lines.append(f"{gutter} {paint('=', _BLUE)} hint: {diagnostic.hint}")
-    lines += (f"{gutter} {paint('=', _BLUE)} note: {_note(n, span)}" for n in diagnostic.notes)
+    if hint:
+        lines.append(f"{gutter} {paint('=', _BLUE)} hint: {hint}")
+    lines += (
+        f"{gutter} {paint('=', _BLUE)} note: {printable(_note(n, span))}"
+        for n in diagnostic.notes
+    )
     return "\n".join(lines)
 
 
@@ -80,7 +85,7 @@ def _visible(text: str) -> str:
     text = text.replace("\t", " " * _TAB)
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() else " " if c.isspace() else "\ufffd" for c in text)
+    return "".join(c if c.isprintable() else " " if c.isspace() else ODD for c in text)
 
 
 def _width(text: str) -> int:

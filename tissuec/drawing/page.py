@@ -15,6 +15,7 @@ import numpy as np
 
 from tissuec.core.errors import TissueError
 from tissuec.core.looks import GRID, INK, PAPER
+from tissuec.core.printable import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, FigureBase
@@ -140,12 +141,31 @@ def new_sheet(width: float, height: float) -> Iterator[Sheet]:
         figure = _page_class()(figsize=size, dpi=DPI, layout="constrained")
         sheet = Sheet(figure)
         yield sheet
+        _show_plainly(figure)
         figure.draw_without_rendering()  # the axes find their places
         for finish in sheet.later:
             finish()
+        _show_plainly(figure)
         figure.draw_without_rendering()  # and those that names need
         _keep_layout(figure)
         figure.notes = tuple(sheet.notes)
+
+
+def _show_plainly(figure: Any) -> None:
+    """Have names drawn as they are, "$" too; only numbers on logarithmic axes are formulas."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import LogFormatter
+
+    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis)]
+    numbers = {
+        label
+        for axis in axes
+        if isinstance(axis.get_major_formatter(), LogFormatter)
+        for label in axis.get_ticklabels(which="both")
+    }
+    for text in set(figure.findobj(Text)) - numbers:
+        text.set_parse_math(False)
+        text.set_text(printable(text.get_text()))
 
 
 def _keep_layout(figure: Any) -> None:

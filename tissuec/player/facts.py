@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from tissuec.core.printable import printable
 from tissuec.player.film import Film
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
@@ -14,7 +15,7 @@ def title(trajectory: Trajectory) -> str:
     """Return what the run is called: the name of its scene, or of its file."""
     scene = str(trajectory.manifest.get("scene") or "")
     name = re.split(r"[\\/]", scene)[-1].removesuffix(".tis")
-    return name.replace("_", " ") or trajectory.path.name
+    return name.replace("_", " ") or printable(trajectory.path.name)
 
 
 def about(trajectory: Trajectory) -> str:

@@ -303,7 +303,7 @@ class Painter:
 
     def _annotate(self, sheet, time: float) -> None:
         width, height = self.size
-        style = {"color": looks.INK, "va": "top", "fontsize": 11}
+        style = {"color": looks.INK, "va": "top", "fontsize": 11, "parse_math": False}
         sheet.text(14, height - 12, self.title, weight="bold", **style)
         size, unit = scaled(float(np.abs(self.film.times).max()), "s")
         sheet.text(width - 14, height - 12, f"{time / size:.4g} {unit}", ha="right", **style)
@@ -316,7 +316,7 @@ class Painter:
             self._legend(sheet, width)
 
     def _legend(self, sheet, width: int) -> None:
-        long, style = 160.0, {"color": looks.INK, "fontsize": 9}
+        long, style = 160.0, {"color": looks.INK, "fontsize": 9, "parse_math": False}
         left = width - 24 - long
         if self.colour == "law":
             for number, law in enumerate(self.film.laws[:6]):

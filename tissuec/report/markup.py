@@ -4,6 +4,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TypeAlias
 
+from tissuec.core.printable import printable
+
 #: Elements that have no content and no end.
 _VOID = ("img", "meta")
 
@@ -26,7 +28,7 @@ def html(content: Content) -> Html:
         case Html():
             return content
         case str():
-            return Html(escape(content))
+            return Html(escape(printable(content)))
         case int():
             return Html(content)
     return Html("".join(map(html, content)))
@@ -49,7 +51,7 @@ def _attribute(key: str, value: str | int | bool | None) -> str:
     if value is None or value is False:
         return ""
     name = key.removesuffix("_").replace("_", "-")
-    return f" {name}" if value is True else f' {name}="{escape(str(value))}"'
+    return f" {name}" if value is True else f' {name}="{escape(printable(str(value)))}"'
 
 
 def link(target: str, *content: Content) -> Html:

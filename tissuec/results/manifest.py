@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tissuec import __version__
+from tissuec.core.printable import printable
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.store import Store
@@ -73,13 +74,11 @@ def read_manifest(file: Group) -> dict:
 def _plain(value: object) -> Any:
     """Return ``value`` made of what JSON knows; numbers that it lacks become words."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
+        return {printable(str(key)): _plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple | set | frozenset):
         return [_plain(entry) for entry in value]
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
-    if value is None or isinstance(value, str | int):
-        return value
-    return str(value)
+    return value if value is None or isinstance(value, int) else printable(str(value))

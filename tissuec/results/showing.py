@@ -6,6 +6,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from tissuec.core.errors import counted
+from tissuec.core.printable import printable
 from tissuec.core.units import TIME, show
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def as_text(trajectory: "Trajectory") -> str:
     if not trajectory.is_open:
         return f"<closed {name}>"
     lines = [f"  {head}: {text}" for head, text in _rows(trajectory)]
-    return "\n".join([f"<{name}>", *lines])
+    return printable("\n".join([f"<{name}>", *lines]))
 
 
 def as_html(trajectory: "Trajectory") -> str:

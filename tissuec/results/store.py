@@ -96,8 +96,8 @@ class Store:
 
     @property
     def content(self) -> access.Group:
-        """Return what was handed to HDF5, to be read."""
-        return access.Group(self.file, str(self.path), {})
+        """Return what the last commit holds, to be read."""
+        return access.Group(self.file, str(self.path), self._sums)
 
     def label(self, path: str, **attributes: str | int | bool) -> None:
         """Give a group or dataset attributes."""
@@ -117,12 +117,20 @@ class Store:
 
     def truncate(self, path: str, rows: int) -> None:
         """Cut a growing dataset, before it is asked for as a column."""
-        dataset: Any = self.file[path]
+        dataset = self._growing(path)
         if len(dataset) == rows:
             return
+        crc = self._sums[path].crc
+        crc = None if crc is None else crc_of(access.array(self.content, path)[:rows])
         dataset.resize(rows, axis=0)
-        crc = None if self._sums[path].crc is None else crc_of(dataset[()])
         self._sums[path] = Sum(str(dataset.dtype), dataset.shape, crc)
+
+    def _growing(self, path: str) -> h5py.Dataset:
+        """Return a dataset that can grow; ResultError if another one has its place."""
+        found: Any = access.dataset(self.content, path).raw
+        if not found.chunks or found.maxshape[0] is not None:
+            access.damaged(str(self.path), f'"{path}" cannot grow')
+        return found
 
     def group(self, path: str) -> h5py.Group:
         """Return the group at ``path``, made if need be."""
@@ -159,7 +167,7 @@ class Store:
             describe(dataset, unit, description)
         found = self._sums.get(path)
         crc = found.crc if found else None if in_parts else 0
-        column = self.columns[path] = Column(self.file[path], crc)
+        column = self.columns[path] = Column(self._growing(path), crc)
         return column
 
     def array(

@@ -131,36 +131,32 @@ class ResultWriter:
         check_replaceable(partial)
         store = Store(partial, "update")
         try:
-            truncate(store, checkpoint)
-            if TWIN_PATH in store.file:  # it was killed after its end
-                store.remove(TWIN_PATH)
-            remove_views(store.file)
-            source = Source(partial.name, access.text(store.content, SCENE))
-            network, recording = (
-                read_network(store.content, source),
-                read_recording(store.content),
-            )
-            mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
-            check_views(partial, [channel.body for channel in recording.surfaces])
-            writer = cls.__new__(cls)
-            writer._begin(
-                store,
-                network,
-                recording,
-                mesh,
-                checkpoint.scene,
-                earlier=checkpoint.wall_time,
-            )
-            running = {"outcome": RUNNING, "finished": False}
-            former = read_manifest(store.content)
-            writer._manifest = former | dict.fromkeys(former.keys() & {"promise"}) | running
-            write_manifest(store, writer._manifest)
+            with access.reading(str(partial), "/"):
+                truncate(store, checkpoint)
+                writer = cls.__new__(cls)
+                writer._take_up(store, checkpoint)
             writer.topology(checkpoint.alive)
             writer.flush()
         except BaseException:
             store.abandon()
             raise
         return writer
+
+    def _take_up(self, store: Store, checkpoint: Checkpoint) -> None:
+        """Set up all that a file holds; what a run that had ended said is left out."""
+        if TWIN_PATH in store.file:
+            store.remove(TWIN_PATH)
+        remove_views(store.file)
+        source = Source(store.path.name, access.text(store.content, SCENE))
+        network, recording = read_network(store.content, source), read_recording(store.content)
+        mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
+        check_views(store.path, [channel.body for channel in recording.surfaces])
+        former = read_manifest(store.content)
+        running = {"outcome": RUNNING, "finished": False}
+        earlier = checkpoint.wall_time
+        self._begin(store, network, recording, mesh, checkpoint.scene, earlier=earlier)
+        self._manifest = former | dict.fromkeys(former.keys() & {"promise"}) | running
+        write_manifest(store, self._manifest)
 
     def _begin(
         self,

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.files import read_bytes
 from tissuec.core.nearby import nearby
+from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
@@ -59,7 +60,7 @@ def read_source(path: Path, name: str | None = None) -> Source:
         CompileError: The file cannot be read, is far too large or is not text. Where there is
             none, the error names one like it.
     """
-    is_named, name = name is not None, name or str(path)
+    is_named, name = name is not None, name or printable(str(path))
     try:
         data = read_bytes(path, LARGEST_FILE, regular=is_named)
         if hint := _of_another_kind(data, name):
