@@ -8,7 +8,7 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, read_words
 from tissuec.provenance import explain_tissue
-from tissuec.results.arrays import read_network
+from tissuec.results.trajectory import Trajectory
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run
@@ -147,8 +147,9 @@ def test_the_result_file_holds_limits_and_tells_crushed_from_torn(tmp_path):
     request = Request(Source("scene.tis", scene()))
     compiled, _ = compile_request(request)
     result = simulate(compiled, tmp_path / "a.vtkhdf", request=request)
+    with Trajectory.open(result.path) as trajectory:
+        network = trajectory.network
     with h5py.File(result.path) as file:
-        network = read_network(file, request.source)
         kinds = [kind.decode() for kind in file["/tissuec/events/kind"][:]]
     assert np.array_equal(network.crush, compiled.network.crush)
     assert kinds == ["crush"]

@@ -78,7 +78,8 @@ GAUSS_WEIGHTS = (
     0.32607257743127307,
     0.17392742256872692,
 )
-CORNER_SHARE = 0.1  # of what a step may be wrong by, for one corner
+# Of what a step may be wrong by, for one corner: what hundreds of corners do adds up.
+CORNER_SHARE = 1e-3
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 MOST_PIECES = 64  # of a step that powers are looked at on
 MOST = 1.7e308

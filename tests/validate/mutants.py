@@ -1,0 +1,323 @@
+"""Faults of one part in a hundred in the engine's forces, and whether ``validate`` sees them.
+
+Every number and every formula in what computes forces is made 1 % larger, one at a time, and a
+scene that runs through it is validated. For a table of all: ``python -m tests.validate.mutants``.
+
+The compiled tier's code runs here without being compiled, which it computes the same by.
+"""
+
+import ast
+import contextlib
+import inspect
+import os
+import pickle
+import signal
+import sys
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+
+import click
+
+from tests.validate.scenes import compiled_scene, silent
+from tissuec.engine import engine, tiers
+from tissuec.engine.binding import Binder
+from tissuec.validate.validation import validate
+
+FACTOR = 1.01
+PATIENCE = 60  # processor time for one mutant [s]; one that takes longer goes astray
+SCENES = {path.stem: path for path in sorted((Path(__file__).parent / "mutated").glob("*.tis"))}
+
+#: What computes forces, by tier: modules, and which functions of them, None for all.
+FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
+    "compiled": {
+        "tissuec.kernels.scalar": ("force", "reeled", "pull_at", "pull_of"),
+        "tissuec.kernels.acts": None,
+        "tissuec.kernels.pressing": None,
+        "tissuec.kernels.reeling": None,
+        "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
+        "tissuec.kernels.rinsing": None,
+        "tissuec.kernels.touching": None,
+    },
+    "interpreted": {
+        "tissuec.kernels.vector": ("force", "_stretch", "_remembering", "_press", "_pull"),
+        "tissuec.contact": (
+            "touches", "_pressed", "pressure", "push", "loss", "_rubbed", "_bristles", "_sliding",
+            "_turning", "steepness",
+        ),
+        "tissuec.inelastic": ("pull", "rates", "lost"),
+        "tissuec.jets": (
+            "add_forces", "_push", "_reach", "_squares", "_facing", "_along", "_left", "_rise",
+        ),
+        "tissuec.shapes.nearest": None,
+    },
+}  # fmt: skip
+#: What may change by 1 % without being wrong, with the reason.
+HARMLESS = {
+    "TINY": "keeps a division finite where a spring has no length",
+    "FLAT": "tells triangles without area from others",
+    "LEAST": "keeps a rate finite where contact begins; see docs/numerics.md",
+    "OUTSIDE": "only the sign of this depth counts",
+}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One number or formula that is made larger.
+
+    Attributes:
+        module: Full name.
+        function: Qualified name, or that of a number of the module.
+        line: Where it stands.
+        place: Which of what can be changed in the function.
+        text: What is made larger.
+    """
+
+    module: str
+    function: str
+    line: int
+    place: int
+    text: str
+
+
+class _Enlarge(ast.NodeTransformer):
+    """Makes one of the numbers and formulas of a function larger, or lists all of them."""
+
+    def __init__(self, place: int | None = None):
+        self.found: list[ast.expr] = []
+        self._place = place
+
+    def _larger(self, node: ast.expr) -> ast.expr:
+        if isinstance(node, ast.Tuple):
+            node.elts = [self._larger(each) for each in node.elts]
+            return node
+        self.found.append(node)
+        if self._place != len(self.found) - 1:
+            return node
+        return ast.BinOp(node, ast.Mult(), ast.Constant(FACTOR))
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        return self._larger(node) if isinstance(node.value, float) and node.value else node
+
+    def visit_Assign(self, node: ast.Assign) -> ast.AST:
+        node.value = self._formula(node.value)
+        return node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
+        node.value = self._formula(node.value)
+        return node
+
+    def visit_Return(self, node: ast.Return) -> ast.AST:
+        if node.value is not None:
+            node.value = self._formula(node.value)
+        return node
+
+    def _formula(self, node: ast.expr) -> ast.expr:
+        visited: ast.expr = self.visit(node)
+        return visited if isinstance(visited, ast.Constant) else self._larger(visited)
+
+
+def mutants_of(name: str, lines: dict[str, set[int]], only: tuple[str, ...] | None) -> list[Mutant]:
+    """Return what can be changed in the lines of a module that were run, by function."""
+    module, found = import_module(name), []
+    for function in functions_of(module):
+        if only is not None and function.__name__ not in only:
+            continue
+        tree, first = _parsed(function)
+        enlarge = _Enlarge()
+        enlarge.visit(tree)
+        for place, node in enumerate(enlarge.found):
+            line = first + node.lineno - 1
+            if line in lines.get(function.__code__.co_filename, set()):
+                found.append(
+                    Mutant(name, function.__qualname__, line, place, ast.unparse(node))
+                )
+    if only is None or name == "tissuec.contact":
+        for constant, value in vars(module).items():
+            if constant.isupper() and isinstance(value, (int, float)) and value not in (0, 1, 2, 3):
+                found.append(Mutant(name, constant, 0, 0, repr(value)))
+    return found
+
+
+def functions_of(module: ModuleType) -> list[FunctionType]:
+    """Return the functions and methods that a module defines."""
+    found = []
+    for value in vars(module).values():
+        if inspect.isfunction(value) and value.__module__ == module.__name__:
+            found.append(value)
+        elif inspect.isclass(value) and value.__module__ == module.__name__:
+            for member in vars(value).values():
+                member = getattr(member, "fget", member)
+                if inspect.isfunction(member) and member.__module__ == module.__name__:
+                    found.append(member)
+    return found
+
+
+def _parsed(function: FunctionType) -> tuple[ast.Module, int]:
+    source, first = inspect.getsourcelines(function)
+    return ast.parse(_dedented(source)), first
+
+
+def _dedented(lines: list[str]) -> str:
+    indent = len(lines[0]) - len(lines[0].lstrip())
+    return "".join(line[indent:] if line.strip() else line for line in lines)
+
+
+def apply(mutant: Mutant) -> None:
+    """Change the running program."""
+    module = import_module(mutant.module)
+    if not mutant.line:
+        setattr(module, mutant.function, getattr(module, mutant.function) * FACTOR)
+        return
+    (function,) = (f for f in functions_of(module) if f.__qualname__ == mutant.function)
+    tree, _ = _parsed(function)
+    changed = ast.fix_missing_locations(_Enlarge(mutant.place).visit(tree))
+    codes = [compile(changed, function.__code__.co_filename, "exec")]
+    while codes[0].co_name != function.__name__:
+        codes = [c for c in codes[0].co_consts if isinstance(c, CodeType)] + codes[1:]
+    function.__code__ = codes[0]
+
+
+def as_if_compiled() -> None:
+    """Let what would be compiled run as it stands."""
+    bound = tiers.bound_drive
+
+    def plain(integrator, features, tier):
+        if tier == "interpreted":
+            return bound(integrator, features, tier)
+        features = tiers.replace(features, moved=True, loaded=True)
+        names = tiers._replaced(integrator, features)
+        names |= {name: getattr(tiers.scalar, name) for name in tiers.OPERATIONS}
+        return Binder(names).bind(tiers.loop.drive)
+
+    engine.bound_drive = plain
+
+
+def lines_run(work: Callable[[], object], modules: list[str]) -> dict[str, set[int]]:
+    """Return which lines of modules some work runs through, by file."""
+    files = {str(import_module(name).__file__) for name in modules}
+    lines: dict[str, set[int]] = {file: set() for file in files}
+
+    def local(frame, event, argument):
+        lines[frame.f_code.co_filename].add(frame.f_lineno)
+        return local
+
+    def begin(frame, event, argument):
+        return local if frame.f_code.co_filename in files else None
+
+    sys.settrace(begin)
+    try:
+        work()
+    finally:
+        sys.settrace(None)
+    return lines
+
+
+def verdict(name: str) -> str:
+    """Return what ``validate`` says of a scene."""
+    found = validate(
+        compiled_scene(SCENES[name].read_text(encoding="utf-8")),
+        method="DOP853", rtol=None, progress=silent,
+    )  # fmt: skip
+    return found.verdict
+
+
+def in_child(work: Callable[[], object]) -> object:
+    """Return the result of some work that a process of its own does, or how that ended."""
+    read, write = os.pipe()
+    child = os.fork()
+    if not child:
+        with contextlib.suppress(BaseException):
+            os.close(read)
+            signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+            try:
+                answer = work()
+            except (TypeError, IndexError, AttributeError, NameError) as error:
+                answer = f"no number: {type(error).__name__}"
+            except BaseException as error:  # noqa: BLE001 - an end like any other
+                answer = f"failed: {type(error).__name__}"
+                if "-v" in sys.argv:
+                    traceback.print_exc()
+            with os.fdopen(write, "wb") as stream:
+                pickle.dump(answer, stream)
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read, "rb") as stream:
+        data = stream.read()
+    os.waitpid(child, 0)
+    return pickle.loads(data) if data else "failed: took too long"  # noqa: S301 - our own
+
+
+def tried(tier: str, scene: str, mutant: Mutant) -> str:
+    """Return what ``validate`` says with a mutant: "kept" is a fault that is not seen."""
+
+    def work() -> str:
+        prepare(tier)
+        apply(mutant)
+        return verdict(scene)
+
+    return str(in_child(work))
+
+
+def prepare(tier: str) -> None:
+    """Choose a tier for this process."""
+    os.environ["TISSUEC_TIER"] = tier
+    if tier == "compiled":
+        as_if_compiled()
+
+
+def found_in(tier: str, scene: str) -> list[Mutant]:
+    """Return the mutants that a scene runs through."""
+
+    def work() -> dict[str, set[int]]:
+        prepare(tier)
+        return lines_run(lambda: verdict(scene), list(FORCES[tier]))
+
+    lines = in_child(work)
+    assert isinstance(lines, dict), (scene, lines)
+    return [m for name, only in FORCES[tier].items() for m in mutants_of(name, lines, only)]
+
+
+@click.command()
+@click.option("--tier", type=click.Choice(list(FORCES)), multiple=True, default=list(FORCES))
+@click.option("--scene", type=click.Choice(list(SCENES)), multiple=True, default=list(SCENES))
+@click.option("--every", default=1, help="Try each so manieth mutant only.")
+@click.option("-v", "verbose", is_flag=True, help="Show each mutant.")
+def main(tier, scene, every, verbose):
+    """Print how many mutants of each module are found out, and those that are not."""
+    for each in tier:
+        tally: dict[str, Counter[str]] = {name: Counter() for name in FORCES[each]}
+        left: dict[Mutant, str] = {}
+        done: set[Mutant] = set()
+        for name in scene:
+            for mutant in found_in(each, name)[::every]:
+                if mutant in done:
+                    continue
+                said = tried(each, name, mutant)
+                if verbose:
+                    print(name, mutant, said, flush=True)
+                if said == "kept":
+                    left[mutant] = name  # another scene may tell
+                    continue
+                left.pop(mutant, None)
+                done.add(mutant)
+                kind = "no number" if said.startswith("no number") else "found"
+                tally[mutant.module][kind] += 1
+        for mutant in left:
+            excused = mutant.function in HARMLESS
+            tally[mutant.module]["harmless" if excused else "not found"] += 1
+        print(f"\n{each}: {'':21} found  not found  harmless  no number")
+        for module, counts in tally.items():
+            row = (counts[k] for k in ("found", "not found", "harmless", "no number"))
+            print(f"{module:33}" + "".join(f"{count:10}" for count in row))
+        for mutant, name in left.items():
+            if mutant.function not in HARMLESS:
+                print(f"  {mutant.module}:{mutant.line} {mutant.function}: {mutant.text}  ({name})")
+
+
+if __name__ == "__main__":
+    main()
