@@ -23,9 +23,11 @@ from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
 from tissuec.compiling.threads import renumbered
 from tissuec.compiling.touching import contact_of, with_tools
+from tissuec.core.units import LENGTH, show
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import Expect, key_of
 from tissuec.laws import LINEAR
+from tissuec.laws.evaluation import Behaviour
 from tissuec.lesson import Lesson
 from tissuec.meshes import Celled
 from tissuec.network import BodyPart, Indices, JointPart, Network, Provenance
@@ -108,6 +110,7 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     joined = join(built, joints if is_whole else ())
     network = with_memory(with_tools(joined, tools, scene.environment))
     _refuse_method(scene, network, findings)
+    _refuse_forces(network, findings)
     groups.choose_all()
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
@@ -132,6 +135,26 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
         scene.simulation.span,
         hint="write integrator is automatic, or an explicit one such as dop853",
     )
+
+
+def _refuse_forces(network: Network, findings: Findings) -> None:
+    """Reject laws whose force is no number for springs as they are drawn."""
+    if len(network.laws) == 1:
+        return
+    between = np.diff(network.position[network.ends], axis=1)[:, 0]
+    elongation = np.linalg.norm(between, axis=1) - network.rest
+    force = Behaviour(
+        network.laws, network.law, network.stiffness, network.damping, network.rest
+    ).pull(elongation)
+    for spring in np.flatnonzero(~np.isfinite(force))[:1]:
+        owner, drawn = network.owner(spring), show(float(elongation[spring]), LENGTH)
+        findings.add(
+            "TIS504",
+            f"the force of spring {network.spring_ids[spring]} of {owner.name} is no number "
+            f"as it is drawn, {drawn} longer than at rest",
+            owner.span,
+            hint="use a law that grows less, or draw the spring nearer to its rest length",
+        )
 
 
 def _is_implicit(name: str) -> bool:
@@ -283,9 +306,9 @@ def _plan(
         )
         script = reader.read(single["script"].items)
         if script.is_whole:  # else what was left out may hold what is moved or released
-            findings.extend(
-                check_holds(script.events, network.tools, certain=not script.triggers)
-            )
+            shaped = all(tool.entries is not None for tool in scene.tools.values())
+            certain = shaped and not script.triggers
+            findings.extend(check_holds(script.events, network.tools, certain=certain))
         for action in (event.action for event in _events(script)):
             if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)

@@ -1,5 +1,7 @@
 """Every law by name: force, stiffness and energy belong together; each has its own shape."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -126,3 +128,12 @@ def test_a_power_below_one_is_infinitely_stiff_at_rest_and_estimates_leave_it_ou
     with np.errstate(divide="ignore"):
         assert np.isinf(springs.brake_slope(np.zeros(1)))[0]
         assert springs.sluggishness(np.zeros(1))[0] == 0.0
+
+
+def test_a_law_that_overflows_is_infinite_and_warns_nobody():
+    law = Law("steep", apply("exp", (1e6 * Variable("e"),)), LINEAR.viscous)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = behaviour(law, 2)
+        assert np.isinf(found.pull(np.array([1.0, 2.0]))).all()
+        assert not np.isfinite(found.energy(np.array([1.0, 2.0]))).any()

@@ -54,7 +54,8 @@ def check_holds(
     Args:
         events: In the order in which they happen.
         tools: Those that have a shape, and so move something always.
-        certain: False if conditions may add grasps, so that a missing one is no mistake.
+        certain: False if conditions may add grasps, or tools that are wrong may have shapes, so
+            that a missing one is no mistake.
     """
     story = _Story(tools, certain)
     said: set[tuple[str, Span | None]] = set()  # a repeated sentence is reported once

@@ -116,10 +116,14 @@ class Behaviour:
         return total
 
     def _with(self, linear: Floats, at: Floats, name: str, of) -> Floats:
-        """Return values of linear springs with those of others put in their places."""
-        for law, chosen in self._curved:
-            values = self._values(chosen) | {name: at[..., chosen]}
-            linear[..., chosen] = of(law).at(values)
+        """Return values of linear springs with those of others put in their places.
+
+        What is too large becomes infinite, which whoever asks has to look for.
+        """
+        with np.errstate(all="ignore"):
+            for law, chosen in self._curved:
+                values = self._values(chosen) | {name: at[..., chosen]}
+                linear[..., chosen] = of(law).at(values)
         return linear
 
     def _values(self, chosen: NDArray[np.intp]) -> dict[str, Floats]:
@@ -172,10 +176,11 @@ def _integral(force: Formula, upper: Floats, values: Values) -> Floats:
     ends = np.array([np.zeros_like(upper), *found, upper])
     ends = np.take_along_axis(ends, np.argsort(np.abs(ends), axis=0), axis=0)
     total = np.zeros_like(upper)
-    for low, high in itertools.pairwise(ends):
-        for point, weight in zip(*_gauss(), strict=True):
-            e = low + point**3 * (high - low)
-            total += 3.0 * weight * point**2 * (high - low) * force.at({**values, "e": e})
+    with np.errstate(all="ignore"):
+        for low, high in itertools.pairwise(ends):
+            for point, weight in zip(*_gauss(), strict=True):
+                e = low + point**3 * (high - low)
+                total += 3.0 * weight * point**2 * (high - low) * force.at({**values, "e": e})
     return total
 
 

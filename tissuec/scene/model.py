@@ -199,8 +199,11 @@ class Tool:
 
     @property
     def holds_nodes(self) -> bool:
-        """Return whether it can hold nodes: those of its shape, or those that it grasps."""
-        return bool(self.shapes) or self.kind in ("forceps", "")
+        """Return whether it can hold nodes: those of its shape, or those that it grasps.
+
+        One that is wrong may have had a shape.
+        """
+        return bool(self.shapes) or self.kind == "forceps" or self.entries is None
 
     def may_be(self, kind: str) -> bool:
         """Return whether this tool is of a kind, as far as its kind is known."""
