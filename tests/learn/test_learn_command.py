@@ -97,6 +97,19 @@ def test_what_is_not_identified_is_written_only_if_told_so(here, call, anyway):
     assert (here / "learned/gum.tis.learning").exists() is not anyway
 
 
+def test_what_is_no_answer_exits_with_1_and_is_not_written(here, call):
+    learner = Learner(failure="the error is 98 %, and so on")
+    code, _, err = call(learner, "scene.tis")
+    assert code == 1 and not (here / "learned/gum.tis").exists()
+    assert "FAILED: the error is 98 %, and so on, and so nothing is written" in err
+    code, out, _ = call(learner, "scene.tis", "--anyway", "--json")
+    document = json.loads(out)
+    assert code == 1 and document["failure"] == "the error is 98 %, and so on"
+    assert not document["ok"] and document["written"] == ["learned/gum.tis"]
+    text = (here / "learned/gum.tis").read_text()
+    assert "FAILED: the error is 98 %" in text
+
+
 def test_passes_that_ran_out_exit_with_1(here, call):
     changes = {"converged": False, "reason": "200 passes are over"}
     code, out, err = call(Learner(**changes), "scene.tis")

@@ -25,7 +25,9 @@ def motion_of(scene, name, step, times):
     order = Order.of(network, 0)
     vector = order.vector(network)
     bound = kernels(network.laws, 0)
-    chosen = choose(name, step, network, scene.plan, 0.05, network.laws, bound)
+    chosen = choose(
+        name, step, network, plan=scene.plan, duration=0.05, laws=network.laws, kernels=bound
+    )
     course = Freezer(scene.plan, chosen.stepping, order, step).course(network, vector, 0.05)
     return Motion(course, chosen.stepping, order, step, times), vector
 

@@ -134,7 +134,15 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
     bound = kernels(shaping.laws, shaping.order.sizes["constants"])
     stop = max(one.times[-1] for one in all_series)
     network = compiled.network
-    chosen = choose(method, step, network, compiled.plan, stop, shaping.laws, bound)
+    chosen = choose(
+        method,
+        step,
+        network,
+        plan=compiled.plan,
+        duration=stop,
+        laws=shaping.laws,
+        kernels=bound,
+    )
     looks = tuple(look_of(one.fit, one.nodes, bound) for one in all_series)
     model = Moving(shaping, tuple(all_series), looks, *chosen)
     model.freeze(np.zeros(shaping.size))

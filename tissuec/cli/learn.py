@@ -66,7 +66,7 @@ class Wishes:
 @click.option(
     "--fresh", is_flag=True, help="Forget what an interrupted learning kept, and begin anew."
 )
-@click.option("--anyway", is_flag=True, help="Write also numbers that the data does not tell.")
+@click.option("--anyway", is_flag=True, help="Write also numbers that are no answer.")
 @click.option("--force", is_flag=True, help="Replace files that learning did not write.")
 @click.option(
     "--check-gradient",
@@ -90,8 +90,9 @@ def command(
     NAME is that of one block; without it, all are learnt in their order. What is learnt is told
     with how sure it is, and written as a preset, which scenes use like any other. After an
     interruption the same command goes on. Exit code: 0 done; 1 an expectation failed, the
-    passes ran out, or the data does not tell all numbers, and then nothing is written; 2 the
-    text or the data is wrong; 3 the motion could not be computed; 130 interrupted.
+    passes ran out, or the numbers are no answer (the data does not tell them all, or is not
+    met), and then nothing is written; 2 the text or the data is wrong; 3 the motion could not
+    be computed; 130 interrupted.
     """
     from tissuec.pipeline import Request, compile_request
 
@@ -222,7 +223,10 @@ def _learn(
         _tell(learnt, moved, settings)
         if wishes.diff:
             click.echo("".join(differences(scene, learnt.words)), nl=False)
-    may_write = is_identified(learnt) or wishes.anyway
+    doubt = learnt.failure
+    if not doubt and not is_identified(learnt):
+        doubt = "the data does not tell all numbers"
+    may_write = wishes.anyway or not doubt
     document["written"] = _write(
         learnt, compiled, request, target if may_write else None, wishes, settings
     )
@@ -230,8 +234,13 @@ def _learn(
         state.unlink(missing_ok=True)
     if not may_write and not settings.json:
         lost = "" if target is None else ", and so nothing is written (--anyway writes it)"
-        echo(f"FAILED: the data does not tell all numbers{lost}", err=True)
-    fine = may_write and learnt.converged and all(one.holds for one in judged(learnt))
+        echo(f"FAILED: {doubt}{lost}", err=True)
+    fine = (
+        may_write
+        and not learnt.failure
+        and learnt.converged
+        and all(one.holds for one in judged(learnt))
+    )
     return DONE if fine else FAILED, document
 
 

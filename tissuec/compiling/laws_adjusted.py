@@ -61,7 +61,9 @@ def force_with_params(law: WrittenLaw, scene: Scene, params: Mapping[str, Formul
     kind = next(kind for kind in LAW_KINDS if kind.formula == written.name.key)
     own = {**kind.names, written.argument.value.key: (kind.argument, kind.dimension)}
     known = {s.key_of(name): (f"param {s.key_of(name)}", units.NUMBER) for name in params}
-    formula = FormulaScope(scene.constants, {**known, **own}).formula(written.value)
+    exponents = [name for name, _ in known.values()]
+    scope = FormulaScope(scene.constants, {**known, **own}, exponents)
+    formula = scope.formula(written.value)
     return replaced(formula, {f"param {s.key_of(n)}": value for n, value in params.items()})
 
 

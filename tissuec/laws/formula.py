@@ -67,8 +67,8 @@ class Formula:
     def __rtruediv__(self, other: float) -> "Formula":
         return _divide(as_formula(other), self)
 
-    def __pow__(self, exponent: float) -> "Formula":
-        return _raise(self, float(exponent))
+    def __pow__(self, exponent: "Formula | float") -> "Formula":
+        return _raise(self, as_formula(exponent))
 
     def __neg__(self) -> "Formula":
         return _multiply(Constant(-1.0), self)
@@ -188,6 +188,33 @@ class Power(Formula):
 
 
 @dataclass(frozen=True, slots=True)
+class VariablePower(Formula):
+    """A formula that is not negative to the power of another one: of what learning changes."""
+
+    base: Formula
+    exponent: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.base, self.exponent
+
+    def at(self, values: Values) -> Any:
+        return np.asarray(self.base.at(values), dtype=float) ** self.exponent.at(values)
+
+    def slope(self, name: str) -> Formula:
+        outer = self.exponent * self.base ** (self.exponent - 1.0) * self.base.slope(name)
+        inner = self.exponent.slope(name)
+        if inner == ZERO:
+            return outer
+        # x^n log x goes to 0 with x, where the logarithm has no value.
+        grown = self * Applied("log", self.base) * inner
+        return outer + Choice(self.base - _SMALLEST, grown, ZERO)
+
+    def code(self) -> str:
+        return f"({self.base.code()} ** {self.exponent.code()})"
+
+
+@dataclass(frozen=True, slots=True)
 class Applied(Formula):
     """A smooth function of a formula."""
 
@@ -289,6 +316,7 @@ class Spline(Formula):
 
 
 ZERO, ONE = Constant(0.0), Constant(1.0)
+_SMALLEST = 1e-300  # whose logarithm is taken
 
 
 def as_formula(value: "Formula | float") -> Formula:
@@ -398,7 +426,9 @@ def _divide(above: Formula, below: Formula) -> Formula:
     return Quotient(above, below)
 
 
-def _raise(base: Formula, exponent: float) -> Formula:
-    if exponent == 0.0:
+def _raise(base: Formula, exponent: Formula) -> Formula:
+    if not isinstance(exponent, Constant):
+        return VariablePower(base, exponent)
+    if exponent == ZERO:
         return ONE
-    return base if exponent == 1.0 else Power(base, exponent)
+    return base if exponent == ONE else Power(base, exponent.value)

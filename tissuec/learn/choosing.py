@@ -41,7 +41,7 @@ class Chosen(NamedTuple):
 
 
 def choose(
-    name: str, step: float | None, network: Network, plan: Plan, duration: float,
+    name: str, step: float | None, network: Network, *, plan: Plan, duration: float,
     laws: tuple[Law, ...], kernels: Kernels,
 ) -> Chosen:  # fmt: skip
     """Return how to step.

@@ -4,7 +4,12 @@ With J the derivatives of what was measured, in units of its noise, by the param
 unbiased estimate has a smaller covariance than (JᵀJ)⁻¹: the bound of Cramér and Rao. Least
 squares come to it where the noise is Gaussian and small enough for the model to be linear.
 Singular vectors of J whose singular values are as good as none are combinations that the data
-does not tell. (A. Raue et al., Bioinformatics 25:1923, 2009, on identifiability.)
+does not tell; those with small ones are hidden by its noise. (A. Raue et al., Bioinformatics
+25:1923, 2009, on identifiability.)
+
+To that comes what is no noise: how far the errors of the steps shift the estimates, and, where
+residuals are correlated in time, that they tell less than as many independent ones: with a
+correlation r of neighbours, as if there were (1 - r) / (1 + r) of them.
 """
 
 from collections.abc import Sequence
@@ -24,6 +29,7 @@ ROUNDING = 1e-7  # of the largest singular value: derivatives are no better than
 VAGUE = 1.0  # standard deviation of a logarithm from which nothing is known: a factor e
 SHARE = 1e-3  # of a parameter's square in blind combinations: less says it is known
 SURE = 0.95
+MOST_CORRELATED = 0.99
 SHOWN = 6  # names or factors in a sentence
 SCALED = ("mass", "spring constant", "viscosity")
 
@@ -34,7 +40,7 @@ class Sureness(NamedTuple):
     Attributes:
         singular: Singular values of J, descending, shape (parameter,).
         spread: Standard deviations of the parameters, shape (parameter,).
-        quantile: By how many of them the interval reaches to either side.
+        away: How far the interval reaches to either side, shape (parameter,).
         identified: Whether the data tells a parameter, shape (parameter,).
         blind: Combinations that it does not tell.
         noise: Standard deviation of each fit in SI units, shape (fit,).
@@ -42,14 +48,18 @@ class Sureness(NamedTuple):
 
     singular: Floats
     spread: Floats
-    quantile: float
+    away: Floats
     identified: NDArray[np.bool_]
     blind: tuple[Blind, ...]
     noise: Floats
 
 
 def judge(
-    problem: Problem, theta: Floats, names: Sequence[str], kinds: Sequence[str]
+    problem: Problem,
+    theta: Floats,
+    names: Sequence[str],
+    kinds: Sequence[str],
+    step_error: Floats | None = None,
 ) -> Sureness:
     """Return how sure some parameters are.
 
@@ -57,6 +67,7 @@ def judge(
         theta: Where the search ended, its whole horizon in use.
         names: Of the parameters.
         kinds: What each is, such as "spring constant".
+        step_error: Of all predictions in SI units, shape (number,).
     """
     left, before = problem.left(theta), problem.noise
     rows = problem.jacobian(theta)
@@ -64,18 +75,37 @@ def judge(
     weighed = len(left)
     own = rows[:weighed] * (before / noise)[problem.fits][:, None]
     others = rows[weighed : weighed + len(problem.priors)]
-    _, singular, turned = svd(np.concatenate([own, others]), full_matrices=False)
+    sides, singular, turned = svd(np.concatenate([own, others]), full_matrices=False)
     singular = np.pad(singular, (0, problem.size - len(singular)))
     turned = np.concatenate([turned, _completed(turned, problem.size)])
-    is_blind = (singular <= ROUNDING * singular[0]) | (singular * VAGUE <= 1.0)
-    unseen = np.square(turned[is_blind]).sum(axis=0)
-    seen = turned[~is_blind]
-    spread = np.sqrt(np.square(seen / singular[~is_blind, None]).sum(axis=0))
+    is_dark = singular <= ROUNDING * singular[0]
+    is_vague = ~is_dark & (singular * VAGUE <= 1.0)
+    told = ~(is_dark | is_vague)
+    unseen = np.square(turned[~told]).sum(axis=0)
+    inverse = turned[told] / singular[told, None]
+    spread = np.sqrt(np.square(inverse).sum(axis=0))
     identified = unseen < SHARE
     spread[~identified] = np.inf
-    blind = tuple(_blind(turned[is_blind], singular[is_blind], names, kinds))
+    blind = [
+        *_blind(turned[is_dark], singular[is_dark], names, kinds),
+        *_hidden(turned[is_vague], singular[is_vague], names),
+    ]
     quantile = float(student.ppf(0.5 + 0.5 * SURE, max(freedom, 1)))
-    return Sureness(singular, spread, quantile, identified, blind, noise)
+    away = quantile * spread * _fewer(problem, theta)
+    if step_error is not None:
+        shift = np.zeros(len(own) + len(others))
+        shift[:weighed] = (step_error / noise[problem.fit_of])[problem.counted]
+        away += np.abs((sides.T @ shift)[told[: sides.shape[1]]] @ inverse)
+    return Sureness(singular, spread, away, identified, tuple(blind), noise)
+
+
+def _fewer(problem: Problem, theta: Floats) -> float:
+    """Return by which factor correlated residuals widen an interval."""
+    found = problem.structure(theta)
+    if not found.is_significant:
+        return 1.0
+    correlation = min(found.correlation, MOST_CORRELATED)
+    return float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 
 def _noise(problem: Problem, left: Floats, parameters: int) -> tuple[Floats, int]:
@@ -109,6 +139,8 @@ def _blind(
         space: Orthonormal, shape (direction, parameter).
     """
     spread = float(1.0 / singular.max()) if len(singular) and singular.max() > 0 else np.inf
+    if not len(space):
+        return []
     found: list[Blind] = []
     alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
     if len(alone):
@@ -122,6 +154,33 @@ def _blind(
             space = _without(space, together[None])
     found += [_mixture(row, names, spread) for row in _plain(space)]
     return found
+
+
+def _hidden(space: Floats, singular: Floats, names: Sequence[str]) -> list[Blind]:
+    """Return the combinations that the noise of the data hides, the plainest first."""
+    if not len(space):
+        return []
+    spread = float(1.0 / singular.max())
+    found: list[Blind] = []
+    alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
+    if len(alone):
+        verb = "is" if len(alone) == 1 else "are"
+        listed = _listed([names[k] for k in alone.tolist()])
+        sentence = f"{counted(len(alone), 'number')} {verb} hidden by the noise: {listed}"
+        found.append(Blind(sentence, _CLEARER, spread))
+        space = _without(space, np.eye(space.shape[1])[alone])
+    for row in _plain(space):
+        mixed = _mixture(row, names, spread)
+        found.append(Blind(f"hidden by the noise: {mixed.sentence}", _CLEARER, spread))
+    return found
+
+
+_CLEARER = "measure longer, more precisely or where they act, or give one of them"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
 
 
 def _without(space: Floats, known: Floats) -> Floats:
@@ -144,12 +203,10 @@ def _plain(space: Floats) -> Floats:
 
 
 def _alone(names: Sequence[str], spread: float) -> Blind:
-    shown = ", ".join(names[:SHOWN])
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     verb = "has" if len(names) == 1 else "have"
     return Blind(
         f"{counted(len(names), 'number')} {verb} no influence on what was measured: "
-        f"{shown}{more}",
+        f"{_listed(names)}",
         "leave them out of adjust, or measure where they act",
         spread,
     )

@@ -3,13 +3,14 @@
 import hashlib
 import os
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
-from tissuec.learn.fitting import Standing
+from tissuec.learn.fitting import SearchState
 from tissuec.learn.session import Session
 from tissuec.pipeline import Request
 from tissuec.results.manifest import versions
@@ -31,33 +32,28 @@ def key_of(session: Session, request: Request, texts: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
-def keep(path: Path, key: str, standing: Standing) -> None:
+def keep(path: Path, key: str, state: SearchState) -> None:
     """Write where a search stands; the file is whole at any moment."""
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_name(path.name + ".new")
     with half.open("wb") as file:
-        np.savez(file, key=key, **asdict(standing))
+        np.savez(file, key=key, **asdict(state))
     os.replace(half, path)
 
 
-def kept(path: Path, key: str) -> Standing | None:
+def kept(path: Path, key: str) -> SearchState | None:
     """Return where a search of the same learning stood; None without one."""
     try:
         with np.load(path, allow_pickle=False) as file:
             if str(file["key"]) != key:
                 return None
-            return Standing(
-                theta=file["theta"],
-                horizon=int(file["horizon"]),
-                passes=int(file["passes"]),
-                error=float(file["error"]),
-                noise=file["noise"],
-                evaluations=int(file["evaluations"]),
-                rounds=int(file["rounds"]),
-                rest=float(file["rest"]),
-                tries=int(file["tries"]),
-                reason=str(file["reason"]),
-                converged=bool(file["converged"]),
+            return SearchState(
+                **{one.name: _value(file[one.name]) for one in fields(SearchState)}
             )
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None
+
+
+def _value(array: np.ndarray) -> Any:
+    """Return a plain value as such, and not as an array without axes."""
+    return array if array.ndim else array.item()

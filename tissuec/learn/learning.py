@@ -11,21 +11,24 @@ from numpy.typing import NDArray
 from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
-from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, Standing
+from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, SearchState
 from tissuec.learn.judging import SHOWN, Sureness, judge
 from tissuec.learn.keeping import keep, kept, key_of
+from tissuec.learn.misfit import misfit, remark
 from tissuec.learn.models.moving import Moving
 from tissuec.learn.motion import Diverged
 from tissuec.learn.outcome import Estimates, Fitted, Learnt
 from tissuec.learn.problem import Problem, Trial
 from tissuec.learn.revising import revised
 from tissuec.learn.session import Session, prepare
+from tissuec.learn.starts import sample
 from tissuec.lesson import Lesson
 from tissuec.network import Floats
 from tissuec.pipeline import Request
 
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of differences, in parameters
 AGREED = 1e-9  # of a derivative: differences with two steps that agree so well are believed
+SAMPLED = (0.25, 1.0)  # parts of the data on which random starts are judged
 NEAR_LIMIT = 1e-3  # of a parameter: the search stays that far inside
 
 
@@ -87,36 +90,37 @@ def learn(
     )
     firsts: dict[tuple[int, int], float] = {}
 
-    def passed(standing: Standing) -> None:
+    def passed(now: SearchState) -> None:
         if state is not None:
-            keep(state, key, standing)
+            keep(state, key, now)
         if progress is None:
             return
-        first = firsts.setdefault((standing.horizon, standing.rounds), standing.error)
-        held_out = None if judges is None else _relative(judges, standing.theta)
-        part, seconds = HORIZONS[standing.horizon], clock.monotonic() - began
-        progress(
-            Progress(
-                standing.passes, lesson.passes, part, standing.error, first, held_out, seconds
-            )
-        )
+        first = firsts.setdefault((now.horizon, now.rounds), now.error)
+        held_out = None if judges is None else _relative(judges, now.theta)
+        part, seconds = HORIZONS[now.horizon], clock.monotonic() - began
+        progress(Progress(now.passes, lesson.passes, part, now.error, first, held_out, seconds))
 
-    search = Search(problem, session.bounds(problem), passed)
+    bounds = session.bounds(problem)
+    search = Search(
+        problem, bounds, passed, lambda: sample(problem, session.shaping, bounds, SAMPLED)
+    )
     try:
         before = None if fresh or state is None else kept(state, key)
-        standing = search.go(before or search.begin())
+        end = search.go(before or search.begin())
         first_error = _first_error(problem)
-        error = problem.error_at(standing.theta)
-        sureness = judge(problem, standing.theta, *_names(session, problem))
-        fitted = tuple(_fitted(session, problem, standing.theta))
-        stepping, stepping_error = _stepping(session, problem, standing.theta)
+        error = problem.error_at(end.theta)
+        step_error = _step_error(problem, end.theta)
+        stepping, stepping_error = _stepping(problem, end.theta, step_error)
+        sureness = judge(problem, end.theta, *_names(session, problem), step_error)
+        failure, structure = misfit(problem, end.theta), remark(problem, end.theta)
+        fitted = tuple(_fitted(session, problem, end.theta))
     except Diverged as failure:
         raise Unlearnable(str(failure)) from failure
-    words = revised(session, request, problem, standing.theta)
+    words = revised(session, request, problem, end.theta)
     return Learnt(
         lesson=lesson,
-        estimates=tuple(_estimates(session, standing.theta, sureness)),
-        zeros={lesson.fits[k].text: problem.zero(standing.theta, k) for k in problem.zeroed},
+        estimates=tuple(_estimates(session, end.theta, sureness)),
+        zeros={lesson.fits[k].text: problem.zero(end.theta, k) for k in problem.zeroed},
         error=error,
         first_error=first_error,
         fitted=fitted,
@@ -126,12 +130,17 @@ def learn(
         method=_method(session, search),
         stepping=stepping,
         stepping_error=stepping_error,
-        passes=standing.passes,
-        evaluations=standing.evaluations,
-        reason=standing.reason,
-        converged=standing.converged,
+        passes=end.passes,
+        evaluations=end.evaluations,
+        reason=end.reason,
+        converged=end.converged,
+        failure=failure,
         wall_time=clock.monotonic() - began,
-        notes=(*_notes(session, standing.theta, stepping_error), *words.sentences),
+        notes=(
+            *filter(None, [structure]),
+            *_notes(session, end.theta, stepping_error),
+            *words.sentences,
+        ),
         words=words.texts,
     )
 
@@ -216,7 +225,7 @@ def _names(session: Session, problem: Problem) -> tuple[list[str], list[str]]:
 def _estimates(session: Session, theta: Floats, sureness: Sureness) -> Iterator[Estimates]:
     for number, block in enumerate(session.shaping.blocks):
         part = session.shaping.place(number)
-        here, away = theta[part], sureness.quantile * sureness.spread[part]
+        here, away = theta[part], sureness.away[part]
         known = sureness.identified[part]
         with np.errstate(over="ignore"):
             low, high = block.value(here - away), block.value(here + away)
@@ -270,32 +279,36 @@ def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
         yield Fitted(experiment.name, held_out, len(left), error, rest, experiment.digest)
 
 
-def _stepping(session: Session, problem: Problem, theta: Floats) -> tuple[str, float]:
-    """Return how motions were stepped, and how far they are from those of half the steps."""
-    found, worst = "", 0.0
-    for trial in session.learning:
+def _step_error(problem: Problem, theta: Floats) -> Floats:
+    """Return how far all predictions are from those of other steps, shape (number,)."""
+    own = theta[: problem.own]
+    parts = [trial.model.step_error(own) for trial in problem.trials]
+    return np.concatenate([np.zeros(0), *parts])
+
+
+def _stepping(problem: Problem, theta: Floats, errors: Floats) -> tuple[str, float]:
+    """Return how motions were stepped, and the largest error as a part of what was measured.
+
+    Args:
+        errors: Of the steps, of all predictions, shape (number,).
+    """
+    found, worst, start = "", 0.0, 0
+    for trial in problem.trials:
         model = trial.model
         if not isinstance(model, Moving):
+            start += len(model.predict(theta[: problem.own]))
             continue
         step = f"{model.motion.steps} steps of at most {show(model.motion.longest, TIME)}"
-        found, own = f"{model.stepping.name}, {step}", theta[: problem.own]
-        finer = Moving(
-            model.shaping, model.series, model.looks, model.stepping, 0.5 * model.motion.longest
-        )
-        try:
-            finer.freeze(own)
-            fine, coarse = finer.predict(own), model.predict(own)
-        except Diverged:
-            worst = np.inf
-            continue
+        found, predicted = f"{model.stepping.name}, {step}", model.predict(theta[: problem.own])
         for one, slot in zip(model.series, model.slots, strict=True):
             mine = slice(slot.start, slot.start + slot.rows * slot.width)
             seen = one.values[np.isfinite(one.values)]
             # Each in its own unit; what hardly moves is held against what was measured.
-            both = [values for values in (coarse[mine], seen) if len(values)]
+            both = [values for values in (predicted[mine], seen) if len(values)]
             span = max((float(np.ptp(v)) or float(np.abs(v).max()) for v in both), default=0.0)
-            apart = float(np.abs(fine[mine] - coarse[mine]).max(initial=0.0))
+            apart = float(errors[start:][mine].max(initial=0.0))
             worst = max(worst, apart / (span or 1.0))
+        start += model.size
     return found, worst
 
 

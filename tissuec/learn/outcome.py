@@ -93,6 +93,8 @@ class Learnt:
         passes, evaluations: What was used.
         reason: Why it ended.
         converged: Whether that was not because the passes ran out.
+        failure: Why it is no answer although it ended: what is left is too large, or no noise;
+            empty if it is one.
         wall_time: [s].
         notes: What else is to be known.
         words: New text of vocabularies by the name of their file, where words were adjusted or
@@ -117,4 +119,5 @@ class Learnt:
     converged: bool
     wall_time: float
     notes: tuple[str, ...] = ()
+    failure: str = ""
     words: Mapping[str, str] = field(default_factory=dict)

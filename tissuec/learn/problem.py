@@ -10,15 +10,22 @@ not tell.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.errors import TissueError
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.models import Model, measured, slots_of
+from tissuec.learn.motion import Diverged
 from tissuec.learn.priors import Prior
 from tissuec.lesson import Lesson
 from tissuec.network import Floats
+
+REACH = 2.0  # of logarithms: a factor of 7
+LIMIT = 3.0  # standard deviations of what is left, beyond which it counts as such
+CORRELATED = 0.3  # of neighbouring residuals: more is structure, if it is significant
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +36,25 @@ class Trial:
     model: Model
 
 
+class Structure(NamedTuple):
+    """What residuals are like.
+
+    Attributes:
+        correlation: Of a residual with the one in the next row.
+        pairs: How many of them there are.
+        size: Root of the mean square of residuals.
+    """
+
+    correlation: float
+    pairs: int
+    size: float
+
+    @property
+    def is_significant(self) -> bool:
+        """Tell whether the correlation is more than that of noise may well be."""
+        return self.correlation > CORRELATED + 3.0 / np.sqrt(max(self.pairs, 1))
+
+
 class Problem:
     """Residuals of all experiments as a function of parameters and zeros.
 
@@ -36,8 +62,11 @@ class Problem:
     ``zeros`` (of how far the data deviates from its mean, where not given).
 
     Attributes:
+        fit_of: Place in the lesson of the fit of each number, shape (number,).
         noise: Standard deviation by which each fit is measured, by its place in the lesson.
-        faint: Weight of every parameter that begins at 0.
+        reaches: By how much each parameter may well differ from its start, shape (parameter,):
+            a factor of 7 where nothing else is given; infinite for zeros.
+        faint: Weight with which each parameter is drawn to its start, shape (parameter,).
         trust: Factor of what was expected: 0 as long as the noise is not known, against which
             it is weighed.
     """
@@ -50,6 +79,7 @@ class Problem:
         priors: Sequence[Prior] = (),
         *,
         zeros: Floats | None = None,
+        reaches: Floats | None = None,
     ):
         self.lesson, self.trials, self.own = lesson, tuple(trials), parameters
         self.priors = tuple(priors)
@@ -58,12 +88,14 @@ class Problem:
         self.data = np.concatenate(
             [np.zeros(0), *(measured(t.experiment.series) for t in trials)]
         )
-        self._fit = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
+        self.fit_of = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
         self._time = np.concatenate([np.zeros(0), *self._of_times()])
         self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
         self.unit_of_zero = self.spread if zeros is None else zeros
         self.noise = self.first_noise()
-        self.stop, self.faint, self.trust = np.inf, 0.0, 1.0
+        own = np.full(parameters, REACH) if reaches is None else reaches
+        self.reaches = np.concatenate([own, np.full(len(self.zeroed), np.inf)])
+        self.stop, self.faint, self.trust = np.inf, np.zeros(self.size), 1.0
         self.evaluations = 0
 
     def first_noise(self) -> Floats:
@@ -99,7 +131,7 @@ class Problem:
     @property
     def fits(self) -> NDArray[np.int64]:
         """Return the place in the lesson of the fit of each counted number."""
-        return self._fit[self.counted]
+        return self.fit_of[self.counted]
 
     def many_until(self, time: float) -> int:
         """Return how many numbers were measured up to a time [s]."""
@@ -109,7 +141,7 @@ class Problem:
         """Return all predictions with their zeros, in SI units, shape (number,)."""
         self.evaluations += 1
         parts = [trial.model.predict(theta[: self.own]) for trial in self.trials]
-        return np.concatenate([np.zeros(0), *parts]) + self._zeros(theta)[self._fit]
+        return np.concatenate([np.zeros(0), *parts]) + self._zeros(theta)[self.fit_of]
 
     def left(self, theta: Floats) -> Floats:
         """Return predictions less measurements in SI units, shape (counted,)."""
@@ -120,6 +152,43 @@ class Problem:
         left = self.left(theta) / self.spread[self.fits]
         with np.errstate(over="ignore"):
             return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+
+    def rms(self, theta: Floats) -> float:
+        """Return the root of the mean square of what is left in units of the noise."""
+        left = self._scale * self.left(theta)
+        return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+
+    def structure(self, theta: Floats, limit: float = np.inf) -> Structure:
+        """Return what residuals are like, in units of how far data deviates from its mean.
+
+        Args:
+            limit: Robust standard deviations; residuals beyond count as that many. With it,
+                outliers do not hide what has a structure.
+        """
+        left = np.full(len(self.data), np.nan)
+        left[self.counted] = self.left(theta) / self.spread[self.fits]
+        products, squares, pairs, clipped = 0.0, 0.0, 0, []
+        for rows in self._of_series(left):
+            known = rows[np.isfinite(rows)]
+            size = 1.4826 * float(np.median(np.abs(known))) if len(known) else 0.0
+            rows = np.clip(rows, -limit * size, limit * size) if size > 0.0 else rows
+            product, square = rows[1:] * rows[:-1], 0.5 * (rows[1:] ** 2 + rows[:-1] ** 2)
+            both = np.isfinite(product)
+            products, squares = products + product[both].sum(), squares + square[both].sum()
+            pairs += int(both.sum())
+            clipped.append(rows[np.isfinite(rows)])
+        every = np.concatenate([np.zeros(0), *clipped])
+        size = float(np.sqrt(np.mean(every**2))) if len(every) else 0.0
+        return Structure(float(products / squares) if squares > 0.0 else 0.0, pairs, size)
+
+    def is_structured(self, theta: Floats, least: float = 0.0) -> bool:
+        """Tell whether residuals are correlated in time, as those of a wrong model are.
+
+        Args:
+            least: Size from which on it counts, without outliers.
+        """
+        found = self.structure(theta, LIMIT)
+        return found.size >= least and found.is_significant
 
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
@@ -144,11 +213,11 @@ class Problem:
         found = np.zeros((first + len(self.priors) + self.size, self.size))
         found[:first, : self.own] = self._scale[:, None] * rows[counted]
         for k, fit in enumerate(self.zeroed):
-            found[:first, self.own + k] = self._scale * (self._fit[counted] == fit)
+            found[:first, self.own + k] = self._scale * (self.fit_of[counted] == fit)
             found[:first, self.own + k] *= self.unit_of_zero[fit]
         for k, prior in enumerate(self.priors):
             found[first + k, prior.place] = self.trust / prior.spread
-        found[first + len(self.priors) :] = self.faint * np.eye(self.size)
+        found[first + len(self.priors) :] = np.diag(self.faint)
         return found
 
     def gradient(self, theta: Floats) -> tuple[float, Floats]:
@@ -164,14 +233,30 @@ class Problem:
             slope[: self.own] += trial.model.gradient(theta[: self.own], weights[start:stop])
             start = stop
         for k, fit in enumerate(self.zeroed):
-            slope[self.own + k] = self.unit_of_zero[fit] * weights[self._fit == fit].sum()
+            slope[self.own + k] = self.unit_of_zero[fit] * weights[self.fit_of == fit].sum()
         error = 0.5 * float(left @ left)
         for prior in self.priors:
             away = self.trust * (theta[prior.place] - prior.value) / prior.spread
             error += 0.5 * away * away
             slope[prior.place] += self.trust * away / prior.spread
-        error += 0.5 * self.faint**2 * float(theta @ theta)
+        error += 0.5 * float(np.square(self.faint * theta).sum())
         return error, slope + self.faint**2 * theta
+
+    def with_zeros(self, theta: Floats) -> Floats:
+        """Return the same parameters with the zeros that suit them best, by medians.
+
+        Zeros stay where there is no prediction.
+        """
+        try:
+            left = self.left(theta)
+        except (Diverged, TissueError):
+            return theta
+        found = theta.copy()
+        for k, fit in enumerate(self.zeroed):
+            mine = left[self.fits == fit]
+            if len(mine) and np.isfinite(mine).all():
+                found[self.own + k] -= float(np.median(mine)) / self.unit_of_zero[fit]
+        return found
 
     def zero(self, theta: Floats, fit: int) -> float:
         """Return the zero of a fit in SI units."""
@@ -184,7 +269,7 @@ class Problem:
         """Return √w / σ of each counted number."""
         fits = self.lesson.fits
         each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
-        return each[self._fit[self.counted]]
+        return each[self.fit_of[self.counted]]
 
     def _zeros(self, theta: Floats) -> Floats:
         found = np.zeros(len(self.lesson.fits))
@@ -200,6 +285,15 @@ class Problem:
                 number = next(k for k, fit in enumerate(fits) if fit.span == one.fit.span)
                 yield np.full(slot.rows * slot.width, number, dtype=np.int64)
 
+    def _of_series(self, numbers: Floats) -> Iterator[Floats]:
+        """Yield the numbers of each series, shape (row, component)."""
+        start = 0
+        for trial in self.trials:
+            for slot in slots_of(trial.experiment.series):
+                size = slot.rows * slot.width
+                yield numbers[start : start + size].reshape(slot.rows, slot.width)
+                start += size
+
     def _of_times(self) -> Iterator[Floats]:
         """Yield the time of each number [s], by series."""
         for trial in self.trials:
@@ -209,7 +303,7 @@ class Problem:
 
     def _deviation(self, fit: int) -> float:
         """Return how far what was measured deviates from its mean, at least a bit."""
-        mine = self.data[(self._fit == fit) & np.isfinite(self.data)]
+        mine = self.data[(self.fit_of == fit) & np.isfinite(self.data)]
         if not len(mine):
             return 1.0
         spread = float(np.sqrt(np.mean(np.square(mine - self._means(fit)))))

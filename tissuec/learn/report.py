@@ -21,6 +21,7 @@ def as_dict(learnt: Learnt, moved: Sequence[Drift] = ()) -> dict[str, Any]:
         "converged": learnt.converged,
         "reason": learnt.reason,
         "identified": is_identified(learnt),
+        "failure": learnt.failure,
         "estimates": [_estimates(one) for one in learnt.estimates],
         "zeros": dict(learnt.zeros),
         "error": learnt.error,

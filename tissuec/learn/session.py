@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -43,7 +44,9 @@ class Session:
     def problem(self) -> Problem:
         """Return the problem of the experiments that are learnt from."""
         shaping = self.shaping
-        return Problem(self.lesson, self.learning, shaping.size, shaping.priors())
+        return Problem(
+            self.lesson, self.learning, shaping.size, shaping.priors(), reaches=shaping.reaches
+        )
 
     def judged(self, trials: Sequence[Trial], like: Problem) -> Problem:
         """Return a problem of other experiments, with the zeros of one."""
@@ -106,16 +109,16 @@ class _Scene:
 
             return Differing(shaping, series)
         stop = experiment.duration or plan.simulation.duration
-        chosen = choose(
+        chosen = partial(
+            choose,
             lesson.integrator,
             lesson.step,
-            self.compiled.network,
-            plan,
-            stop,
-            shaping.laws,
-            bound,
+            plan=plan,
+            duration=stop,
+            laws=shaping.laws,
+            kernels=bound,
         )
-        return Moving(shaping, series, known, *chosen)
+        return Moving(shaping, series, known, *chosen(self.compiled.network), chosen)
 
 
 def _of_data(compiled: Compiled, lesson: Lesson, data: Data, request: Request) -> _Scene:

@@ -14,8 +14,7 @@ from scipy import sparse
 
 from tissuec.compiler import Compiled
 from tissuec.compiling.touching import contact_of
-from tissuec.laws import Law
-from tissuec.laws.formula import Variable
+from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
 from tissuec.learn.blocks import Block, block_of
 from tissuec.learn.changing import Place, recompiled
@@ -24,10 +23,11 @@ from tissuec.learn.entries import Entries
 from tissuec.learn.numbers import Order
 from tissuec.learn.priors import Prior
 from tissuec.lesson import WORDS, Lesson
-from tissuec.network import Floats, Network
+from tissuec.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
 
 SIGMA = 0.5  # of words, in the numbers that move them
+REACH, DIFFERENCE = 2.0, 10.0  # of logarithms, and of differences in units of their scale
 
 Given = dict[tuple[Place, str], float]
 
@@ -47,6 +47,7 @@ class Shaping:
     """Parameters of a lesson, for a scene as one experiment has it.
 
     Attributes:
+        compiled: The scene, its net with ``laws`` that have numbers.
         blocks: Of each entry but words, in order.
         words: The words of the vocabulary that move; None if none do.
         own: How many parameters the blocks have.
@@ -56,7 +57,7 @@ class Shaping:
     """
 
     def __init__(self, compiled: Compiled, lesson: Lesson, words: Words | None = None):
-        self.compiled, self.words = compiled, words
+        self._written, self.words = compiled, words
         adjusts = [adjust for adjust in lesson.adjusts if adjust.what != WORDS]
         self.blocks = tuple(block_of(adjust, compiled) for adjust in adjusts)
         ends = np.cumsum([0, *(len(block.names) for block in self.blocks)]).tolist()
@@ -75,14 +76,13 @@ class Shaping:
             for k, (block, number) in enumerate(self._constants)
         }
         self.order = Order.of(compiled.network, len(self._constants))
-        self.laws: tuple[Law, ...] = (
-            recompiled(compiled, {}, variables).network.laws
-            if variables
-            else compiled.network.laws
-        )
+        shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
+        self.laws, self._law = shaped.laws, shaped.law
         self._entries = Entries(self.blocks, self._parts)
         first, _ = self._tissues(np.zeros(self.size))
         self._compilations = Compilations(compiled, self.order, variables, first)
+        start = self._with_laws(compiled.network, np.zeros(self.size))
+        self.compiled = replace(compiled, network=start)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -93,6 +93,23 @@ class Shaping:
     def place(self, number: int) -> slice:
         """Return where the parameters of a block stand."""
         return self._parts[number]
+
+    @property
+    def groups(self) -> Indices:
+        """Return the entry of each parameter, each word by itself, shape (parameter,)."""
+        own = [k for k, block in enumerate(self.blocks) for _ in block.names]
+        words = range(len(self.blocks), len(self.blocks) + self.size - self.own)
+        return np.array([*own, *words], dtype=np.int64)
+
+    @property
+    def reaches(self) -> Floats:
+        """Return how far parameters may well be from their start, shape (parameter,)."""
+        own = [
+            REACH if block.scale is None else DIFFERENCE
+            for block in self.blocks
+            for _ in block.names
+        ]
+        return np.array([*own, *[REACH * SIGMA] * (self.size - self.own)])
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Return the least and the greatest parameters, shape (parameter,)."""
@@ -175,10 +192,31 @@ class Shaping:
 
     def _recompiled(self, theta: Floats) -> Compiled:
         """Return the scene with its numbers, also those of single entries."""
-        found = recompiled(self.compiled, *self._tissues(theta))
+        found = recompiled(self._written, *self._tissues(theta))
         plain = Order.of(found.network, 0)
         vector = self._entries.put(plain, plain.vector(found.network), theta)
-        return replace(found, network=plain.network(vector, found.network))
+        network = self._with_laws(found.network, theta)
+        return replace(found, network=plain.network(vector, network))
+
+    def _with_laws(self, network: Network, theta: Floats) -> Network:
+        """Return a net with numbers in ``laws``, each spring with the law that it has there.
+
+        Two laws, or one and the linear law, may be the same for some numbers: a net that is
+        compiled from these has fewer of them, in another order.
+        """
+        numbers: dict[str, Formula] = {
+            constant_name(k): Constant(float(block.value(theta[self._part(block)])[number]))
+            for k, (block, number) in enumerate(self._constants)
+        }
+        laws = tuple(
+            replace(
+                law,
+                elastic=replaced(law.elastic, numbers),
+                viscous=replaced(law.viscous, numbers),
+            )
+            for law in self.laws
+        )
+        return replace(network, laws=laws, law=self._law) if numbers else network
 
     def _of_constants(self, theta: Floats) -> sparse.csr_matrix:
         """Return the derivative by constants of laws."""

@@ -1,7 +1,7 @@
 """Laws of springs and dashpots in a tissue: by name with entries, or as a free formula."""
 
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,7 @@ from tissuec.laws.formula import (
     Variable,
     apply,
     extent,
+    variables,
 )
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
@@ -210,13 +211,20 @@ class FormulaScope(Scope):
     Args:
         outer: Of everything that is not a variable.
         variables: Variable of formulas and dimension, by name in the language.
+        exponents: Variables of formulas that may stand in exponents.
     """
 
     is_known = False
 
-    def __init__(self, outer: Scope, variables: Mapping[str, tuple[str, Dimension]]):
+    def __init__(
+        self,
+        outer: Scope,
+        variables: Mapping[str, tuple[str, Dimension]],
+        exponents: Iterable[str] = (),
+    ):
         super().__init__(outer.findings)
         self.outer, self.variables = outer, variables
+        self.exponents = frozenset(exponents)
 
     def name(self, name: s.Name) -> Value:
         """Return a variable as something of its dimension, or a constant."""
@@ -251,14 +259,14 @@ class FormulaScope(Scope):
                 return total
             case s.Power():
                 exponent = self.formula(node.exponent)
-                if not isinstance(exponent, Constant):
+                if not variables(exponent) <= self.exponents:
                     self.findings.reject(
                         "TIS502",
                         "an exponent is a plain number",
                         node.exponent.span,
                         hint="powers with a variable exponent are written with exp and log",
                     )
-                return self.formula(node.base) ** exponent.value
+                return self.formula(node.base) ** exponent
             case s.Call():
                 arguments = tuple(self.formula(argument.value) for argument in node.arguments)
                 return apply(node.function.key, arguments)

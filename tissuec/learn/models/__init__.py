@@ -29,6 +29,10 @@ class Model(Protocol):
         """Return the predictions in SI units, shape (number,)."""
         ...
 
+    def step_error(self, theta: Floats) -> Floats:
+        """Return how far predictions are from those of other steps, shape (number,)."""
+        ...
+
     def gradient(self, theta: Floats, weights: Floats) -> Floats:
         """Return the derivatives of Σ weights · predictions, shape (parameter,)."""
         ...

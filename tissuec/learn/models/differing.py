@@ -27,6 +27,7 @@ from tissuec.running.run import run
 
 FINER = 1e-3  # of the tolerance of the scene, so that runs differ by the parameters only
 FINEST = 1e-11
+COARSER = 10.0  # times the tolerance, to see what errors of runs are like
 OF_STEPS, OF_RELAXING = 1e-12, 1e-9  # errors of runs that have no tolerance
 SMALLEST, LARGEST = 1e-4, 1e-2  # steps in parameters
 
@@ -93,6 +94,14 @@ class Differing:
             self._slopes = key, np.array(rows).reshape(len(theta), self.size).T.copy()
         return self._slopes[1].copy()
 
+    def step_error(self, theta: Floats) -> Floats:
+        """Return how far predictions are from those of a coarser run, or of half the step."""
+        here = self._told(theta)
+        try:
+            return np.abs(self._run(theta, here.method, COARSER).values - here.values)
+        except (Diverged, TissueError):
+            return np.full(self.size, np.inf)
+
     # --- parts --------------------------------------------------------------------------------
 
     def _slope(
@@ -122,12 +131,13 @@ class Differing:
             self._known = key, self._run(theta, "")
         return self._known[1]
 
-    def _run(self, theta: Floats, method: str) -> Told:
+    def _run(self, theta: Floats, method: str, coarser: float = 1.0) -> Told:
         """Run the scene.
 
         Args:
             method: By which it is stepped; "" for that of the scene. Of runs whose difference
                 is taken, none may choose another one.
+            coarser: Times the tolerance; half the step, where there is no tolerance.
         """
         times = self.times[self.times <= self._stop]
         if not len(times):
@@ -136,6 +146,10 @@ class Differing:
         stop = float(times[-1]) or min(present.plan.simulation.duration, self._stop)
         simulation = self._simulation(stop)
         simulation = replace(simulation, integrator=method or simulation.integrator)
+        if coarser != 1.0 and simulation.step is not None:
+            simulation = replace(simulation, step=0.5 * simulation.step)
+        elif coarser != 1.0:
+            simulation = replace(simulation, tolerance=coarser * simulation.tolerance)
         plan = replace(without_outputs(present.plan), simulation=simulation)
         watcher = Watcher(present.network, plan, self.series, self.slots, self._stop)
         outcome = run(present.network, plan, watcher)

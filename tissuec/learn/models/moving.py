@@ -1,20 +1,21 @@
 """An experiment in time, with exact derivatives of every step."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy import sparse
 
+from tissuec.learn.choosing import Chosen
 from tissuec.learn.course import Course
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.freezing import Freezer
 from tissuec.learn.looks import pull, push
 from tissuec.learn.models import Slots, measured, slots_of
-from tissuec.learn.motion import Motion, Samples
+from tissuec.learn.motion import Diverged, Motion, Samples
 from tissuec.learn.shaping import Shaping
 from tissuec.learn.stepping import Stepping
 from tissuec.learn.views import Look, View
-from tissuec.network import Floats
+from tissuec.network import Floats, Network
 
 CHANGES = 256  # that are carried through the steps at once
 
@@ -24,7 +25,8 @@ class Moving:
 
     Args:
         looks: What each series is of.
-        step: Largest step [s].
+        stepping, step: The method, and its largest step [s].
+        choose: Returns both for the numbers at which events are found anew; None: they stay.
     """
 
     name = "exact derivatives of every step"
@@ -36,9 +38,10 @@ class Moving:
         looks: tuple[Look, ...],
         stepping: Stepping,
         step: float,
+        choose: Callable[[Network], Chosen] | None = None,
     ):
         self.shaping, self.series, self.looks, self.stepping = shaping, series, looks, stepping
-        self.step = step
+        self.step, self.choose = step, choose
         self.slots = slots_of(series)
         self.size = len(measured(series))
         self.times = np.unique(np.concatenate([one.times for one in series]))
@@ -58,9 +61,16 @@ class Moving:
         return self._motion
 
     def freeze(self, theta: Floats) -> None:
-        """Keep what happens as it is for these numbers, once it is asked for."""
+        """Keep what happens as it is for these numbers, once it is asked for.
+
+        Steps are chosen anew: those for a soft start are too long where the truth is stiff.
+        """
+        if self._theta is not None and np.array_equal(theta, self._theta):
+            return
         self._theta, self._course = theta.copy(), None
         self._motion, self._known = None, None
+        if self.choose is not None:
+            self.stepping, self.step = self.choose(self.shaping.network(theta))
 
     def _frozen(self) -> Course:
         """Return what happens up to the limit; gone through no further than that."""
@@ -129,6 +139,16 @@ class Moving:
             self.motion.forward_with(vector, some, visit)
         return found
 
+    def step_error(self, theta: Floats) -> Floats:
+        """Return how far predictions are from those of half the steps; infinite without any."""
+        half = 0.5 * self.motion.longest
+        finer = Moving(self.shaping, self.series, self.looks, self.stepping, half)
+        try:
+            finer.freeze(theta)
+            return np.abs(finer.predict(theta) - self.predict(theta))
+        except Diverged:
+            return np.full(self.size, np.inf)
+
     # --- parts --------------------------------------------------------------------------------
 
     def _samples(self, theta: Floats) -> tuple[Floats, Samples]:
@@ -136,6 +156,7 @@ class Moving:
         key = theta.tobytes()
         if self._known is None or self._known[0] != key:
             vector = self.shaping.vector(theta)
+            self._known = None  # of the motion, only the last one is remembered
             self._known = key, vector, self.motion.forward(vector)
         return self._known[1:]
 

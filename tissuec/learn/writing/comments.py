@@ -36,6 +36,8 @@ def origin(learnt: Learnt, request: Request) -> list[str]:
     lines += _entry("error", f"{learnt.first_error:.6g} before, {learnt.error:.6g} after")
     ended = "" if learnt.converged else "NOT CONVERGED: "
     lines += _entry("end", f"{ended}{learnt.reason}")
+    if learnt.failure:
+        lines += _entry("", f"FAILED: {learnt.failure}")
     for verdict in judged(learnt):
         holds = "holds" if verdict.holds else "FAILS"
         lines += _entry("expected", f"{holds}: {verdict.measured}")

@@ -1,0 +1,150 @@
+"""What a search keeps, where it goes back, and when its answer is none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.learn.known_truths import SHAKEN
+from tests.learn.test_learning import ADJUST, FIT, TRUE, lesson, measure, numbers, truth
+from tissuec.laws.formula import Variable
+from tissuec.learn.learning import check_gradient, learn
+from tissuec.learn.misfit import misfit
+from tissuec.learn.motion import Diverged
+from tissuec.learn.session import prepare
+from tissuec.learn.telling.gradient import is_good
+from tissuec.pipeline import Request, compile_request
+
+__all__ = ["truth"]  # the fixture
+LAW = "viscosity law is power {{ exponent = {n}; speed = 50 mm/s }}"
+FREE = "viscous force of w = d * w * ((w/(50 mm/s))^2 + 1e-6)^((n-1)/2)"
+
+
+def of_text(folder, text):
+    """Return what ``learn`` takes for a scene whose data are made up."""
+    rows = [
+        f"{t:.2f},{math.sin(9 * t):.6f},{0.1 + 1e-3 * t:.6f}" for t in np.arange(0, 1.0, 0.05)
+    ]
+    head = "t_s,force of hand,position of tip"
+    (folder / "data.csv").write_text("\n".join([head, *rows]) + "\n")
+    (folder / "scene.tis").write_text(text)
+    request = Request.file(folder / "scene.tis")
+    compiled, _ = compile_request(request)
+    return compiled, compiled.lessons[0], request
+
+
+@pytest.mark.parametrize("form", ["law", "free formula"])
+def test_exponents_have_exact_derivatives_also_where_the_law_is_linear(form, tmp_path):
+    """With an exponent of 1 the law is the linear one, which has no such derivative."""
+    text = SHAKEN.format(c=40, d=200, m=50, n=1)
+    if form == "free formula":
+        text = text.replace(LAW.format(n=1).replace("{{", "{").replace("}}", "}"), FREE)
+        text = text.replace("exponent, mass", "n, mass")
+        text = text.replace("language 1\n", "language 1\nparam n = 1 between 0.2 and 3\n")
+    arguments = of_text(tmp_path, text)
+    # The force has a corner where the motion turns, near which differences are less good.
+    assert is_good(check_gradient(*arguments, directions=3), 1e-6)
+    problem = prepare(*arguments).problem
+    problem.freeze(np.zeros(4))
+    assert np.linalg.norm(problem.jacobian(np.zeros(4)), axis=0).min() > 0.0
+
+
+def test_laws_that_are_equal_at_the_start_are_learnt_apart(tmp_path):
+    text = SHAKEN.format(c=40, d=200, m=50, n=2)
+    gum = text[text.index("tissue gum") : text.index("body net")]
+    text = text.replace(gum, gum + gum.replace("tissue gum", "tissue glue"))
+    text = text.replace("1 0; 2 100", "1 0; 2 50; 3 100").replace("in [2]", "in [3]")
+    text = text.replace('"a b" { 1 2 }', '"a b" { 1 2; 2 3 }')
+    text = text.replace(
+        "tissue is gum }",
+        "tissue is gum; region end where x > 40 mm { tissue is glue }; interface is softer }",
+    )
+    text = text.replace(
+        "adjust = [spring constant, viscosity, exponent, mass]",
+        "adjust exponent of gum; adjust exponent of glue",
+    )
+    problem = prepare(*of_text(tmp_path, text)).problem
+    at = np.array([0.1, -0.2])
+    problem.freeze(at)
+    found, columns = problem.jacobian(at), []
+    for k in range(2):
+        step = 1e-5 * np.eye(2)[k]
+        ahead, behind = problem.residuals(at + step), problem.residuals(at - step)
+        columns.append((ahead - behind) / 2e-5)
+    size = np.abs(found).max()
+    assert np.abs(found - np.transpose(columns)).max() < 1e-6 * size
+    assert np.abs(found).max(axis=0).min() > 1e-3 * size
+
+
+def test_a_power_with_a_variable_exponent_has_both_derivatives():
+    x, n = Variable("x"), Variable("n")
+    power, at, step = x**n, {"x": 1.7, "n": 2.3}, 1e-6
+    for name in "xn":
+        high, low = (power.at(at | {name: at[name] + s * step}) for s in (1, -1))
+        assert power.slope(name).at(at) == pytest.approx((high - low) / (2 * step), rel=1e-8)
+    assert power.slope("n").at({"x": 0.0, "n": 2.3}) == 0.0
+
+
+def test_a_motion_without_numbers_does_not_spoil_the_one_before(truth, tmp_path):
+    measure(truth, tmp_path / "measured.csv")
+    entries = FIT + ADJUST + "  integrator is velocity verlet; step = 1 ms\n"
+    model = prepare(*lesson(tmp_path, entries)).learning[0].model
+    here, there = np.zeros(5), np.array([30.0, 30.0, 30.0, 30.0, 0.0])
+    model.freeze(here)
+    weights = np.ones(model.size)
+    before = model.gradient(here, weights)
+    with np.errstate(all="ignore"), pytest.raises(Diverged):
+        model.predict(there)
+    assert (model.gradient(here, weights) == before).all()
+
+
+def test_steps_follow_the_numbers(truth, tmp_path):
+    measure(truth, tmp_path / "measured.csv")
+    model = prepare(*lesson(tmp_path, FIT + ADJUST)).learning[0].model
+    steps = []
+    for factor in (1.0, 100.0):
+        model.freeze(np.log([factor] * 4 + [1.0]))
+        steps.append(model.step)
+    # Frequencies grow with the root of spring constants; they are estimated to some percent.
+    assert steps[0] / steps[1] == pytest.approx(10.0, rel=0.1)
+
+
+@pytest.mark.parametrize("start", [{"c": 120}, {"c": 1.2}, {"c": 12, "d": 0.1}])
+def test_a_start_that_is_ten_times_off_comes_back(truth, tmp_path, start):
+    measure(truth, tmp_path / "measured.csv", noise=1e-5)
+    entries = "adjust spring constant of line\n  adjust viscosity of line\n"
+    learnt = learn(*lesson(tmp_path, FIT + entries, TRUE | start))
+    assert numbers(learnt) == pytest.approx([12, 0.01], rel=2e-2)
+    assert not learnt.failure
+
+
+def test_an_error_like_that_of_knowing_nothing_is_a_failure(truth, tmp_path):
+    """What was measured is noise alone, as large as the motion."""
+    _, times, positions = truth
+    measure((truth[0], times, 0.0 * positions), tmp_path / "measured.csv", noise=5e-3)
+    session = prepare(*lesson(tmp_path, FIT + ADJUST))
+    problem, theta = session.problem, np.zeros(5)
+    problem.freeze(theta)
+    assert "nothing was learnt" in misfit(problem, theta)
+
+
+def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
+    measure(truth, tmp_path / "measured.csv")
+    session = prepare(*lesson(tmp_path, FIT + ADJUST, TRUE))
+    problem, theta = session.problem, np.full(5, 0.2)
+    problem.freeze(theta)
+    assert "a motion of its own" in misfit(problem, theta)
+    problem.freeze(np.zeros(5))
+    assert misfit(problem, np.zeros(5)) == ""
+
+
+def test_intervals_hold_the_truth_of_exact_data(truth, tmp_path):
+    """Nothing but the errors of the steps is left, and these are no noise."""
+    measure(truth, tmp_path / "measured.csv")
+    learnt = learn(*lesson(tmp_path, FIT + ADJUST))
+    low, high = (
+        np.concatenate([getattr(one, name) for one in learnt.estimates])
+        for name in ("low", "high")
+    )
+    true = np.array([12, 12, 12, 12, 0.01])
+    assert ((low <= true) & (true <= high)).all()

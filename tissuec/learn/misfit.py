@@ -1,0 +1,51 @@
+"""Whether what is left is so much that the search, or the model, has failed."""
+
+from tissuec.learn.fitting import MET
+from tissuec.learn.problem import LIMIT, Problem
+from tissuec.learn.shown import percent
+from tissuec.network import Floats
+
+NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, which is 1
+STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
+TOLD = 0.02  # size from which on they are told
+
+
+def misfit(problem: Problem, theta: Floats) -> str:
+    """Return why some parameters are no answer, as a sentence; empty if they may be one.
+
+    Args:
+        theta: Where the search ended, its whole horizon in use.
+    """
+    if _is_met(problem, theta):
+        return ""
+    error = problem.relative(theta)
+    if error >= NOTHING:
+        return (
+            f"the error is {percent(error)}, and that of knowing only the mean of the data is "
+            "100 %: nothing was learnt"
+        )
+    if problem.is_structured(theta, STRUCTURED):
+        return (
+            f"the error is {percent(error)}, and what is left is no noise but a motion of its "
+            "own: this is another minimum, or the scene is not what was measured"
+        )
+    return ""
+
+
+def remark(problem: Problem, theta: Floats) -> str:
+    """Return what is to be known of residuals that are small and yet no noise, if they are."""
+    if _is_met(problem, theta) or not problem.is_structured(theta, TOLD):
+        return ""
+    correlation, _, size = problem.structure(theta, LIMIT)
+    return (
+        f"what is left is no noise: neighbours are correlated by {correlation:.2f} "
+        f"({percent(size)} without outliers); the scene is not quite what was measured, and "
+        "numbers may be off by more than their intervals"
+    )
+
+
+def _is_met(problem: Problem, theta: Floats) -> bool:
+    """Tell whether all noise was given, and no more is left."""
+    lesson = problem.lesson
+    is_given = lesson.scaled and all(fit.noise is not None for fit in lesson.fits)
+    return is_given and problem.rms(theta) < MET
