@@ -26,7 +26,7 @@ from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.units import LENGTH, show
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import Expect, key_of
-from tissuec.laws import LINEAR
+from tissuec.laws import LINEAR, is_open
 from tissuec.laws.evaluation import Behaviour
 from tissuec.lesson import Lesson
 from tissuec.meshes import Celled
@@ -139,7 +139,7 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
 
 def _refuse_forces(network: Network, findings: Findings) -> None:
     """Reject laws whose force is no number for springs as they are drawn."""
-    if len(network.laws) == 1:
+    if len(network.laws) == 1 or any(map(is_open, network.laws)):
         return
     between = np.diff(network.position[network.ends], axis=1)[:, 0]
     elongation = np.linalg.norm(between, axis=1) - network.rest

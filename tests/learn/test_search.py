@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.learn.known_truths import SHAKEN
+from tests.learn.known_truths import FAMILIES, SHAKEN
 from tests.learn.test_learning import ADJUST, FIT, TRUE, lesson, measure, numbers, truth
 from tissuec.laws.formula import Variable
 from tissuec.learn.learning import check_gradient, learn
@@ -148,3 +148,20 @@ def test_intervals_hold_the_truth_of_exact_data(truth, tmp_path):
     )
     true = np.array([12, 12, 12, 12, 0.01])
     assert ((low <= true) & (true <= high)).all()
+
+
+def test_constants_that_start_at_zero_are_scaled_by_the_data(tmp_path):
+    """In units of 1 N/m² and 1 N/m³, passes of a few units would never come to these."""
+    c, square, cube = 80.0, -4e4, 4e7
+    (tmp_path / "scene.tis").write_text(FAMILIES["cubic"].text.format(c=20, a=0, b=0))
+    u = np.linspace(1e-3, 10e-3, 8)
+    e = u / 4
+    force = c * e + square * e**2 + cube * e**3
+    rows = [f"{a!r},{b!r}" for a, b in zip(u.tolist(), force.tolist(), strict=True)]
+    (tmp_path / "data.csv").write_text("\n".join(["u,F", *rows]) + "\n")
+    request = Request.file(tmp_path / "scene.tis")
+    compiled, _ = compile_request(request)
+    learnt = learn(compiled, compiled.lessons[0], request)
+    # The data are exact, and the search ends at a relative change of the error of 1e-9.
+    assert numbers(learnt) == pytest.approx([c, square, cube], rel=1e-5)
+    assert not learnt.blind and learnt.passes < 10

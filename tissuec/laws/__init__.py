@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from tissuec.core.registry import Family
-from tissuec.laws.formula import Formula, Variable
+from tissuec.laws.formula import Formula, Variable, variables
 
 E, C, W, D, REST = (Variable(name) for name in ("e", "c", "w", "d", "rest"))
 
@@ -30,6 +30,12 @@ class Law:
     viscous: Formula
     spring: "SpringLaw | None" = field(default=None, compare=False)
     dashpot: "ViscosityLaw | None" = field(default=None, compare=False)
+
+
+def is_open(law: Law) -> bool:
+    """Tell whether a law has constants without numbers: those that learning changes."""
+    known = {one.name for one in (E, C, W, D, REST)}
+    return not variables(law.elastic) | variables(law.viscous) <= known
 
 
 LINEAR = Law("linear", C * E, D * W)

@@ -49,6 +49,11 @@ class Block:
         return what not in QUANTITIES and what not in ARRAYS
 
     @property
+    def is_difference(self) -> bool:
+        """Return whether these are differences whose scale only their start suggests."""
+        return self.scale is not None and (self.is_constant or self.adjust.what == "prestress")
+
+    @property
     def array(self) -> str:
         """Return the name of the array that changes."""
         what = self.adjust.what

@@ -242,6 +242,15 @@ class Problem:
         error += 0.5 * float(np.square(self.faint * theta).sum())
         return error, slope + self.faint**2 * theta
 
+    def influence(self, theta: Floats) -> Floats:
+        """Return how much each parameter changes predictions, shape (parameter,).
+
+        It is the root of the mean square, in units of how far the data deviates from its mean.
+        """
+        rows = self.jacobian(theta)[: int(self.counted.sum())]
+        rows *= (self.noise / self.spread)[self.fits][:, None]
+        return np.sqrt(np.mean(np.square(rows), axis=0))
+
     def with_zeros(self, theta: Floats) -> Floats:
         """Return the same parameters with the zeros that suit them best, by medians.
 

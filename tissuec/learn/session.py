@@ -1,12 +1,13 @@
 """Everything that a learning works on: experiments read, scenes compiled, models chosen."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from tissuec.compiler import Compiled
+from tissuec.core.errors import TissueError
 from tissuec.learn.choosing import choose
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
@@ -15,6 +16,7 @@ from tissuec.learn.kernels import kernels
 from tissuec.learn.looks import look_of
 from tissuec.learn.models import Model
 from tissuec.learn.models.moving import Moving
+from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import Problem, Trial
 from tissuec.learn.shaping import Shaping
 from tissuec.learn.words.model import WordsModel
@@ -65,12 +67,20 @@ def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
     Raises:
         CompileError: Data is wrong, or the scene is, as an experiment has it.
     """
+    session = _prepared(compiled, lesson, request, {})
+    scales = _scales(session)
+    return _prepared(compiled, lesson, request, scales) if scales else session
+
+
+def _prepared(
+    compiled: Compiled, lesson: Lesson, request: Request, scales: Mapping[int, float]
+) -> Session:
     words = _words(compiled, lesson)
-    shaping = Shaping(compiled, lesson, words)
+    shaping = Shaping(compiled, lesson, words, scales)
     learning: list[Trial] = []
     held: list[Trial] = []
     for data in lesson.data:
-        mine = _of_data(compiled, lesson, data, request)
+        mine = _of_data(compiled, lesson, data, request, scales)
         own = mine.lesson
         experiment = read_experiment(data, own, mine.compiled.network)
         check_times(experiment, mine.compiled.plan.simulation.duration)
@@ -82,6 +92,30 @@ def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
             held.append(Trial(last, mine.model(last)))
         learning.append(Trial(experiment, mine.model(experiment)))
     return Session(lesson, shaping, words, tuple(learning), tuple(held))
+
+
+def _scales(session: Session) -> dict[int, float]:
+    """Return scales of constants, by their blocks, that say more than where they start.
+
+    A constant that starts at 0 says nothing of how large it may be: its scale is what changes
+    predictions as much as the data deviates from its mean.
+    """
+    blocks = session.shaping.blocks
+    chosen = [k for k, one in enumerate(blocks) if one.is_difference and one.scale is not None]
+    if not chosen:
+        return {}
+    problem, found = session.problem, dict[int, float]()
+    theta = np.clip(np.zeros(problem.size), *session.bounds(problem))
+    try:
+        problem.freeze(theta)
+        influence = problem.influence(theta)
+    except (Diverged, TissueError):
+        return {}
+    for k in chosen:
+        most = float(influence[session.shaping.place(k)].max(initial=0.0))
+        if np.isfinite(most) and 0.0 < most < 1.0:
+            found[k] = blocks[k].scale / most
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,13 +155,20 @@ class _Scene:
         return Moving(shaping, series, known, *chosen(self.compiled.network), chosen)
 
 
-def _of_data(compiled: Compiled, lesson: Lesson, data: Data, request: Request) -> _Scene:
+def _of_data(
+    compiled: Compiled,
+    lesson: Lesson,
+    data: Data,
+    request: Request,
+    scales: Mapping[int, float],
+) -> _Scene:
     """Return the scene as it was set for a measurement."""
     if data.overrides:
         own = replace(request, overrides=(*request.overrides, *data.overrides))
         compiled, _ = compile_request(own)
         lesson = next(one for one in compiled.lessons if one.name == lesson.name)
-    return _Scene(compiled, lesson, Shaping(compiled, lesson, _words(compiled, lesson)))
+    shaping = Shaping(compiled, lesson, _words(compiled, lesson), scales)
+    return _Scene(compiled, lesson, shaping)
 
 
 def _words(compiled: Compiled, lesson: Lesson) -> WordsModel | None:

@@ -7,6 +7,7 @@ next. All are 0 at the beginning.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -46,6 +47,9 @@ class Words(Protocol):
 class Shaping:
     """Parameters of a lesson, for a scene as one experiment has it.
 
+    Args:
+        scales: Of blocks of differences, by their places, where the data tells better ones.
+
     Attributes:
         compiled: The scene, its net with ``laws`` that have numbers.
         blocks: Of each entry but words, in order.
@@ -56,10 +60,19 @@ class Shaping:
         laws: Of the net, with variables for what is learnt of them.
     """
 
-    def __init__(self, compiled: Compiled, lesson: Lesson, words: Words | None = None):
+    def __init__(
+        self,
+        compiled: Compiled,
+        lesson: Lesson,
+        words: Words | None = None,
+        scales: Mapping[int, float] = MappingProxyType({}),
+    ):
         self._written, self.words = compiled, words
         adjusts = [adjust for adjust in lesson.adjusts if adjust.what != WORDS]
-        self.blocks = tuple(block_of(adjust, compiled) for adjust in adjusts)
+        blocks = [block_of(adjust, compiled) for adjust in adjusts]
+        self.blocks = tuple(
+            replace(block, scale=scales.get(k, block.scale)) for k, block in enumerate(blocks)
+        )
         ends = np.cumsum([0, *(len(block.names) for block in self.blocks)]).tolist()
         self._parts = [slice(a, b) for a, b in pairwise(ends)]
         self.own: int = ends[-1]
