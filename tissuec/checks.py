@@ -5,12 +5,14 @@ All of them are warnings about scenes that can be run but may not mean what thei
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec import topology
 from tissuec.compiler import Compiled
+from tissuec.compiling.points import extents
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
@@ -26,9 +28,13 @@ from tissuec.situation import Situation
 from tissuec.statics.rest import rests_pressed
 from tissuec.verbs import Action, Failed
 from tissuec.verbs.change import ChangeParameter
+from tissuec.verbs.cut import Cut
+from tissuec.verbs.move import Move
+from tissuec.verbs.push import Push
 from tissuec.verbs.settle import Settle
 from tissuec.verbs.tie import Tie
 from tissuec.verbs.tighten import is_of_joints
+from tissuec.verbs.turn import Turn
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
@@ -316,6 +322,41 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W410: a cut that goes by a held body, further away than it comes before."""
+    situation = situation_at_start(compiled)
+    moved = 0.0  # [m]
+    for event in compiled.plan.events:
+        match event.action:
+            case Move(vectors=(shift,)):
+                moved += float(np.linalg.norm(shift))
+            case Move() | Turn() | Push():
+                return
+            case Cut() as cut if _goes_by(cut, situation, moved):
+                yield Diagnostic(
+                    "W410",
+                    f"as {cut.group.name} is drawn, the blade is away from it: nothing is cut",
+                    cut.span,
+                    extents(situation.position[_ends_of(cut, situation)]),
+                )
+
+
+def _goes_by(cut: Cut, situation: Situation, moved: float) -> bool:
+    """Return whether a cut meets a held group neither as it is drawn, nor as large again."""
+    nodes = _ends_of(cut, situation)
+    if cut.blade is None or not len(nodes) or not situation.held[nodes].any():
+        return False
+    position = situation.position
+    if moved > 0.5 * float(np.ptp(position[nodes], axis=0).max()):
+        return False
+    larger = replace(situation, position=2.0 * position - position[nodes].mean(axis=0))
+    return not any(len(cut.found(one)[0]) for one in (situation, larger))
+
+
+def _ends_of(cut: Cut, situation: Situation) -> Indices:
+    return np.unique(situation.network.ends[cut.group.indices])
+
+
 CHECKS: tuple[Check, ...] = (
     pieces,
     dangling,
@@ -328,6 +369,7 @@ CHECKS: tuple[Check, ...] = (
     unused_sets,
     ruptures_in_vain,
     buried_openings,
+    cuts_in_vain,
 )
 THOROUGH: tuple[Check, ...] = (floppy, unstable)
 

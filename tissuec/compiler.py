@@ -307,8 +307,8 @@ def _plan(
         script = reader.read(single["script"].items)
         if script.is_whole:  # else what was left out may hold what is moved or released
             shaped = all(tool.entries is not None for tool in scene.tools.values())
-            certain = shaped and not script.triggers
-            findings.extend(check_holds(script.events, network.tools, certain=certain))
+            held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
+            findings.extend(held)
         for action in (event.action for event in _events(script)):
             if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)

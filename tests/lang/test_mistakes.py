@@ -209,7 +209,7 @@ def test_a_missing_brace_is_reported_once_with_both_places():
 
 def test_mistakes_beside_odd_characters_and_quotes_are_not_reported_twice():
     assert codes_and_lines('a = “b of c”\nd "e of = 3\n') == [
-        ("TIS114", 2), ("TIS114", 2), ("TIS113", 3),
+        ("TIS114", 2), ("TIS113", 3),
     ]  # fmt: skip
 
 

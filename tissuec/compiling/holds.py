@@ -12,8 +12,9 @@ from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.network import Indices, ToolPart
-from tissuec.plan import Event
+from tissuec.plan import Event, Trigger
 from tissuec.verbs import Group, Mover
+from tissuec.verbs.fix import Fix
 from tissuec.verbs.free import Free
 from tissuec.verbs.grasp import Grasp
 from tissuec.verbs.hold import Hold
@@ -47,17 +48,23 @@ class Driven:
 
 
 def check_holds(
-    events: Sequence[Event], tools: Sequence[ToolPart], *, certain: bool
+    events: Sequence[Event],
+    triggers: Sequence[Trigger],
+    tools: Sequence[ToolPart],
+    *,
+    shaped: bool,
 ) -> Iterator[Diagnostic]:
-    """Yield releases of what nothing holds, conflicting motions, and tools that move nothing.
+    """Yield releases of what nothing holds, conflicting motions, motions of what is fixed, and
+    tools that move nothing.
 
     Args:
         events: In the order in which they happen.
         tools: Those that have a shape, and so move something always.
-        certain: False if conditions may add grasps, or tools that are wrong may have shapes, so
-            that a missing one is no mistake.
+        triggers: What conditions may add: a grasp, so that a missing one is no mistake, or
+            that fixed nodes are free.
+        shaped: False if tools that are wrong may have shapes, and so move something.
     """
-    story = _Story(tools, certain)
+    story = _Story(tools, triggers, shaped)
     said: set[tuple[str, Span | None]] = set()  # a repeated sentence is reported once
     for event in events:
         for finding in story.tell(event):
@@ -69,17 +76,22 @@ def check_holds(
 class _Story:
     """What is held and driven up to some event; a repeated sentence takes no more room."""
 
-    def __init__(self, tools: Sequence[ToolPart], certain: bool):
-        self.certain = certain
+    def __init__(self, tools: Sequence[ToolPart], triggers: Sequence[Trigger], shaped: bool):
+        self.certain = shaped and not triggers
+        followed = (event.action for trigger in triggers for event in trigger.events)
+        self.may_free = any(isinstance(action, Free) for action in followed)
         self.shapes = {
             tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in tools
         }
         self.taken: dict[tuple[str, Span], Taken] = {}
         self.driven: dict[tuple[str, Span], Driven] = {}
+        self.fixed: dict[Span, Indices] = {}
 
     def tell(self, event: Event) -> Iterator[Diagnostic]:
         """Enter an event, and yield what is wrong with it."""
         match event.action:
+            case Fix(group=group, span=span):
+                self.fixed[span] = group.indices
             case Grasp(group=group, tool=tool, span=span):
                 self._take(tool, group.indices, event.time, span)
             case Hold(group=group, span=span):
@@ -93,6 +105,8 @@ class _Story:
                 new = Driven(mover.name, nodes, event.time, event.time + lasting, span)
                 yield from _conflicts(new, tuple(self.driven.values()))
                 self.driven[mover.name, span] = new
+                if not self.may_free:
+                    yield from self._fixed(new)
             case Stop(what="moving" | "turning", name=name):
                 self._end(lambda old: old.mover == name)
             case Release(group=None, tool=tool):
@@ -102,6 +116,10 @@ class _Story:
                 if isinstance(event.action, Release):
                     yield from self._released(event.action, event.time)
                 self._end(lambda old: bool(np.isin(old.nodes, nodes).all()))
+                if isinstance(event.action, Free):
+                    self.fixed = {
+                        span: np.setdiff1d(fixed, nodes) for span, fixed in self.fixed.items()
+                    }
             case _:
                 pass
 
@@ -114,6 +132,19 @@ class _Story:
         shape = self.shapes.get(mover.name, _NOTHING)
         taken = (t.nodes for t in self.taken.values() if t.holder == mover.name)
         return np.unique(np.concatenate([shape, *taken]))
+
+    def _fixed(self, new: Driven) -> Iterator[Diagnostic]:
+        """Yield that nodes are moved which a sentence fixes: the later order wins."""
+        for span, nodes in self.fixed.items():
+            if common := len(np.intersect1d(nodes, new.nodes)):
+                yield Diagnostic(
+                    "W409",
+                    f"{new.mover} moves {counted(common, 'node')} from {show(new.start, TIME)} "
+                    f"on that {'is' if common == 1 else 'are'} fixed: the later order wins",
+                    new.span,
+                    "free them before, or leave them out of what is fixed or moved",
+                    (Note("fixed here", span),),
+                )
 
     def _end(self, is_over: Callable[[Driven], bool]) -> None:
         self.driven = {key: old for key, old in self.driven.items() if not is_over(old)}

@@ -35,6 +35,9 @@ _INSTEAD = {
     "(": "（",
     ")": "）",
 }
+#: A text in curly quotes, on one line.
+CURLY = re.compile('[{0}]([^{0}"\n]*)[{0}]'.format(_INSTEAD['"']))
+
 _REMEDY: dict[str, str] = {
     character: Hint(f"type {what} instead", Edit(what))
     for what, group in _INSTEAD.items()
@@ -100,16 +103,11 @@ def odd_character(span: Span) -> Diagnostic | None:
 
 
 def _paired(span: Span) -> str:
-    """Return a hint about a curly quote and its partner on the line, if it has one."""
-    curly = _INSTEAD['"']
-    start = span.source.line_starts[span.line - 1]
-    for pair in re.finditer(
-        f'[{curly}]([^{curly}"]*)[{curly}]', span.source.line_text(span.line)
-    ):
-        place = Span(span.source, start + pair.start(), start + pair.end())
-        if span.start in (place.start, place.end - 1):
-            return Hint('type " instead', Edit(f'"{pair[1]}"', place))
-    return ""
+    """Return a hint about a curly quote that begins a quoted text, if it does."""
+    quoted = CURLY.match(span.source.text, span.start)
+    if quoted is None:
+        return ""
+    return Hint('type " instead', Edit(f'"{quoted[1]}"', Span(span.source, *quoted.span())))
 
 
 def _ungrouped(span: Span) -> str:

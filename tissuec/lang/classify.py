@@ -4,11 +4,13 @@ Each function looks for one kind of mistake. The first that recognises it has th
 """
 
 import re
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import takewhile
 
 from lark import Token
 
-from tissuec.core.errors import Diagnostic, Edit, Hint, proposal
+from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
@@ -144,6 +146,10 @@ def _is_for_equal(m: Mistake) -> Diagnostic | None:
     after = [token.type for token in m.after]
     if m.first not in _BINDERS or m.found.type != "IS" or not m.after or "EQUAL" in after:
         return None
+    if m.first != "SET" and set(after) == {"WORD"}:
+        message = f"a {m.before[0]} is a number, not a word"
+        hint = f'write a number, such as "{m.text(m.before[0], m.before[-1])} = 1 mm"; '
+        return _finding(m, "TIS312", message, f"{hint}words describe tissues", m.after[0])
     head, rest = m.text(m.before[0], m.before[-1]), m.text(m.after[0], m.after[-1])
     hint = Hint(f"write {shown(f'{head} = {rest}')}", Edit("="))
     return _finding(m, "TIS312", f'a {m.before[0]} is given with "="', hint)
@@ -157,6 +163,41 @@ def _colon_for_equal(m: Mistake) -> Diagnostic | None:
     sign = "is" if m.next == "WORD" else "="
     hint = Hint(f"write {shown(f'{name} {sign} {value}')}", Edit(f" {sign}"))
     return _finding(m, "TIS312", '":" stands behind a time or a condition only', hint)
+
+
+def _colon_for_brace(m: Mistake) -> Diagnostic | None:
+    """Recognise the head of a block that ends with a colon, and is indented below."""
+    name = _words_before(m)
+    if m.found.type != "COLON" or not name or m.after or m.first in _TIMES | {"WHEN"}:
+        return None
+    hint = f'write "{name} {{", and "}}" where the block ends'
+    return _finding(m, "TIS312", "a block stands in braces", hint)
+
+
+def _named_argument(m: Mistake) -> Diagnostic | None:
+    """Recognise a call as in a program: ``vessel = Body(mesh="tube")``."""
+    if m.found.type != "EQUAL" or [t.type for t in m.before[-2:]] not in _ARGUMENTS:
+        return None
+    if "EQUAL" not in [token.type for token in m.before]:
+        return None
+    hint = "a scene is made of blocks: body NAME { mesh is tube { … }; tissue is NAME }"
+    finding = _finding(m, "TIS312", "this is written as in a programming language", hint)
+    return replace(finding, notes=tuple(_undeclared(m)))
+
+
+def _undeclared(m: Mistake) -> Iterator[Note]:
+    """Yield a note about each number above that is set without param or let."""
+    for line in _SET.finditer(m.source.text, 0, m.statement.start):
+        place = Span(m.source, *line.span(1))
+        yield Note(f'to declare a number, write "param {line[1]} = …"', place)
+
+
+def _and_for_semicolon(m: Mistake) -> Diagnostic | None:
+    """Recognise ``hardness is soft and elasticity is big`` where no condition stands."""
+    if m.found.type != "AND" or not m.can_end or "IS" not in [t.type for t in m.after]:
+        return None
+    hint = Hint('write ";" instead', Edit(";", m.blank.to(m.span(m.found))))
+    return _finding(m, "TIS107", '"and" does not join two statements', hint)
 
 
 def _if_for_when(m: Mistake) -> Diagnostic | None:
@@ -390,6 +431,11 @@ def _sign(m: Mistake, sign: str) -> str:
 
 _BEGINNINGS = f"a statement begins with a name, a time, or one of {', '.join(sorted(STARTING))}"
 
+#: How an argument with a name begins.
+_ARGUMENTS = (["LPAR", "WORD"], ["COMMA", "WORD"])
+#: A line that sets a number.
+_SET = re.compile(r"^([a-z]\w*) *= *[-0-9.]", re.MULTILINE)
+
 _DIGITS = re.compile(r"[0-9]+")
 
 #: A number with its unit.
@@ -416,6 +462,9 @@ _KINDS = (
     _path_without_quotes,
     _is_for_equal,
     _colon_for_equal,
+    _colon_for_brace,
+    _named_argument,
+    _and_for_semicolon,
     _if_for_when,
     _missing_colon,
     _unit,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, Note, proposal
 from tissuec.core.source import Source, Span
-from tissuec.lang.characters import SUSPECT, odd_character
+from tissuec.lang.characters import CURLY, SUSPECT, odd_character
 from tissuec.lang.rows import Comment, Rows, find_rows
 from tissuec.lang.words import CONTINUING
 
@@ -209,11 +209,18 @@ class _Scanner:
         if not self._in_bracket() and _TABLE_PLACE.search(lead):
             self.table = True
 
-    def _suspect(self, _text: str, start: int, end: int) -> None:
+    def _suspect(self, text: str, start: int, end: int) -> int | None:
         problem = odd_character(Span(self.source, start, end))
-        if problem:
-            self._add(problem)
+        if problem is None:
+            return None
+        self._add(problem)
+        quoted = CURLY.match(text, start)
+        if quoted is None:
             self._blank(start, end)
+            return None
+        self._blank(start, end, '"')
+        self._blank(quoted.end() - 1, quoted.end(), '"')
+        return quoted.end()
 
     def _table_rows(self, text: str, start: int, end: int) -> int:
         rows = find_rows(self.source, end)

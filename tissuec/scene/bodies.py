@@ -10,6 +10,7 @@ from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
 from tissuec.meshes import MESHES, Generator
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
@@ -77,10 +78,31 @@ def read_tissue(
 ) -> Tissue:
     """Return what ``tissue is …`` names."""
     name = schema.word_of(item, scope, example="tissue is fallopian tube")
+    properties = [] if name.key in tissues else _properties_with(name.key, declarations)
+    if properties and name.key not in declarations.of("tissue"):
+        words = f"{properties[0]} is {name.text}"
+        scope.findings.reject(
+            "TIS301",
+            f'there is no tissue called "{name.text}"; it is a word for {properties[0]}',
+            name.span,
+            hint=f"describe a tissue with it: tissue NAME {{ described in …; {words}; … }}",
+        )
     declarations.find("tissue", name, scope.findings)
     if name.key not in tissues:
         scope.findings.stop()  # the tissue itself was found wrong
     return tissues[name.key]
+
+
+def _properties_with(word: str, declarations: Declarations) -> list[str]:
+    """Return the properties that have a word of this name."""
+    return [
+        declared.name.text
+        for declared in declarations.of("property").values()
+        if isinstance(declared.item, s.Block)
+        and any(
+            isinstance(part, s.Name) and part.key == word for part in walk(declared.item.items)
+        )
+    ]
 
 
 def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> bool:
@@ -213,7 +235,7 @@ class _BodyReader:
                 "TIS303",
                 f'"{item.name.text}" is not an entry of a body',
                 item.name.span,
-                hint=alternatives(key, ENTRIES, what="entries"),
+                hint=schema.chosen(item, ENTRIES) or alternatives(key, ENTRIES, what="entries"),
             )
 
     def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:

@@ -71,6 +71,12 @@ class Library:
 
     def near(self, wanted: str) -> Hint:
         """Return a hint with the file that was meant by one that is not there, if any."""
+        bare = wanted.removesuffix(SUFFIX)
+        if not wanted.startswith("./") and (self.beside / f"{bare}{SUFFIX}").is_file():
+            return Hint(
+                f'did you mean "./{bare}", the file beside this one?',
+                Edit(f"./{bare}", old=wanted),
+            )
         start = "./" if wanted.startswith("./") else ""
         names = [f"{start}{name}" for name, _ in files_of(self.places(wanted))]
         stem = wanted.removesuffix(SUFFIX).split("/")[-1]

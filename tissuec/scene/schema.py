@@ -7,7 +7,7 @@ converted, suggested and documented like all others.
 import dataclasses
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from typing import Any, NoReturn, TypeVar, get_type_hints
 
@@ -25,6 +25,9 @@ from tissuec.scene.files import read_file
 _BRACE = re.compile(r"\s*\{")
 
 _QUOTED = re.compile(r'"[^"]*"')
+
+#: A number and its unit.
+_AMOUNT = re.compile(r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(\S*)")
 
 Kind = Measure | Whole | OneOf | Point | FromTo | Several | FileIn
 T = TypeVar("T")
@@ -170,9 +173,18 @@ def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what:
             "TIS303",
             f'"{item.name.text}" is not an entry of {what}',
             item.name.span,
-            hint=alternatives(item.name.key, schema, what="entries"),
+            hint=chosen(item, schema) or alternatives(item.name.key, schema, what="entries"),
         )
     return schema[item.name.key]
+
+
+def chosen(item: s.Item, entries: Iterable[str]) -> Hint:
+    """Return a hint for an entry without its "is", such as ``rupture allowed``, or none."""
+    if isinstance(item, s.Sentence) and item.phrase is None:
+        for entry in entries:
+            if item.name.key.startswith(f"{entry} "):
+                return proposal(f"{entry} is {item.name.text[len(entry) :].strip()}")
+    return Hint("")
 
 
 def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
@@ -209,7 +221,14 @@ def read_value(
         case Point(dimension=dimension):
             value = scope.evaluate(node)
             if not value.is_vector:
-                scope.findings.reject("TIS312", f"{what} is a vector: (x, y, z)", node.span)
+                text = node.span.text
+                amount = _AMOUNT.fullmatch(text)
+                vector = f"(0, 0, {amount[1]}) {amount[2]}".rstrip() if amount else "(0, 0, 1)"
+                hint = Hint(
+                    f"for example: {what} = {vector}", *([Edit(vector)] if amount else [])
+                )
+                message = f"{what} is a vector: (x, y, z)"
+                scope.findings.reject("TIS312", message, node.span, hint=hint)
             if np.any(value.amount) or not value.is_literal:
                 scope.expect(value, dimension, node.span, what=what)
             return value.amount
@@ -255,8 +274,20 @@ def _read_measure(kind: Measure, node: s.Expression, scope: Scope, *, what: str)
             for _, words, limit in limits
             if limit is not None
         )
-        scope.findings.reject("TIS308", f"{what} must be {allowed}, not {value}", node.span)
+        is_share = kind.dimension == NUMBER and value.is_literal
+        fits = _within(kind, amount / 100) and 0.5 < (kind.at_most or 0.0) <= 1.0
+        hint = proposal(f"{node.span.text} %") if is_share and fits else ""
+        message = f"{what} must be {allowed}, not {value}"
+        scope.findings.reject("TIS308", message, node.span, hint=hint)
     return amount
+
+
+def _within(kind: Measure, amount: float) -> bool:
+    return (
+        (kind.above is None or amount > kind.above)
+        and (kind.at_least is None or amount >= kind.at_least)
+        and (kind.at_most is None or amount <= kind.at_most)
+    )
 
 
 def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:

@@ -19,7 +19,7 @@ from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import Fact, Fired, Given, Tissue, WrittenLaw
 from tissuec.scene.quantities import LISTED, QUANTITIES
 from tissuec.scene.vocabulary import Rules, Vocabulary
-from tissuec.scene.words import NamedScale, read_word
+from tissuec.scene.words import NamedScale, read_word, reading
 
 MOST_PARENTS = 50
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
@@ -82,6 +82,7 @@ class TissueReader:
         if written.rules is not None:
             answers = written.rules.base.infer({fact.property: fact.number for fact in facts})
             self._conclude(written.rules, answers, given, missing)
+            self._warn_of_hedges_without_effect(written, facts, answers)
             if written.inherited is not None:
                 self._warn_of_words_without_effect(written, written.inherited, answers)
         assert isinstance(declared.item, s.Block)
@@ -302,6 +303,39 @@ class TissueReader:
             span,
             shown,
         )
+
+    def _warn_of_hedges_without_effect(
+        self, written: _Written, facts: tuple[Fact, ...], answers: Answers
+    ) -> None:
+        """W205: the rules say the same of a word with a hedge as of the word alone."""
+        assert written.rules is not None
+        numbers = {fact.property: fact.number for fact in facts}
+        inherited = written.inherited.facts if written.inherited else {}
+        for fact in facts:
+            item = written.facts[fact.property]
+            words = self.vocabulary.properties[fact.property].scale
+            hedges = self.vocabulary.hedges
+            read = reading(s.key_of(fact.written), words.words, hedges)
+            if item is inherited.get(fact.property) or read is None or not read[0]:
+                continue
+            plain = words.axis.value_of(words.words[read[1]])
+            same = written.rules.base.infer(numbers | {fact.property: plain})
+            asked = [key for key, one in answers.items() if fact.property in _properties(one)]
+            if (
+                plain != fact.number
+                and asked
+                and all(_value(answers[key]) == _value(same[key]) for key in asked)
+            ):
+                assert isinstance(item, s.Sentence) and item.phrase is not None
+                self.findings.add(
+                    "W205",
+                    f'"{fact.written}" gives the same numbers as "{read[1]}": the rules do not '
+                    "tell them apart",
+                    item.phrase.span,
+                    hint=Hint(
+                        f'write "{read[1]}", or the numbers that you know', Edit(read[1])
+                    ),
+                )
 
     def _warn_of_words_without_effect(
         self, written: _Written, inherited: _Written, answers: Answers

@@ -49,6 +49,10 @@ class Stop:
         what = (order.words.lower().split() or [""])[0]
         if what not in _STOPS:
             hint = alternatives(what, _STOPS, what="it can be")
+            if not what:
+                hint = f"write: {', or: '.join(cls.forms[i] for i in (0, 2, 6))}"
+            if not what:
+                order.reject("TIS304", "what is stopped is not written", hint=hint)
             order.reject("TIS305", f'"{what}" is nothing that can be stopped', hint=hint)
         if what == "irrigating" == order.words.lower():
             return cls(what, "", order.span)

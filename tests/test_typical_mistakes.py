@@ -1,0 +1,238 @@
+"""Typical mistakes in one scene, each told once, at its place, with a way out.
+
+Every mistake is a replacement in a scene that is right. Where the hint proposes an edit, making
+it gives a text without errors.
+"""
+
+from typing import NamedTuple
+
+import pytest
+from click.testing import CliRunner
+
+from tests.scene.test_mistakes_together import SCENE as TOGETHER
+from tissuec.cli import group
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, check_request
+
+SCENE = """language 1
+use "fuzzy/soft_tissue"
+about "A vessel that is lifted."
+param lift = 5 mm between 0 mm and 9 mm
+tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }
+tissue skin {
+  described in soft tissue
+  hardness is soft; elasticity is big; weight is low; shiftability is low
+  consistency is smooth
+}
+body vessel {
+  mesh is tube {
+    axis from (0, 0, 0) mm to (20, 0, 0) mm; radius = 3 mm; rings = 5; sides = 10
+    diagonals is both; interior is crossed
+  }
+  tissue is gum
+}
+body patch {
+  mesh is sheet {
+    corner = (0, 0, 10) mm; first edge = (9, 0, 0) mm; second edge = (0, 9, 0) mm
+    rows = 4; columns = 4; diagonals is both
+  }
+  tissue is skin
+}
+set root = nodes of vessel where x < 1 mm
+set tip = nodes of vessel where x between 19 mm and 21 mm
+set rim = nodes of patch where y < 1 mm
+tool forceps A { kind is forceps }
+tool shears { kind is scissors }
+environment { gravity = (0, 0, -9.81) m/s^2 }
+script {
+  at 0 s: { fix root; fix rim }
+  at 0.1 s: grasp tip with forceps A
+  from 0.1 s to 0.2 s: move forceps A by (0 mm, 0 mm, lift) using smooth profile
+  at 0.3 s: cut vessel along plane through (10, 0, 0) mm facing (1, 0, 0) with shears
+  when force(forceps A) > 1 N: release forceps A
+}
+simulate { duration = 0.4 s; tolerance = 1e-3 }
+output { trajectory every 10 ms; force of forceps A every 1 ms }
+expect speed(rim) < 1 m/s over run
+"""
+
+
+class Mistake(NamedTuple):
+    """What is written instead of what, and how it is answered.
+
+    Attributes:
+        marked: The text that is marked.
+        hint: A part of the hint, or of the message where there is none.
+    """
+
+    old: str
+    new: str
+    code: str
+    marked: str
+    hint: str
+
+
+M = Mistake
+MISTAKES = {
+    # units and numbers
+    "unit spelt out": M("0.4 s;", "0.4 sec;", "TIS104", "sec", '"s"'),
+    "unit in the plural": M("at 0.1 s", "at 0.1 seconds", "TIS104", "seconds", '"s"'),
+    "unit by its name": M("10 mg", "10 milligrams", "TIS104", "milligrams", '"mg"'),
+    "unit in capitals": M("10 mg", "10 MG", "TIS104", "MG", '"mg"'),
+    "unit left out": M("radius = 3 mm", "radius = 3", "TIS501", "3", '"3 mm"'),
+    "unit of a vector left out": M(
+        "(20, 0, 0) mm", "(20, 0, 0)", "TIS501", "(20, 0, 0)", '"(20, 0, 0) mm"'
+    ),
+    "unit of another kind": M("40 N/m;", "40 Pa;", "TIS502", "40 Pa", "N/m"),
+    "units side by side": M("0.01 N*s/m", "0.01 Ns/m", "TIS104", "Ns", '"N*s/m"'),
+    "decimal comma": M("0.4 s;", "0,4 s;", "TIS108", ",", "0.4 s"),
+    "digits grouped": M("40 N/m;", "1'000 N/m;", "TIS114", "'", '"1000"'),
+    "point without a digit": M("0.4 s;", ".4 s;", "TIS100", ".", '"0.4"'),
+    "superscript": M("m/s^2", "m/s²", "TIS114", "²", "^2"),
+    "share for a percentage": M(
+        "10 mg }", "10 mg; prestress = 2 }", "TIS308", "2", '"2 %"'
+    ),
+    "whole number as a fraction": M("rings = 5;", "rings = 5.5;", "TIS308", "5.5", "5 or 6"),
+    "negative mass": M("10 mg", "-10 mg", "TIS308", "-10 mg", "mass must be above"),
+    # names
+    "tissue misspelt": M("tissue is gum", "tissue is gumm", "TIS301", "gumm", '"gum"'),
+    "word misspelt": M("is soft;", "is sofft;", "TIS201", "sofft", '"soft"'),
+    "entry misspelt": M("radius =", "raduis =", "TIS303", "raduis", '"radius"'),
+    "part misspelt": M("environment {", "enviroment {", "TIS303", "enviroment", "environment"),
+    "verb misspelt": M("fix root", "fixx root", "TIS404", "fixx", '"fix"'),
+    "set misspelt": M("grasp tip", "grasp tipp", "TIS301", "tipp", '"tip"'),
+    "tool misspelt": M("with shears", "with sheers", "TIS301", "sheers", '"shears"'),
+    "measure misspelt": M("expect speed", "expect sped", "TIS701", "sped", '"speed"'),
+    "mesh misspelt": M("is tube {", "is tub {", "TIS305", "tub", '"tube"'),
+    "file misspelt": M("fuzzy/soft_tissue", "fuzzy/soft_tisue", "TIS601", None, "soft_tissue"),
+    "capital letter": M("set tip", "Set tip", "TIS103", "Set", '"set"'),
+    "number in a name": M("set rim =", "set rim 2 =", "TIS109", "2", '"rim 2"'),
+    "reserved word in a name": M(
+        "set rim =", "set end of rim =", "TIS115", "of", '"end of rim"'
+    ),
+    "reserved word as a name": M(
+        "tool shears {", "tool table {", "TIS115", "table", 'tool "table"'
+    ),
+    "word as a tissue": M("tissue is gum", "tissue is soft", "TIS301", "soft", "hardness is"),
+    "number as a tissue": M("tissue is gum", "tissue = gum", "TIS312", None, "tissue is"),
+    # signs of other languages
+    "assignment as in a program": M(
+        "body vessel {", "speed = 0.006\nvessel = Body(mesh=3)\nbody vessel {", "TIS312", "=",
+        "body NAME",
+    ),
+    "key with a colon": M("radius = 3 mm;", "radius: 3 mm;", "TIS312", ":", "radius = 3 mm"),
+    "block with a colon": M("body patch {", "body skin:\nbody patch {", "TIS312", ":", "{"),
+    "comma between entries": M("rings = 5;", "rings = 5,", "TIS107", ",", '";"'),
+    "comment with slashes": M("use", "// words\nuse", "TIS312", "//", '"#"'),
+    "equals as a test": M("where y < 1 mm", "where y = 1 mm", "TIS111", "=", '"y == 1 mm"'),
+    "chained comparison": M(
+        "x between 19 mm and 21 mm", "19 mm < x < 21 mm", "TIS100", "<",
+        '"x between 19 mm and 21 mm"',
+    ),
+    "limits reversed": M(
+        "between 19 mm and 21 mm", "between 21 mm and 19 mm", "TIS308", "21 mm",
+        '"between 19 mm and 21 mm"',
+    ),
+    "if for when": M("when force", "if force", "TIS312", "if", "when force"),
+    "is for equals": M("param lift =", "param lift is", "TIS312", "is", "="),
+    "param as a word": M("set tip", "param h is soft\nset tip", "TIS312", "soft", "number"),
+    "and for a semicolon": M(
+        "is soft; elast", "is soft and elast", "TIS107", "and", '";"'
+    ),
+    "is left out": M(
+        "tissue is skin", "tissue is skin; rupture allowed", "TIS303", "rupture allowed",
+        '"rupture is allowed"',
+    ),
+    "curly quotes": M('about "A vessel that is lifted."', "about “A”", "TIS114", None, '"'),
+    "quotes left out": M(
+        'use "fuzzy/soft_tissue"', "use fuzzy/soft_tissue", "TIS312", "/", 'use "fuzzy/'
+    ),
+    "brace missing": M("tissue is skin\n}\n", "tissue is skin\n", "TIS101", "", '"}"'),
+    "brace too many": M("tissue is skin\n}\n", "tissue is skin\n}}\n", "TIS102", "}", "remove"),
+    "bracket missing": M("(0, 0, 10) mm", "(0, 0, 10 mm", "TIS102", "(", '")"'),
+    "colon missing": M("at 0.1 s: grasp", "at 0.1 s grasp", "TIS105", "grasp", "s: grasp"),
+    "two statements on a line": M("rings = 5;", "rings = 5", "TIS107", "sides", "before"),
+    # meaning
+    "gravity as a number": M(
+        "(0, 0, -9.81) m/s^2", "-9.81 m/s^2", "TIS312", "-9.81 m/s^2", "(0, 0, -9.81) m/s^2"
+    ),
+    "vector without brackets": M(
+        "(0, 0, -9.81) m/s^2", "0, 0, -9.81 m/s^2", "TIS100", ",", '"(0, 0, -9.81) m/s^2"'
+    ),
+    "entry missing": M("; sides = 10", "", "TIS304", None, "sides = 10"),
+    "duration missing": M("duration = 0.4 s; ", "", "TIS304", None, "duration = 1 s"),
+    "profile of another name": M(
+        "using smooth profile", "using linear", "TIS305", None, '"constant speed"'
+    ),
+    "profile that jumps": M(
+        "using smooth profile", "using constant", "TIS306", None, "constant speed"
+    ),
+    "profile unfinished": M("using smooth profile", "using sine", "TIS304", None, "of 2 Hz"),
+    "nothing to stop": M(
+        "release forceps A", "stop", "TIS304", "stop", "stop moving SET"
+    ),
+    "tool of another kind": M("with shears", "with forceps A", "TIS405", None, "shears"),
+    "fixed nodes moved": M("grasp tip", "grasp root", "W409", None, "free them"),
+    "cut through nothing": M("(10, 0, 0) mm", "(10, 0, 0) cm", "W410", None, "x runs from"),
+    "hedge without effect": M("is soft;", "is very soft;", "W205", "very soft", '"soft"'),
+}  # fmt: skip
+
+
+def said(text: str) -> tuple[Diagnostic, ...]:
+    try:
+        return check_request(Request(Source("scene.tis", text)))[1]
+    except CompileError as error:
+        return error.diagnostics
+
+
+def test_the_scene_itself_is_right():
+    assert not said(SCENE)
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_typical_mistake_is_told_at_its_place_with_a_way_out(name):
+    old, new, code, marked, hint = MISTAKES[name]
+    assert SCENE.count(old) >= 1
+    found = [one for one in said(SCENE.replace(old, new, 1)) if one.code != "W502"]
+    assert [one.code for one in found] == [code], "\n".join(map(str, found))
+    assert marked is None or found[0].span.text == marked, found[0]
+    assert hint in (found[0].hint or found[0].message), found[0]
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_the_edit_that_is_proposed_mends_the_scene(name):
+    old, new, *_ = MISTAKES[name]
+    text = SCENE.replace(old, new, 1)
+    for finding in said(text):
+        for edit in finding.edits:
+            mended = text[: edit.span.start] + edit.text + text[edit.span.end :]
+            after = said(mended)
+            assert finding.code not in [one.code for one in after], "\n".join(map(str, after))
+
+
+def test_a_file_beside_the_scene_is_proposed_with_its_dot(tmp_path):
+    (tmp_path / "other.tis").write_text("language 1\nlet width = 1 mm\n")
+    scene = tmp_path / "scene.tis"
+    scene.write_text('language 1\nuse "other"\n')
+    with pytest.raises(CompileError) as caught:
+        check_request(Request.file(scene))
+    found = next(one for one in caught.value.diagnostics if one.code == "TIS601")
+    assert found.hint.startswith('did you mean "./other"')
+    assert [edit.text for edit in found.edits] == ["./other"]
+
+
+def test_a_value_whose_blanks_part_it_is_answered_once(tmp_path):
+    scene = tmp_path / "scene.tis"
+    scene.write_text(TOGETHER)
+    said = CliRunner().invoke(group, ["check", str(scene), "--set", "lift", "=", "8", "mm"])
+    assert said.exit_code == 2
+    assert said.output.count("Error") == 1
+    assert '--set "lift = 8 mm"' in said.output
+
+
+def test_numbers_above_a_call_are_told_how_to_be_declared():
+    (found,) = said("language 1\nspeed = 0.006\nvessel = Body(mesh=3)\n")
+    assert [note.message for note in found.notes] == [
+        'to declare a number, write "param speed = …"'
+    ]
