@@ -79,6 +79,26 @@ def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
     assert "write tolerance = 2.5e-07" in estimate.reason
 
 
+@pytest.mark.parametrize(("error", "state"), [(0.9, "kept"), (1.2, "broken")])
+def test_errors_near_the_tolerance_are_decided_by_a_third_run(error, state, monkeypatch):
+    """A companion with a quarter of the error is only three quarters of it away."""
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, tolerance=1e-6)
+
+    def wrong_by(part):
+        beside = Companion(network, plan, "inline")
+        run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.take))
+        beside._own += part * (beside._own - network.position)
+        return beside
+
+    def stepped(network, plan, times, factor, **more):
+        return wrong_by(error * 1e-6 / factor)._own
+
+    beside = wrong_by(error * 1e-6)
+    monkeypatch.setattr(companion, "stepped", stepped)
+    assert beside.estimate().state == state
+
+
 PAIR = """language 1
 tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 10 g }
 body pair { mesh is explicit; tissue is cord }

@@ -28,7 +28,7 @@ from tissuec.plan import Output, Plan
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder, Samples, sample_times
 
-FINER = 4.0  # times; the difference is then about the error itself, or a third more
+FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
 FINEST_FINER = 100.0  # times: of the third run
 FALLEN = 0.25  # of the difference: what must be left of it where steps were too large
 MOST_ROWS = 200
@@ -184,14 +184,15 @@ class Companion:
         relative, apart = self._apart(self._own, other, known)
         state: State = "kept"
         reason, since = "", None
-        beyond = np.flatnonzero(relative > self.allowed)
+        # Errors within the tolerance may make no more of a difference than this.
+        beyond = np.flatnonzero(relative > (1.0 - 1.0 / FINER) * self.allowed)
         if np.isinf(self.allowed):
             state, reason = "not checked", "a fixed step without a tolerance promises nothing"
         elif not asked.any():
             state, reason = "not checked", "the run was resumed after the last recorded time"
         elif len(beyond):
             since = float(self.times[known][beyond[0]])
-            state, reason = self._tried(other, known, since, interrupt)
+            state, reason, since = self._tried(other, known, since, interrupt)
         elif not known[asked].all():
             last = self.times[known]
             state, since = "unknown", float(last[-1]) if len(last) else 0.0
@@ -212,17 +213,25 @@ class Companion:
 
     def _tried(
         self, other: Floats, known: Any, since: float, interrupt: Callable[[], bool]
-    ) -> tuple[State, str]:
-        """Return whether smaller steps would do, found out by taking them."""
+    ) -> tuple[State, str, float | None]:
+        """Return whether smaller steps are needed and would do, found out by taking them."""
         finest = stepped(self.network, self.plan, self.times, FINEST_FINER, interrupt=interrupt)
-        both = known & np.isfinite(finest).all(axis=(1, 2)) & (self.times >= since)
+        asked = known & (self.times >= since)
+        both = asked & np.isfinite(finest).all(axis=(1, 2))
         if not both.any():
-            return "unknown", "whether smaller steps help was not found out in time"
+            return "unknown", "whether smaller steps help was not found out in time", since
         own, _ = self._apart(self._own, finest, both)
         left, _ = self._apart(other, finest, both)
-        if (left <= np.maximum(FALLEN * own, 0.1 * self.allowed)).all():
-            return "broken", f"write tolerance = {self.allowed / FINER:.2g}"
-        return "unknown", "smaller steps lead elsewhere: the motion is chaotic"
+        small = np.maximum(FALLEN * own, 0.1 * self.allowed)
+        if not (left <= small).all():
+            return "unknown", "smaller steps lead elsewhere: the motion is chaotic", since
+        beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
+        if len(beyond):
+            since = float(self.times[both][beyond[0]])
+            return "broken", f"write tolerance = {self.allowed / FINER:.2g}", since
+        if not np.array_equal(both, asked):
+            return "unknown", "whether smaller steps help was not found out in time", since
+        return "kept", "", None
 
     def __enter__(self) -> Self:
         return self
