@@ -296,14 +296,20 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
         for fired in given.fired
     }
     for rules in compiled.scene.vocabulary.rules.values():
-        for span in rules.spans:
-            if span.source is compiled.scene.source and span not in woken:
-                yield Diagnostic(
-                    "W202",
-                    "no tissue in use can make this rule fire",
-                    span,
-                    "describe a tissue so that it does, or leave the rule out",
-                )
+        silent = [
+            span
+            for span in rules.spans
+            if span.source is compiled.scene.source and span not in woken
+        ]
+        if silent:
+            more = counted(len(silent) - 1, "other rule") if silent[1:] else ""
+            yield Diagnostic(
+                "W202",
+                "no tissue in use can make this rule fire" + (f", nor {more}" if more else ""),
+                silent[0],
+                "describe a tissue so that it does, or leave the rule out",
+                tuple(Note("another one", span) for span in silent[1:]),
+            )
 
 
 def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:

@@ -211,6 +211,9 @@ def test_units_fit_numbers():
     assert scaled(3e-7, "m") == (1e-9, "nm")
     assert scaled(120.0, "s") == (1.0, "s")
     assert scaled(0.0, "N") == (1.0, "N")
+    assert scaled(2.5e-5, "m^3") == (1e-6, "ml")
+    assert scaled(2.5, "m^3") == (1e-3, "l")
+    assert scaled(0.0, "m^3") == (1.0, "m^3")
     assert scaled(5.0, "m^3/s") == (1.0, "m^3/s")
     # On a scale of logarithms, where 3.16 lies between 2 and 5.
     assert [near(value) for value in (0.0031, 3.2, 7.2, 14.0)] == [0.002, 5.0, 10.0, 10.0]

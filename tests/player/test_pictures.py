@@ -188,6 +188,17 @@ def test_a_gif_takes_as_long_as_the_run(shown, tmp_path):
     assert shown_for == 1000 * (GIF_RATE + 1) // GIF_RATE + 600  # the end stays
 
 
+def test_a_gif_of_few_frames_takes_as_long_with_fewer_pictures(shown, tmp_path):
+    Image = pytest.importorskip("PIL.Image")
+    options = Options(frames=5)
+    film = read_film(shown(Show(grid(4, 4), frames=11, step=0.04)), options)
+    assert (
+        write_gif(Painter(film, options, SIZE, "sheet"), tmp_path / "few.gif", 0.2, quiet) == 5
+    )
+    with Image.open(tmp_path / "few.gif") as gif:
+        assert gif.n_frames == 5 and gif.info["duration"] == 500
+
+
 def test_a_video_takes_as_long_as_the_run(shown, tmp_path):
     encoder = pytest.importorskip("imageio_ffmpeg", reason="needs the extra animate")
     film = read_film(shown(Show(grid(4, 4), frames=6)), Options())

@@ -358,3 +358,6 @@ def test_a_browser_that_cannot_draw_says_so(page, text, tmp_path):
     page.goto((tmp_path / "page.html").as_uri())
     assert not page.evaluate("tissuec.ready")
     assert "has no WebGL 2" in page.locator("#notice").inner_text()
+    assert "--png" in page.locator("#notice").inner_text()
+    assert not page.locator("#transport").is_visible()
+    assert not page.locator("#side").is_visible()

@@ -155,7 +155,7 @@ class _Story:
 
 
 def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
-    message = f"{mover.name} has grasped nothing at {show(time, TIME)} and moves nothing"
+    message = f"{mover.name} holds nothing when it starts to move, at {show(time, TIME)}"
     return Diagnostic("W401", message, span, f"write before it: grasp … with {mover.name}")
 
 

@@ -18,8 +18,8 @@ class Estimates:
         names: Of each, such as "spring constant of fat" or "spring 17", shape (number,).
         start: Before the learning, in SI units, shape (number,).
         value: After it.
-        low, high: Ends of the interval that holds the truth with 95 % probability, if the
-            model is right and the noise is as estimated; infinite where nothing is known.
+        low, high: Ends of the interval that contains the true value with 95 % probability, if
+            the model is right and the noise is as estimated; infinite where nothing is known.
         identified: Whether the data tells the number at all.
         parts: Of each ``per region`` or ``per tissue``: whose it is; else spring or node.
     """

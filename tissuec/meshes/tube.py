@@ -23,9 +23,10 @@ class Tube:
     lies towards the coordinate direction most nearly at right angles to the axis (x before y
     before z); the sides go round the axis by the right-hand rule.
 
-    Crossed springs join each node to the two nodes beside the opposite one in the next ring and
-    need 6 sides. Spokes cross each ring to the opposite node or, where the number of sides is
-    odd, to the two nodes nearest to opposite; they need 4 sides.
+    Crossed springs join each node to two nodes of the next ring, half of the sides (rounded
+    down) less one away on either hand: of 10 sides to those beside the opposite node, of 7 to
+    the second ones. They need 6 sides. Spokes cross each ring to the opposite node or, where
+    the number of sides is odd, to the two nodes nearest to opposite; they need 4 sides.
 
     Attributes:
         axis: Centres of the first and the last ring.

@@ -22,7 +22,7 @@ def moments(times: Floats, rate: float, speed: float | None) -> Floats:
 
     Args:
         times: Of the frames [s], shape (frame,).
-        speed: Simulated over shown time; one that is easy to follow if None.
+        speed: Playback speed, 1 is real time; chosen automatically if None.
     """
     duration = float(times[-1] - times[0])
     shown = duration / (speed or pace(duration))
@@ -31,11 +31,21 @@ def moments(times: Floats, rate: float, speed: float | None) -> Floats:
     return np.interp(at, times, np.arange(len(times)))
 
 
+def rate_of(painter: Painter, usual: float, speed: float | None) -> float:
+    """Return how many pictures a second shows: fewer than usual if few frames are asked for."""
+    times, most = painter.film.times, painter.options.frames
+    duration = float(times[-1] - times[0])
+    if most is None or not duration > 0.0:
+        return usual
+    return min(usual, (most - 1) * (speed or pace(duration)) / duration)
+
+
 def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
     """Write an animated GIF, and return how many pictures it has."""
     from PIL import Image
 
-    chosen = moments(painter.film.times, GIF_RATE, speed)
+    rate = rate_of(painter, GIF_RATE, speed)
+    chosen = moments(painter.film.times, rate, speed)
     # One palette serves all, so that nothing flickers; it knows the colours of all times.
     few = chosen[np.unique(np.linspace(0, len(chosen) - 1, _SAMPLES).astype(int))]
     together = np.concatenate([painter.pixels(float(at)) for at in few])
@@ -45,7 +55,7 @@ def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress)
         told(number, len(chosen))
         picture = Image.fromarray(painter.pixels(float(at)))
         pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
-    pause = [1000 // GIF_RATE] * len(pictures)
+    pause = [round(1000 / rate)] * len(pictures)
     pause[-1] += round(1000 * _REST)
     pictures[0].save(
         path, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0
@@ -67,11 +77,12 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
     """Write an MP4 (H.264), and return how many pictures it has."""
     import imageio_ffmpeg
 
-    chosen = moments(painter.film.times, VIDEO_RATE, speed)
+    rate = rate_of(painter, VIDEO_RATE, speed)
+    chosen = moments(painter.film.times, rate, speed)
     width, height = painter.size
     even = width // 2 * 2, height // 2 * 2  # as the codec wants it
     encoder = imageio_ffmpeg.write_frames(
-        str(path), even, fps=VIDEO_RATE, codec="libx264", quality=8, macro_block_size=2,
+        str(path), even, fps=rate, codec="libx264", quality=8, macro_block_size=2,
         pix_fmt_in="rgb24", output_params=["-movflags", "+faststart"],
     )  # fmt: skip
     encoder.send(None)
@@ -82,8 +93,8 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
             picture = painter.pixels(float(at))[: even[1], : even[0]]
             encoder.send(np.ascontiguousarray(picture))
         assert picture is not None
-        for _ in range(round(VIDEO_RATE * _REST)):
+        for _ in range(round(rate * _REST)):
             encoder.send(np.ascontiguousarray(picture))
     finally:
         encoder.close()
-    return len(chosen) + round(VIDEO_RATE * _REST)
+    return len(chosen) + round(rate * _REST)

@@ -18,7 +18,7 @@ class Options:
         colour: What colours the springs.
         time: Where it stands at first [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
-        speed: Simulated over shown time; one that is easy to follow if None.
+        speed: Playback speed, 1 is real time; chosen automatically if None.
     """
 
     frames: int | None = None

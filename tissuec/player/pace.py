@@ -7,6 +7,8 @@ _SHORTEST, _LONGEST, _USUAL = 1.5, 12.0, 6.0  # [s] of showing
 #: Unit prefixes that people use, from small to large.
 PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 
+_VOLUMES = ((1e-9, "µl"), (1e-6, "ml"), (1e-3, "l"))
+
 
 def pace(duration: float) -> float:
     """Return how much simulated time passes in a second of showing.
@@ -27,6 +29,9 @@ def near(value: float) -> float:
 
 def scaled(most: float, unit: str) -> tuple[float, str]:
     """Return by what to divide numbers up to ``most``, and the unit that they are then in."""
+    if unit == "m^3":
+        fitting = [pair for pair in _VOLUMES if pair[0] <= abs(most) * (1.0 + 1e-9)]
+        return fitting[-1] if fitting else _VOLUMES[0] if most else (1.0, unit)
     if unit not in ("m", "s", "N", "J", "Pa", "W", "m/s"):
         return 1.0, unit
     fitting = [(size, name) for size, name in PREFIXES if size <= abs(most) * (1.0 + 1e-9)]

@@ -87,6 +87,7 @@ class Painter:
         self.framing = framing(film)
         angles = options.view or viewpoint(self.framing.points)
         self.home = self.camera = fitted(self.framing.points, *angles, size[0] / size[1])
+        self.options = options
         self.colour: Colour = options.colour
         self.figure: Figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
         self._canvas = FigureCanvasAgg(self.figure)

@@ -116,7 +116,7 @@ def error_table(store: Store) -> LogTable:
 
 def twin_table(store: Store) -> LogTable:
     """Return the table of distances from the twin of the run."""
-    text = "largest distance of a node from where it is in a run that is stepped more finely"
+    text = "largest distance of a node from where it is in a run with smaller steps"
     return LogTable(store, TWIN_PATH, LogChannel("twin", ("distance",), "m", text))
 
 

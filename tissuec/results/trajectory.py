@@ -333,7 +333,7 @@ class Trajectory:
 
     @property
     def twin(self) -> Log | None:
-        """How far the run was from one stepped more finely until a time [m]; None without."""
+        """How far the run was from one with smaller steps until a time [m]; None without."""
         return Log(self._file, TWIN_PATH) if TWIN_PATH in self._file else None
 
     @cached_property

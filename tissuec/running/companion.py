@@ -277,7 +277,7 @@ def stepped(
     rows: Floats | None = None,
     interrupt: Callable[[], bool] | None = None,
 ) -> Floats:
-    """Return positions at times, stepped more finely, shape (time, node, 3).
+    """Return positions at times with smaller steps, shape (time, node, 3).
 
     They are NaN at times that the run did not come to.
 

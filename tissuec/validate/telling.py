@@ -18,7 +18,7 @@ HEADINGS = {
     "diverged": "the run could not go on",
 }
 COLUMNS = ("quantity", "error", "promised", "relative to", "worst at")
-REMARK = "(…): not promised; what positions within the promise can do to it"
+REMARK = "(…): no limit is set; what a position error at the limit could cause"
 
 Document = Mapping[str, Any]
 

@@ -231,12 +231,14 @@ function refuse(text) {
   const notice = byId("notice");
   notice.textContent = text;
   notice.hidden = false;
+  document.body.classList.add("refused");
 }
 
 async function begin() {
   if (!document.createElement("canvas").getContext("webgl2")) {
-    refuse("This browser has no WebGL 2, by which the net is drawn. "
-      + "A newer one has it, or one with graphics acceleration switched on.");
+    refuse("This browser has no WebGL 2, which draws the net. Switch graphics acceleration "
+      + "on in its settings, open this page in another browser, or draw pictures instead: "
+      + "tissuec view RESULT --png picture.png, or --gif film.gif.");
     return null;
   }
   if (!("DecompressionStream" in window)) {

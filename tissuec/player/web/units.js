@@ -1,10 +1,14 @@
 // Numbers for people.
 
 const PREFIXES = [[1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""], [1e3, "k"], [1e6, "M"]];
+const VOLUMES = [[1e-9, "µl"], [1e-6, "ml"], [1e-3, "l"]];
 const PREFIXED = ["m", "s", "N", "J", "Pa", "W", "m/s"];
 
 // Return by what to divide numbers up to a size, and the unit that they are then in.
 function scaled(most, unit) {
+  if (unit === "m^3" && most > 0) {
+    return VOLUMES.filter(([size]) => size <= most * (1 + 1e-9)).pop() || VOLUMES[0];
+  }
   if (!PREFIXED.includes(unit) || !(most > 0)) return [1, unit];
   const largest = unit === "s" ? 1 : 1e6;
   const fitting = PREFIXES.filter(([size]) => size <= most * (1 + 1e-9) && size <= largest);
