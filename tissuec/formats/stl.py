@@ -13,8 +13,8 @@ from tissuec.formats import FORMATS, Cells, Floats, FormatError, RawMesh
 
 _HEAD = 84  # bytes before the triangles: 80 of a remark, 4 of their number
 _FACET = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
-_VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)\s*$", re.MULTILINE)
-_SOLID = re.compile(rb"^\s*solid\b[ \t]*([^\r\n]*)", re.MULTILINE)
+_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)[ \t\r]*$", re.MULTILINE)
+_SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\r\n]*)", re.MULTILINE)
 
 
 @FORMATS.member(".stl")
@@ -37,7 +37,10 @@ def read(data: bytes, path: Path) -> RawMesh:
 
 def _read_text(data: bytes) -> RawMesh:
     text = data.lower()
-    facets, ends = text.count(b"endfacet"), len(re.findall(rb"^\s*facet\b", text, re.MULTILINE))
+    facets, ends = (
+        text.count(b"endfacet"),
+        len(re.findall(rb"^[ \t]*facet\b", text, re.MULTILINE)),
+    )
     found = _VERTEX.findall(text)
     if facets != ends or len(found) != 3 * facets or b"endsolid" not in text[-1024:]:
         raise FormatError(

@@ -7,7 +7,8 @@ from tissuec.formats import FORMATS, FormatError, RawMesh
 from tissuec.formats.foreign import by_library, raw_mesh
 from tissuec.formats.markup import refuse_document_type
 
-_PIECE = re.compile(rb"<Piece\b[^>]*\bNumberOfCells\s*=\s*[\"'](\d+)")
+_PIECE = re.compile(rb"<Piece\b([^<>]*)")
+_CELLS = re.compile(rb"\bNumberOfCells\s*=\s*[\"'](\d+)")
 
 
 @FORMATS.member(".vtu")
@@ -17,7 +18,7 @@ def read(data: bytes, path: Path) -> RawMesh:
     if b"<VTKFile" not in data[:4096]:
         raise FormatError('it holds no "VTKFile"')
     found = by_library("vtu", path)
-    announced = [int(count) for count in _PIECE.findall(data)]
+    announced = cells_announced(data)
     cells = sum(len(block.data) for block in found.cells)
     if sum(announced) != cells:  # of several pieces the library keeps the last one
         raise FormatError(
@@ -26,3 +27,9 @@ def read(data: bytes, path: Path) -> RawMesh:
             "write it as one piece",
         )
     return raw_mesh(found)
+
+
+def cells_announced(data: bytes) -> list[int]:
+    """Return how many cells each piece says that it has."""
+    pieces = map(_CELLS.search, _PIECE.findall(data))
+    return [int(count[1]) for count in pieces if count]

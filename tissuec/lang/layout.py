@@ -35,7 +35,7 @@ _PART = re.compile(
 _CONTINUES = re.compile(rf"(?:{'|'.join(CONTINUING)})(?!\w)", re.IGNORECASE)
 _TABLE_PLACE = re.compile(r"(?:^|[\n;{}]|\bis[ \t])[ \t]*\Z")
 #: A bracket on one line, without others in it, with ";" where a vector has ",".
-_PARTED = re.compile(r"\([^()\[\]{}\n=#]*;[^()\[\]{}\n=#]*\)")
+_PARTED = re.compile(r"\([^()\[\]{}\n=#;]*;[^()\[\]{}\n=#]*\)")
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _CLOSE = 'close it with "}" where the block ends'
 
@@ -59,11 +59,17 @@ class Layout:
 
 
 class _Opening(NamedTuple):
-    """A bracket that waits for its partner; ``indent`` is that of its line."""
+    """A bracket that waits for its partner.
+
+    Attributes:
+        indent: Of its line.
+        vector: All of it, where it is a vector with ";" for ",".
+    """
 
     sign: str
     place: int
     indent: int
+    vector: re.Match[str] | None = None
 
 
 def in_order(problems: Iterable[Diagnostic]) -> list[Diagnostic]:
@@ -157,7 +163,7 @@ class _Scanner:
             hint = 'name a part of it with "let", or close a bracket before'
             problem = Diagnostic("TIS116", message, Span(self.source, start, end), hint)
             raise CompileError(in_order([*self.problems, problem]))
-        self.stack.append(_Opening(sign, start, self.indent))
+        self.stack.append(_Opening(sign, start, self.indent, _PARTED.match(text, start)))
         return None
 
     def _close(self, text: str, start: int, end: int) -> None:
@@ -183,7 +189,7 @@ class _Scanner:
             self.bracketed.clear()
 
     def _end(self, text: str, start: int, end: int) -> None:
-        vector = _PARTED.match(text, self.stack[-1].place) if self._in_bracket() else None
+        vector = self.stack[-1].vector if self._in_bracket() else None
         if vector is None:
             self.table = False
             return

@@ -79,10 +79,11 @@ class Declarations:
         known = self.of(kind)
         if name.key not in known:
             findings.pass_over_doubtful(name.key)
-            names = [declared.name.text for declared in known.values()]
+            few = () if findings.are_many else known.values()
+            names = [declared.name.text for declared in few]
             plural = {"rules": "rules", "body": "bodies"}.get(kind, f"{kind}s")
             article = "are no" if kind == "rules" else "is no"
-            file = self.library.declaring(kind, name.key)
+            file = "" if findings.are_many else self.library.declaring(kind, name.key)
             findings.reject(
                 "TIS301",
                 f'there {article} {kind} called "{name.text}"',

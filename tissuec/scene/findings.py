@@ -12,6 +12,7 @@ from tissuec.core.errors import CompileError, Diagnostic, Note, did_you_mean
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 
+LONGEST_NAME = 20  # words
 LIMIT = 10  # errors of one run; nobody mends more of them at a time
 
 
@@ -28,7 +29,7 @@ class Findings:
     """
 
     def __init__(self) -> None:
-        self.diagnostics: list[Diagnostic] = []
+        self._found: dict[Diagnostic, None] = {}
         self.failures = 0
         self._doubtful: set[str] = set()
         self._all_are_doubtful = False
@@ -49,8 +50,7 @@ class Findings:
         """Record findings that were made elsewhere, each once."""
         for finding in findings:
             self.failures += finding.severity == "error"
-            if finding not in self.diagnostics:
-                self.diagnostics.append(finding)
+            self._found[finding] = None
 
     def reject(
         self,
@@ -95,7 +95,8 @@ class Findings:
         """
         words = name.key.split(" ")
         self._doubtful.add(words[0])
-        self._doubtful.update(" ".join(words[start:]) for start in range(len(words)))
+        for length in range(1, min(len(words), LONGEST_NAME) + 1):
+            self._doubtful.add(" ".join(words[-length:]))
 
     def doubt_all(self) -> None:
         """Make every name doubtful, because what may declare it could not be read."""
@@ -117,12 +118,17 @@ class Findings:
     # --- all of them --------------------------------------------------------------------------
 
     @property
+    def are_many(self) -> bool:
+        """Return whether so much was found that nobody reads hints of what is found now."""
+        return len(self._found) > 10 * LIMIT
+
+    @property
     def errors(self) -> list[Diagnostic]:
-        return [d for d in self.diagnostics if d.severity == "error"]
+        return [d for d in self._found if d.severity == "error"]
 
     @property
     def warnings(self) -> list[Diagnostic]:
-        return [d for d in self.diagnostics if d.severity == "warning"]
+        return [d for d in self._found if d.severity == "warning"]
 
     def raise_errors(self) -> None:
         """Raise a CompileError with all errors so far, in the order of the text, if any."""

@@ -15,8 +15,8 @@ BLANK = " "
 _DELIMITERS = ("\t", ";", ",", BLANK)
 #: What stands where nothing was measured.
 GAPS = frozenset(("", "nan", "-nan", "+nan", "na", "n/a", "-", "null"))
-# A unit in brackets belongs to the name before it.
-_CELL = re.compile(r'"[^"]*"?|[^\s"]+(?:\s+[\[(][^\])]*[\])])?')
+# A unit in brackets, which is short, belongs to the name before it.
+_CELL = re.compile(r'"[^"]*"?|[^\s"]+(?:\s+[\[(][^\])]{0,99}[\])])?')
 
 
 class Dialect(NamedTuple):

@@ -4,8 +4,9 @@ import re
 
 from tissuec.core.units import TIME, Unit, UnitError, parse_unit
 
-_BRACKETS = re.compile(r"[\[(]\s*([^\])]*?)\s*[\])]$")
+_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]$")
 _BEHIND = re.compile(r"(?:^|[\s_/])([^\W\d_]+)$")
+_LONGEST = 100  # characters of the end of a name that can be its unit
 #: Names of times beside the symbols.
 _SPELLED = {
     "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
@@ -22,9 +23,10 @@ def unit_of(name: str) -> Unit | None:
     Raises:
         UnitError: What stands in brackets is none.
     """
-    if bracketed := _BRACKETS.search(name.strip()):
-        return _unit(bracketed[1])
-    behind = _BEHIND.search(name.strip())
+    name = name.strip()[-_LONGEST:]
+    if bracketed := _BRACKETS.search(name):
+        return _unit(bracketed[1].strip())
+    behind = _BEHIND.search(name)
     try:
         return _unit(behind[1]) if behind else None
     except UnitError:
