@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,16 @@ from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.network import Network
 from tissuec.plan import RELAXATION, SurfaceOutput
+from tissuec.results.polydata import frames_of_a_chunk
 
 SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measured
 FRAME_VALUES = 9  # position, velocity and force of a node
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
 LOG_VALUES = 4  # the time, and at most a vector
 ENERGY_VALUES = 7  # the time, and six kinds of energy
+STEP_VALUES = 24  # of a frame: its time, and where its numbers begin in each array
+CHUNK_VALUES = 1024  # numbers of a column that are allocated at once, at most
+EMPTY_FILE = 220_000  # bytes of groups, attributes and the first chunk of each table, measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +111,8 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "viscosity: no spring has any, so velocities are not compared"
     if network.inelastic is None:
         yield "memory: no spring relaxes or yields, so nothing of the past is kept"
+    if not np.any(plan.gravity):
+        yield "gravity: it is zero"
     if not plan.drag:
         yield "ambient damping: none is written"
     if not plan.breakable:
@@ -133,20 +140,30 @@ def skipped(compiled: Compiled) -> Iterator[str]:
 
 
 def _file_size(compiled: Compiled) -> int:
+    """Return how large the result file is at most [bytes], but for what events add."""
     output, duration = compiled.plan.output, compiled.plan.simulation.duration
     network = compiled.network
-    total = sum(array["bytes"] for array in _arrays(network).values())
+    total = EMPTY_FILE + sum(array["bytes"] for array in _arrays(network).values())
     word = 4 if output.single else 8
     if np.isfinite(output.every):
-        per_frame = word * (FRAME_VALUES * len(output.frames) + network.spring_count)
-        total += int(duration / output.every + 1) * per_frame
+        nodes = len(output.frames)
+        cells = network.spring_count + len(network.skin)
+        batch = frames_of_a_chunk(nodes)
+        frames = batch * ceil((duration / output.every + 2) / batch)
+        steps = CHUNK_VALUES * ceil(frames / CHUNK_VALUES) * 8 * STEP_VALUES
+        total += frames * word * (FRAME_VALUES * nodes + cells) + steps
     for log in output.logs:
-        total += int(duration / log.every + 1) * 8 * LOG_VALUES
+        total += _table(duration / log.every, LOG_VALUES)
     for surface in output.surfaces:
         total += int(duration / surface.every + 1) * word * 3 * _points(network, surface)
     if np.isfinite(output.energy):
-        total += int(duration / output.energy + 1) * 8 * ENERGY_VALUES
+        total += _table(duration / output.energy, ENERGY_VALUES)
     return total
+
+
+def _table(rows: float, values: int) -> int:
+    """Return the bytes of a log, whose columns grow by chunks."""
+    return CHUNK_VALUES * ceil((rows + 1) / CHUNK_VALUES) * 8 * values
 
 
 def _points(network: Network, surface: SurfaceOutput) -> int:

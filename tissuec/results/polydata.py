@@ -28,6 +28,11 @@ _CHUNK_FRAMES = 64
 _COMPRESSED_NODES = 8192
 
 
+def frames_of_a_chunk(nodes: int) -> int:
+    """Return how many frames are written, and allocated in the file, at once."""
+    return min(_CHUNK_FRAMES, max(1, _CHUNK_ROWS // max(1, nodes)))
+
+
 class PolyDataFrames:
     """The group ``/VTKHDF`` of a result file, written from the start or gone on with."""
 
@@ -35,7 +40,7 @@ class PolyDataFrames:
         self.mesh = mesh
         self.kind = np.dtype("f4" if single else "f8")
         count = len(mesh.nodes)
-        self.batch = min(_CHUNK_FRAMES, max(1, _CHUNK_ROWS // max(1, count)))  # frames
+        self.batch = frames_of_a_chunk(count)  # frames
         self._store = store
         self._compress = single and count <= _COMPRESSED_NODES
         fresh = "VTKHDF" not in store.file

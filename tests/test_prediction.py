@@ -1,0 +1,49 @@
+"""What a run is said to do before it runs is what it does."""
+
+import pytest
+
+import tissuec
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, compile_request
+from tissuec.prediction import predict, skipped
+
+SCENE = """language 1
+tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }
+body vessel {
+  mesh is tube { axis from (0, 0, 0) mm to (20, 0, 0) mm; radius = 3 mm; rings = 4; sides = 8 }
+  tissue is gum
+}
+set root = nodes of vessel where x < 1 mm
+environment { gravity = (0, 0, GRAVITY) m/s^2 }
+script { at 0 s: fix root }
+simulate { duration = 50 ms; tolerance = 1e-2 }
+"""
+
+
+def compiled(text):
+    return compile_request(Request(Source("scene.tis", text)))[0]
+
+
+@pytest.mark.parametrize(
+    "output",
+    [
+        "",
+        "output { trajectory every 1 ms }",
+        "output { force of root every 1 ms; energy every 1 ms }",
+    ],
+    ids=["nothing", "a trajectory", "logs"],
+)
+def test_a_result_file_is_at_most_as_large_as_said_and_not_half_of_it(
+    output, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("TISSUEC_TIER", "interpreted")
+    text = SCENE.replace("GRAVITY", "-9.81") + output + "\n"
+    tissuec.run(text, out=tmp_path / "run.vtkhdf", companion="off").close()
+    written = (tmp_path / "run.vtkhdf").stat().st_size
+    assert written <= predict(compiled(text)).bytes <= 2 * written
+
+
+def test_gravity_is_left_out_where_there_is_none():
+    weightless, heavy = (compiled(SCENE.replace("GRAVITY", one)) for one in ("0", "-9.81"))
+    assert any("gravity" in line for line in skipped(weightless))
+    assert not any("gravity" in line for line in skipped(heavy))
