@@ -278,7 +278,8 @@ def test_camera_and_picture_are_those_of_python(opened, text, sterilisation):
     assert np.array(places) == pytest.approx(camera.seen(points[:9])[0], abs=1e-9)
     seek(page, 0.6)
     shot = pixels(page)
-    drawn = Painter(film, Options(), (shot.shape[1], shot.shape[0]), "")._net(15.0).astype(int)
+    drawn = Painter(film, Options(), (shot.shape[1], shot.shape[0]), "")
+    drawn = drawn._net(15.0, fades=True).astype(int)
     # Both draw the same silhouette, but for edges; what lies over the canvas is at the left.
     inked = [(np.ptp(one, axis=2) > 12)[:, 120:] for one in (shot, drawn)]
     differing = (inked[0] != inked[1]).sum() / inked[1].sum()

@@ -31,6 +31,7 @@ DPI = 100
 _USUAL = 1000  # [px]: of a picture, in which lines are as wide as on the page
 _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
+SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
 FADE = 4.0  # frames in which a spring that broke fades out
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
 
@@ -99,25 +100,29 @@ class Painter:
         self._dash = mean / 3.5
         self.marker = min(0.009 * self.framing.size, 0.16 * mean)
 
-    def draw(self, at: float) -> "Figure":
-        """Draw a moment, in frames, in the place of the former one."""
+    def draw(self, at: float, *, fades: bool = False) -> "Figure":
+        """Draw a moment, in frames, in the place of the former one.
+
+        Args:
+            fades: Whether springs that broke a short while ago fade out, as in a film.
+        """
         self.figure.clear()
         sheet = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
         sheet.axis("off")
         width, height = self.size
-        sheet.imshow(self._net(at), extent=(0, width, 0, height), aspect="auto")
+        sheet.imshow(self._net(at, fades=fades), extent=(0, width, 0, height), aspect="auto")
         sheet.set(xlim=(0, width), ylim=(0, height))
         frames = np.arange(len(self.film.times))
         self._annotate(sheet, float(np.interp(at, frames, self.film.times)))
         return self.figure
 
     def pixels(self, at: float) -> NDArray[np.uint8]:
-        """Return a moment as pixels, shape (height, width, 3)."""
-        self.draw(at)
+        """Return a moment of a film as pixels, shape (height, width, 3)."""
+        self.draw(at, fades=True)
         self._canvas.draw()
         return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
-    def _net(self, at: float) -> NDArray[np.uint8]:
+    def _net(self, at: float, *, fades: bool = False) -> NDArray[np.uint8]:
         """Return the picture without what is written on it."""
         from tissuec.player.raster import Raster
 
@@ -127,7 +132,8 @@ class Painter:
         for soup in self._solid(moment):
             self._rasterise(raster, soup, hides=True)
         planes = (solid for solid in self.film.solids if solid.kind == "plane")
-        for soup in (self._fading(moment), *(self._plane(moment, one) for one in planes)):
+        faint = [self._fading(moment)] if fades else []
+        for soup in (*faint, *(self._plane(moment, one) for one in planes)):
             self._rasterise(raster, soup, hides=False)
         return raster.pixels()
 
@@ -236,24 +242,32 @@ class Painter:
 
     def _arrows(self, moment: Moment) -> Mesh:
         arrow, thick = moment.force * self._reach, 0.0022 * self.framing.size
-        seen = np.linalg.norm(arrow, axis=1) > 0.4 * thick
+        seen = np.linalg.norm(arrow, axis=1) > SHORTEST * thick
         return arrows(moment.position[: self.film.node_count][seen], arrow[seen], thick)
 
     def _fading(self, moment: Moment) -> Soup:
-        """Return springs that broke a short while ago."""
+        """Return springs that broke a short while ago, without a colour that says something."""
         life = self.film.lines.life
         age = moment.at - life[:, 1]
         return self._springs(
-            moment, (age >= 0.0) & (age < FADE), 0.6, 0.65 * (1.0 - age / FADE)
+            moment, (age >= 0.0) & (age < FADE), 0.6, 0.65 * (1.0 - age / FADE), is_whole=False
         )
 
     def _springs(
-        self, moment: Moment, there: Mask, slim: float, opacity: float | Floats
+        self,
+        moment: Moment,
+        there: Mask,
+        slim: float,
+        opacity: float | Floats,
+        *,
+        is_whole: bool = True,
     ) -> Soup:
         """Return springs as strips that face the eye; those that are pressed are dashed."""
         lines = self.film.lines
         chosen = np.flatnonzero(there & (lines.radius == 0.0) & self.shows_springs)
         value, colour = self._coloured(moment, chosen)
+        if not is_whole:
+            value, colour = 0.0 * value, np.tile(rgb(looks.STEEL), (len(chosen), 1))
         ends = self._into(moment.position[lines.ends[chosen]])
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         pressed = (value < -_PRESSED) & (self.colour != "law")
@@ -313,8 +327,18 @@ class Painter:
         size, unit = scaled(length, "m")
         sheet.plot([14, 14, 14 + long, 14 + long], [22, 15, 15, 22], color=looks.INK, lw=1)
         sheet.text(22 + long, 11, f"{length / size:g} {unit}", color=looks.INK, fontsize=9)
+        if self.forces and self.film.most_force:
+            self._force_ruler(sheet)
         if self.shows_springs:
             self._legend(sheet, width)
+
+    def _force_ruler(self, sheet) -> None:
+        """Draw how long the arrow of a round force is."""
+        force = near(0.7 * self.film.most_force)
+        long, (size, unit) = self._pixel(force * self._reach), scaled(force, "N")
+        sheet.plot([14, 14 + long], [40, 40], color=looks.SERIES[2], lw=2)
+        sheet.plot([14 + long], [40], ">", color=looks.SERIES[2], markersize=6)
+        sheet.text(24 + long, 36, f"{force / size:g} {unit}", color=looks.INK, fontsize=9)
 
     def _legend(self, sheet, width: int) -> None:
         long, style = 160.0, {"color": looks.INK, "fontsize": 9, "parse_math": False}

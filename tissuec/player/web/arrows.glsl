@@ -9,7 +9,7 @@ out vec3 at;
 void main() {
   vec3 arrow = blend(force0, force1, gl_InstanceID) * reach;
   float length = sqrt(dot(arrow, arrow));
-  if (length < 0.4 * thick) {
+  if (length < 3.0 * thick) {  // a speck
     gl_Position = NOWHERE;
     return;
   }

@@ -9,6 +9,7 @@ uniform float width;  // pixels, at the target
 uniform float nearer;  // how far towards the eye, so that lines lie on the skin
 uniform float distance;  // of the target
 uniform float fading;  // frames
+uniform vec3 broken;  // colour of springs that fade
 uniform float dashes;  // length of one
 uniform int colouring;  // 0 tension, 1 strain, 2 law
 uniform float mostStrain;
@@ -52,7 +53,9 @@ void main() {
   here.xy += side * corner.y * wide / screen * here.w;
   gl_Position = here;
   ivec2 at = colouring == 2 ? ivec2(int(law) % 7, 1) : ivec2(int(round(127.5 + 127.5 * value)), 0);
-  tint = vec4(texelFetch(colours, at, 0).rgb, age > 0.0 ? 0.65 * (1.0 - age / fading) : 1.0);
+  // A spring that broke has no tension left.
+  vec3 shade = age > 0.0 ? broken : texelFetch(colours, at, 0).rgb;
+  tint = vec4(shade, age > 0.0 ? 0.65 * (1.0 - age / fading) : 1.0);
   along = corner.x * length / dashes;
   dashed = colouring == 2 ? float(int(law) / 7 > 0) : value < -0.12 ? 1.0 : 0.0;
   away = here.w;

@@ -284,7 +284,7 @@ class Stage {
       ...common,
       width: (0.55 + 1.0 * isCrowded) * 1.25 * this.ratio,
       nearer: shown.surface === "solid" ? 0.0012 * this.film.view.size : 0,
-      fading: shown.fading,
+      fading: shown.fading, broken: hexed(this.film.looks.steel),
       dashes: this.meanRest / 3.5,
       colouring: ["tension", "strain", "law"].indexOf(shown.colour),
     });
