@@ -11,6 +11,7 @@ Each stage is one function of immutable values, so that any of them can be shown
 
 import os
 import pickle
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -225,6 +226,8 @@ def step_companion(folder: Path) -> None:
         compiled.network, compiled.plan, times, FINER,
         rows=rows, interrupt=lambda: os.getppid() != parent,
     )  # fmt: skip
+    if os.getppid() != parent:  # the run was killed, and nobody else removes its folder
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _facts(

@@ -1,9 +1,12 @@
 """Reading: the indices of NumPy, and plain words about files that are none of ours."""
 
+import os
+
 import h5py
 import numpy as np
 import pytest
 
+from tissuec.results import layout
 from tissuec.results.errors import ResultError
 from tissuec.results.trajectory import Trajectory
 
@@ -167,3 +170,26 @@ def test_a_file_is_open_to_other_readers_while_it_is_written(tmp_path, example):
             writer.flush()
             with Trajectory.open(tmp_path / "a.partial.vtkhdf") as read:
                 assert np.array_equal(read.position[:], example.position[: first + 10])
+
+
+def test_a_file_that_is_changed_while_it_is_opened_is_opened_again(path, monkeypatch):
+    opened, times = layout._open_whole, []
+
+    def open_amid_a_change(path):
+        times.append(os.utime(path, ns=(len(times), len(times))))
+        if len(times) < 3:
+            raise ResultError("half of it is new")
+        return opened(path)
+
+    monkeypatch.setattr(layout, "_open_whole", open_amid_a_change)
+    with Trajectory(path) as run:
+        assert len(run.times)
+    assert len(times) == 3
+
+
+def test_a_file_without_content_is_said_to_hold_nothing_yet(tmp_path):
+    begun = tmp_path / "a.partial.vtkhdf"
+    for content in (b"", bytes(4096)):
+        begun.write_bytes(content)
+        with pytest.raises(ResultError, match="it holds nothing yet"):
+            Trajectory(begun)

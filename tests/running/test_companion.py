@@ -11,6 +11,7 @@ import tissuec
 from tests.hand_net import chain
 from tests.hand_plan import make_plan
 from tests.running.test_run import OMEGA, oscillator
+from tissuec import pipeline
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, simulate
@@ -186,3 +187,18 @@ def test_python_tells_a_promise_that_is_not_kept():
 
 def test_a_result_that_says_nothing_of_it_promises_nothing():
     assert str(Promise.of({})) == "not checked"
+
+
+@pytest.mark.parametrize("is_orphan", [False, True])
+def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
+    tmp_path, monkeypatch, is_orphan
+):
+    folder = tmp_path / "companion"
+    folder.mkdir()
+    pipeline._launcher(Request(Source("pair.tis", PAIR)))(folder)
+    np.save(folder / companion.TIMES, np.array([0.0, 0.1]))
+    np.save(folder / companion.ROWS, np.full((2, 2, 3), np.nan))
+    parents = iter([2])  # and then init
+    monkeypatch.setattr(pipeline.os, "getppid", lambda: next(parents, 1 if is_orphan else 2))
+    pipeline.step_companion(folder)
+    assert folder.exists() != is_orphan

@@ -1,5 +1,6 @@
 """Which files are ours: the mark that every result file carries, and the check of it."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -23,13 +24,33 @@ def mark_layout(file: h5py.File) -> None:
 
 
 def open_result(path: Path) -> access.Group:
-    """Return the result file at ``path``, open for reading.
+    """Return the result file at ``path``, open for reading, also while its run goes on.
 
     Raises:
         ResultError: There is none, or it is truncated, or no result, or of another layout.
     """
+    while True:
+        before = _state(path)
+        if before is None:
+            raise ResultError(_missing(path))
+        try:
+            return _open_whole(path)
+        except ResultError:
+            if _state(path) == before:
+                raise  # otherwise it was looked at in the middle of a change
+
+
+def _state(path: Path) -> tuple[int, int] | None:
+    """Return what changes whenever a file is written; None if there is none."""
     if not path.is_file():
-        raise ResultError(_missing(path))
+        return None
+    with suppress(OSError):
+        state = path.stat()
+        return state.st_mtime_ns, state.st_size
+    return None
+
+
+def _open_whole(path: Path) -> access.Group:
     try:
         file = _open(path)
     except OSError as error:
@@ -82,7 +103,7 @@ def _is_torn(path: Path) -> bool:
     try:
         _open(path).close()
     except OSError:
-        return head == _SIGNATURE
+        return _SIGNATURE.startswith(head.rstrip(b"\0"))
     return False
 
 
@@ -137,6 +158,8 @@ def _reason(error: OSError, path: Path) -> str:
     if "truncated file" in text:
         return "it is truncated: its end is missing, such as after a copy that was cut short"
     if "signature not found" in text:
+        if _is_empty(path) or _is_torn(path):
+            return "it holds nothing yet: its run has just begun, or was killed then"
         if path.suffix == ".tis":
             return f"it is a scene; to get a result: tissuec run {path}"
         return "it is no HDF5 file"
