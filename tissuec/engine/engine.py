@@ -21,11 +21,12 @@ from tissuec.engine.outbox import Outbox
 from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
 from tissuec.engine.tiers import (
     REVIEW,
-    WORTHWHILE,
     bound_drive,
     bound_inside,
     evaluation_cost,
     forced_tier,
+    step_cost,
+    worthwhile,
 )
 from tissuec.engine.within import RESOLUTION, Watch, Within, bisect, glances
 from tissuec.integrators import INTEGRATORS
@@ -493,16 +494,19 @@ class Engine:
         now, evaluations = self._progress, self._evaluations
         if evaluations < self._review or now.pending:
             return
-        contact = self._layout.situation.contact
-        pairs = 0 if contact is None else len(contact.nodes) * len(contact.radius)
-        cost = evaluation_cost(
-            self.network.spring_count, pairs, len(self._layout.situation.jets)
-        )
+        layout, solver = self._layout, self._work.solver
+        jets = len(layout.situation.jets)
+        springs = self.network.spring_count
+        each = evaluation_cost(springs, layout.near_pairs, layout.is_rubbed, jets)
+        spent = step_cost(self._work.effort, each, solver)
         ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
-        if self._review and evaluations * cost * ahead > WORTHWHILE:
+        if self._review and spent * ahead > worthwhile(layout.features):
             self._tier = "compiled"
-            self._work.solver.made[2] = 1.0
-        self._review = evaluations + int(REVIEW / cost) + 1
+            solver.made[2] = 1.0
+        # Before anything is known, as an implicit step of six stages needs it.
+        effort = self._work.effort if evaluations else np.array([13, 1, 6])
+        mean = step_cost(effort, each, solver) / effort[0]
+        self._review = evaluations + int(REVIEW / mean) + 1
 
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""

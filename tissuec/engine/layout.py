@@ -371,6 +371,19 @@ class Layout:
             pairs = contact.near(flat.reshape(-1, 3), 2.0 * contact.stride)
             self._contact = replace(contact, pairs=pairs)
 
+    @property
+    def near_pairs(self) -> int | None:
+        """Return how many nodes and shapes are listed as near; None where nothing touches."""
+        if self.situation.touching is None:
+            return None
+        listed = None if self._contact is None else self._contact.pairs
+        return 0 if listed is None else len(listed.node)
+
+    @property
+    def is_rubbed(self) -> bool:
+        """Return whether there is friction."""
+        return self._contact is not None and len(self._contact.memory) > 0
+
     def jets(self) -> Jets:
         """Return the jets of fluid."""
         return pack_jets(self.situation, self.place, self._first_acts[2])

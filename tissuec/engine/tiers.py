@@ -15,18 +15,24 @@ from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
 from tissuec.kernels import banded, iterative, scalar
-from tissuec.kernels.records import Buffer, Progress, Task, Work
+from tissuec.kernels.records import Buffer, Integers, Progress, Solver, Task, Work
 from tissuec.laws import Law, code
 
 # Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
-# 0.6 s with kernels from the cache, and 5 s on a machine that has never compiled them.
-WORTHWHILE = 2.0
+# 0.6 s with kernels from the cache, and 5 s on a machine that has never compiled them; with
+# contact 25 s, with jets 15 s.
+WORTHWHILE, TOUCHED_WORTHWHILE, RINSED_WORTHWHILE = 2.0, 4.0, 2.0
 REVIEW = 0.25  # interpreted work between two looks at how much is to come [s]
 CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s]
 SPRING_COST = 30e-9  # further, per spring [s]
-TOUCH_COST = 3e-4  # of one look at all contacts [s]
-PAIR_COST = 1e-6  # further, per node and shape [s]
+TOUCH_COST = 1.6e-4  # of one look at all contacts [s]
+PAIR_COST = 3.5e-7  # further, per pair that is near [s]
+RUBBED = 2.7  # times that with friction
 JET_COST = 4e-3  # of one look at a jet on some hundred triangles [s]
+# Of the matrix of an implicit step: of a factor in a band of width b, n b² times this, and of a
+# sparse one, n^1.5 times; the same of solving, with n b and n^1.5. [s]
+BAND_FACTOR_COST, BAND_SOLUTION_COST = 1e-9, 4e-9
+FACTOR_COST, SOLUTION_COST = 6e-7, 1.5e-8
 # Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
 OPERATIONS = (
     "accumulate",
@@ -133,15 +139,40 @@ def constants(features: Features) -> dict[str, Any]:
     }
 
 
-def evaluation_cost(spring_count: int, pairs: int, jets: int) -> float:
+def evaluation_cost(springs: int, pairs: int | None, rubbed: bool, jets: int) -> float:
     """Return the time of one interpreted evaluation of the forces [s].
 
     Args:
-        pairs: Of nodes and shapes that may touch.
+        springs: How many there are.
+        pairs: Of nodes and shapes that are near, None where nothing touches.
+        rubbed: Whether there is friction.
         jets: How many there are.
     """
-    contact = TOUCH_COST + PAIR_COST * pairs if pairs else 0.0
-    return CALL_COST + SPRING_COST * spring_count + contact + JET_COST * jets
+    contact = 0.0 if pairs is None else TOUCH_COST + PAIR_COST * pairs
+    contact *= RUBBED if rubbed else 1.0
+    return CALL_COST + SPRING_COST * springs + contact + JET_COST * jets
+
+
+def worthwhile(features: Features) -> float:
+    """Return how much interpreted work to come is worth the start of the compiled tier [s]."""
+    more = (features.touched, TOUCHED_WORTHWHILE), (features.rinsed, RINSED_WORTHWHILE)
+    return WORTHWHILE + sum(each for needed, each in more if needed)
+
+
+def step_cost(effort: Integers, evaluation: float, solver: Solver) -> float:
+    """Return the time of interpreted steps so far [s].
+
+    Args:
+        effort: As ``Work.effort``.
+        evaluation: Of one evaluation of the forces [s].
+        solver: Of implicit steps.
+    """
+    size, width = solver.band.shape
+    factor, solution = BAND_FACTOR_COST * size * width**2, BAND_SOLUTION_COST * size * width
+    if solver.scratch.size:
+        unknowns = 3 * float((solver.slot >= 0).sum())
+        factor, solution = FACTOR_COST * unknowns**1.5, SOLUTION_COST * unknowns**1.5
+    return float(effort[0] * evaluation + effort[1] * factor + effort[2] * solution)
 
 
 def forced_tier() -> Tier | None:
