@@ -212,10 +212,25 @@ def test_a_video_takes_as_long_as_the_run(shown, tmp_path):
 def test_without_the_extras_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setenv("PATH", "")
     with pytest.raises(TissueError, match=r'pip install "tissuec\[plot\]"'):
         need_matplotlib()
     with pytest.raises(TissueError, match=r'pip install "tissuec\[animate\]"'):
         need_ffmpeg()
+
+
+def test_an_encoder_that_is_installed_serves_as_well(shown, tmp_path, monkeypatch):
+    encoder = pytest.importorskip("imageio_ffmpeg", reason="needs the extra animate")
+    (tmp_path / "ffmpeg").symlink_to(encoder.get_ffmpeg_exe())
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert need_ffmpeg() == str(tmp_path / "ffmpeg")
+    options = Options(frames=2)
+    painter = Painter(read_film(shown(Show(grid(4, 4), frames=6)), options), options, SIZE, "")
+    assert write_video(painter, tmp_path / "few.mp4", None, quiet) >= 2
+    assert (tmp_path / "few.mp4").stat().st_size > 0
+    with pytest.raises(TissueError, match="cannot write"):
+        write_video(painter, tmp_path / "none" / "few.mp4", None, quiet)
 
 
 def test_points_behind_the_eye_are_left_out():

@@ -103,6 +103,7 @@ def test_files_of_others_stay(made, tmp_path, capsys):
 
 def test_missing_extras_are_named_before_any_work(made, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setenv("PATH", "")
     pytest.importorskip("matplotlib")
     assert view(made, "--mp4", "x.mp4") == 2
     assert 'pip install "tissuec[animate]"' in capsys.readouterr().err

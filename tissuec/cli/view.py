@@ -65,7 +65,7 @@ def _picture(name: str, text: str) -> Callable:
 )
 @_picture("png", "Draw one moment to this file, the last one without --time.")
 @_picture("gif", "Draw all of it to this file, as an animated GIF.")
-@_picture("mp4", "The same as a video; needs the extra animate.")
+@_picture("mp4", "The same as a video; needs ffmpeg.")
 @click.option(
     "--size",
     type=Pair("x", "WIDTHxHEIGHT", 16, _LARGEST),
@@ -212,14 +212,14 @@ def _show(result: Path, page: Path | None, wish: Wish, settings: Settings) -> di
 
 def _check_extras(pictures: dict[str, Path]) -> None:
     """Say what is not installed before any work is done; TissueError."""
+    if "mp4" in pictures:  # first: the extra that brings it brings what the others need
+        from tissuec.player.animation import need_ffmpeg
+
+        need_ffmpeg()
     if pictures:
         from tissuec.player.picture import need_matplotlib
 
         need_matplotlib()
-    if "mp4" in pictures:
-        from tissuec.player.animation import need_ffmpeg
-
-        need_ffmpeg()
 
 
 def _write_page(

@@ -1,10 +1,13 @@
 """A run as an animated picture or a video, drawn without a browser."""
 
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen
+from tempfile import TemporaryFile
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError
 from tissuec.network import Floats
@@ -63,38 +66,60 @@ def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress)
     return len(pictures)
 
 
-def need_ffmpeg() -> None:
-    """Raise a TissueError that says what to install, where there is no encoder of videos."""
+def need_ffmpeg() -> str:
+    """Return the encoder of videos: that of the extra, or one that is installed.
+
+    Raises:
+        TissueError: There is none; says what to install.
+    """
     try:
-        import imageio_ffmpeg  # noqa: F401
+        import imageio_ffmpeg
     except ImportError as error:
+        if found := shutil.which("ffmpeg"):
+            return found
         raise TissueError(
-            'a video needs imageio-ffmpeg; pip install "tissuec[animate]" brings it'
+            'a video needs ffmpeg, installed by itself or by pip install "tissuec[animate]"'
         ) from error
+    return str(imageio_ffmpeg.get_ffmpeg_exe())
 
 
 def write_video(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
-    """Write an MP4 (H.264), and return how many pictures it has."""
-    import imageio_ffmpeg
+    """Write an MP4 (H.264), and return how many pictures it has.
 
+    Raises:
+        TissueError: There is no encoder, or it failed; says why.
+    """
     rate = rate_of(painter, VIDEO_RATE, speed)
     chosen = moments(painter.film.times, rate, speed)
-    width, height = painter.size
-    even = width // 2 * 2, height // 2 * 2  # as the codec wants it
-    encoder = imageio_ffmpeg.write_frames(
-        str(path), even, fps=rate, codec="libx264", quality=8, macro_block_size=2,
-        pix_fmt_in="rgb24", output_params=["-movflags", "+faststart"],
-    )  # fmt: skip
-    encoder.send(None)
-    try:
-        picture: NDArray[np.uint8] | None = None
-        for number, at in enumerate(chosen):
-            told(number, len(chosen))
-            picture = painter.pixels(float(at))[: even[1], : even[0]]
-            encoder.send(np.ascontiguousarray(picture))
-        assert picture is not None
-        for _ in range(round(rate * _REST)):
-            encoder.send(np.ascontiguousarray(picture))
-    finally:
-        encoder.close()
+    width, height = (length // 2 * 2 for length in painter.size)  # as the codec wants it
+    command = [
+        need_ffmpeg(), "-y", "-loglevel", "error",
+        "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}",
+        "-i", "-", "-an", "-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv420p",
+        "-movflags", "+faststart", str(path.absolute()),
+    ]  # fmt: skip
+    pictures = _pictures(painter, chosen, (width, height), round(rate * _REST), told)
+    with TemporaryFile() as said:
+        with Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said) as encoder:
+            assert encoder.stdin is not None
+            with suppress(BrokenPipeError):  # it says why below
+                for picture in pictures:
+                    encoder.stdin.write(picture)
+                encoder.stdin.close()
+        if encoder.returncode:
+            said.seek(0)
+            reason = said.read().decode(errors="replace").strip()
+            raise TissueError(f'cannot write "{path}": {reason}')
     return len(chosen) + round(rate * _REST)
+
+
+def _pictures(
+    painter: Painter, chosen: Floats, size: tuple[int, int], rest: int, told: Progress
+) -> Iterator[bytes]:
+    """Yield the pixels of moments, and those of the last one again while it stays."""
+    last = b""
+    for number, at in enumerate(chosen):
+        told(number, len(chosen))
+        last = np.ascontiguousarray(painter.pixels(float(at))[: size[1], : size[0]]).tobytes()
+        yield last
+    yield from (last for _ in range(rest))

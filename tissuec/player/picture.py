@@ -357,7 +357,7 @@ class Painter:
         most = self._most[self.colour]
         size, unit = scaled(most, "N") if self.colour == "tension" else (0.01, "%")
         for x, value in ((left, -most), (left + long / 2, 0.0), (left + long, most)):
-            text = f"{value / size:g}".replace("-", "−")
+            text = f"{value / size + 0.0:g}".replace("-", "−")
             sheet.text(x, 24, text, ha="center", va="top", **style)
         sheet.text(
             left + long / 2, 42, f"{self.colour} of springs [{unit}]", ha="center", **style
