@@ -84,6 +84,18 @@ def test_every_frame_is_seen_through_a_cut_in_any_order(tmp_path, example, singl
             assert np.array_equal(polygons, read.cells(frame).triangles)
 
 
+def test_the_filter_of_the_manual_leaves_springs_with_numbers_alone(tmp_path, example):
+    filters = pytest.importorskip("vtkmodules.vtkFiltersExtraction")
+    reader = opened(example.saved(tmp_path / "a.vtkhdf"))
+    lines = filters.vtkExtractCellsByType()
+    lines.SetInputConnection(reader.GetOutputPort())
+    lines.AddCellType(3)  # VTK_LINE
+    lines.Update()
+    tension = vtk_to_numpy(lines.GetOutput().GetCellData().GetArray("spring_force"))
+    assert len(tension) == example.alive(0).sum()
+    assert np.isfinite(tension).all()
+
+
 def test_one_body_of_two_is_seen_alone(tmp_path, example):
     nodes = np.arange(4, 23)
     springs = np.flatnonzero(np.isin(example.network.ends, nodes).all(axis=1))
