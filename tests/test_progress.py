@@ -32,6 +32,15 @@ def test_the_line_tells_the_time_and_goes_away(monkeypatch):
     assert terminal.getvalue().endswith("\r\x1b[2K")
 
 
+def test_the_line_does_not_wrap_in_a_narrow_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal = impatient(monkeypatch, Terminal())
+    with Progress("tube.tis", 2.0, shown=True, compiles=False) as line:
+        line.at(0.5)
+    lines = terminal.getvalue().replace("\x1b[2K", "").split("\r")
+    assert max(map(len, lines)) == 39
+
+
 @pytest.mark.parametrize("loaded", [True, False])
 def test_what_keeps_a_run_silent_is_said_when_kernels_can_be_compiled(monkeypatch, loaded):
     terminal = impatient(monkeypatch, Terminal())

@@ -3,6 +3,7 @@
 import sys
 import time as clock
 from collections.abc import Callable
+from shutil import get_terminal_size
 from threading import Event, Thread
 from types import TracebackType
 from typing import Self
@@ -58,6 +59,9 @@ class Line:
                 self._write(f"{self.name}: compiling kernels …")
 
     def _write(self, line: str) -> None:
+        if self.is_terminal:  # a line that wraps cannot be cleared
+            room = get_terminal_size().columns - 1
+            line = line if len(line) <= room else f"{line[: max(room - 1, 0)]}…"
         self.written = True
         self._clear()
         sys.stderr.write(line)

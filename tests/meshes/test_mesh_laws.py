@@ -177,6 +177,8 @@ def symmetries(kind, entries):
             return [half_turned] if chiral else [mirrored(0), mirrored(1)]
         # Side 0 points along y, so the mirror that every number of sides allows is z -> -z.
         return [lambda p: mirrored(0)(mirrored(2)(p))] if chiral else [mirrored(0), mirrored(2)]
+    if kind != "lattice":  # of a mesh of one's own, nothing is known
+        return []
     if entries["kind"] == "diamond":  # the crystal itself has no mirror parallel to a face
         return [half_turned, diagonal_swapped]
     return [mirrored(0), mirrored(1), mirrored(2)]
