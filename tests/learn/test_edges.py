@@ -93,3 +93,13 @@ def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path):
 def test_a_broken_file_of_a_search_is_none(tmp_path):
     (tmp_path / "state").write_bytes(b"PK\x03\x04 and nothing else")
     assert kept(tmp_path / "state", "key") is None
+
+
+def test_data_without_any_change_have_an_error_of_their_own_size(tmp_path):
+    """The mean of equal numbers may be off by rounding, which is no deviation."""
+    rows = "".join(f"{t},3,20.1,0.3,0.7\n" for t in (0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07))
+    problem = prepare(*begin(tmp_path, rows, ADJUST)).problem
+    theta = np.zeros(problem.size)
+    problem.freeze(theta)
+    assert problem.relative(theta) < 1.0
+    assert problem.spread[0] > 1e-5

@@ -166,6 +166,41 @@ def test_a_file_of_ones_own_is_not_lost_and_no_time_is_spent(here, call):
     assert call(learner, "scene.tis")[0] == 0  # now it is one of learning
 
 
+VOCABULARY = """language 1
+property firmness from 0 to 1 { evenly = [soft, medium, hard] }
+quantity spring constant from 2 N/m to 2000 N/m on log scale {
+  low = triangle(2 N/m, 20 N/m, 200 N/m); high = triangle(20 N/m, 200 N/m, 2000 N/m)
+  applies to each spring
+}
+rules gum {
+  if firmness is soft then spring constant is low
+  if firmness is hard then spring constant is high
+  if firmness is medium then spring constant is low
+  if firmness is medium then spring constant is high
+}
+"""
+
+
+def test_what_can_be_written_is_known_before_anything_is_learnt(tmp_path, call, monkeypatch):
+    """The vocabulary contradicts itself (W204) from the start, which keeps nobody from it."""
+    (tmp_path / "words.tis").write_text(VOCABULARY)
+    compiled_of(
+        tmp_path,
+        "adjust words of spring constant",
+        top='use "./words"\ntissue gum { described in gum; firmness is medium\n'
+        "  viscosity = 10 mN*s/m; mass = 10 mg }\n",
+        tissue="gum",
+        lesson="gum",
+    )
+    monkeypatch.chdir(tmp_path)
+    learner = Learner()
+    code, _, err = call(learner, "scene.tis", "-o", "preset.tis")
+    assert code == 2 and not learner.calls
+    assert '"words.tis" was not written by learning and would be lost' in err
+    code, _, err = call(learner, "scene.tis")
+    assert code == 0 and len(learner.calls) == 1, err
+
+
 def test_one_block_of_several_can_be_named(here, call):
     path = here / "scene.tis"
     path.write_text(path.read_text() + TWO)

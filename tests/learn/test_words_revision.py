@@ -96,7 +96,7 @@ def test_a_wrong_conclusion_is_found():
     ]
     assert change.sentence.startswith(
         'the rule in line 16 concludes "low" instead of "Medium" for the spring constant: '
-        "the error of what was held out falls from "
+        "the error of rows that it was not fitted to falls from "
     )
 
 

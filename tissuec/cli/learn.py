@@ -199,14 +199,19 @@ def _learn(
     settings: Settings,
 ) -> tuple[int, dict[str, Any]]:
     from tissuec.learn.judging_demands import judged
-    from tissuec.learn.learning import learn
+    from tissuec.learn.learning import learn, rehearsal
     from tissuec.learn.report import as_dict, is_identified
     from tissuec.learn.telling.passes import Passes
     from tissuec.learn.telling.words import differences, drifts
+    from tissuec.learn.writing.placing import refuse_others
+    from tissuec.learn.writing.preset import compose
 
     target = wishes.output or lesson.write
     if target is not None:
         _keep_others(target, compiled, force=wishes.force)
+        planned = compose(rehearsal(compiled, lesson, request), compiled, request, target)
+        if not wishes.force:
+            refuse_others(planned.files)
     state = _state(target, lesson, request)
     state.parent.mkdir(parents=True, exist_ok=True)
     if state.exists() and not wishes.fresh and not settings.json:

@@ -115,6 +115,7 @@ class Search:
         sample: Callable[[], Floats] | None = None,
     ):
         self.problem, self.bounds, self.keep, self.sample = problem, bounds, keep, sample
+        self.rounds = ROUNDS
         lesson = problem.lesson
         entries = problem.size * len(problem.data)
         self.method = lesson.method
@@ -157,6 +158,18 @@ class Search:
         if not np.isfinite(self.problem.error_at(state.theta)):
             raise Countless(self.problem.stop)
         return state
+
+    def once(self, rounds: int) -> Floats:
+        """Return where a single pass from the start on the whole horizon comes to.
+
+        Raises:
+            Diverged: The first prediction has no numbers.
+        """
+        self.rounds = rounds
+        start = self._begun(np.clip(np.zeros(self.problem.size), *self.bounds))[1]
+        self._limit(WHOLE)
+        self.problem.freeze(start)
+        return self._improved(start, self.problem.error(start), LOOSE, WIDE)[0]
 
     # --- parts --------------------------------------------------------------------------------
 
@@ -363,6 +376,8 @@ class Search:
         )  # zeros are linear
         bounds = np.maximum(low, theta - reach), np.minimum(high, theta + reach)
         step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
+        if not self.problem.size:
+            return theta  # only rules are revised
         with np.errstate(all="ignore"):  # what has no numbers is not gone to
             return step(theta, bounds, tolerance)
 
@@ -390,7 +405,7 @@ class Search:
             "ftol": max(tolerance, 1e-15),
             "xtol": 1e-14,
             "gtol": None,
-            "max_nfev": ROUNDS,
+            "max_nfev": self.rounds,
         }
         found: Any = least_squares(residuals, theta, **options)
         return np.asarray(found.x)

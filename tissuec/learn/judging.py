@@ -70,6 +70,10 @@ def judge(
         step_error: Of all predictions in SI units, shape (number,).
     """
     left, before = problem.left(theta), problem.noise
+    if not problem.size:
+        none = np.zeros(0)
+        noise, _ = _noise(problem, left, 0)
+        return Sureness(none, none, none, np.zeros(0, dtype=bool), (), noise)
     rows = problem.jacobian(theta)
     noise, freedom = _noise(problem, left, problem.size)
     weighed = len(left)

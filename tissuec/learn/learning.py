@@ -2,6 +2,7 @@
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ from tissuec.learn.models.moving import Moving
 from tissuec.learn.motion import Diverged
 from tissuec.learn.outcome import Estimates, Fitted, Learnt
 from tissuec.learn.problem import Problem, Trial
-from tissuec.learn.revising import revised
+from tissuec.learn.revising import Scene, revised, with_texts
 from tissuec.learn.session import Session, prepare
 from tissuec.learn.starts import sample
 from tissuec.lesson import Lesson
@@ -82,41 +83,30 @@ def learn(
         Unlearnable: The first prediction has no numbers.
     """
     began = clock.monotonic()
-    session = prepare(compiled, lesson, request)
-    problem = session.problem
-    judges = session.judged(session.held_out, problem) if session.held_out else None
-    key = key_of(
-        session, request, [request.source.text, *(s.text for s in compiled.scene.imports)]
-    )
-    firsts: dict[tuple[int, int], float] = {}
-
-    def passed(now: SearchState) -> None:
-        if state is not None:
-            keep(state, key, now)
-        if progress is None:
-            return
-        first = firsts.setdefault((now.horizon, now.rounds), now.error)
-        held_out = None if judges is None else _relative(judges, now.theta)
-        part, seconds = HORIZONS[now.horizon], clock.monotonic() - began
-        progress(Progress(now.passes, lesson.passes, part, now.error, first, held_out, seconds))
-
-    bounds = session.bounds(problem)
-    search = Search(
-        problem, bounds, passed, lambda: sample(problem, session.shaping, bounds, SAMPLED)
-    )
+    written = scene = Scene(compiled, lesson, request)
+    texts, sentences = dict[str, str](), tuple[str, ...]()
+    if lesson.revise:
+        changed = revised(written)
+        texts, sentences = dict(changed.texts), changed.sentences
+        scene = with_texts(written, texts) if texts else written
+    found = _fitted_to(scene, state=state, fresh=fresh, progress=progress, began=began)
+    session, problem, end, search = found
     try:
-        before = None if fresh or state is None else kept(state, key)
-        end = search.go(before or search.begin())
         first_error = _first_error(problem)
         error = problem.error_at(end.theta)
+        singles = [session.judged([trial], problem) for trial in session.learning]
         step_error = _step_error(problem, end.theta)
         stepping, stepping_error = _stepping(problem, end.theta, step_error)
         sureness = judge(problem, end.theta, *_names(session, problem), step_error)
-        failure, structure = misfit(problem, end.theta), remark(problem, end.theta)
+        failure, structure = misfit(problem, end.theta, singles), remark(problem, end.theta)
         fitted = tuple(_fitted(session, problem, end.theta))
     except Diverged as failure:
         raise Unlearnable(str(failure)) from failure
-    words = revised(session, request, problem, end.theta)
+    if session.words is not None:
+        moving = end.theta[session.shaping.own : session.shaping.size]
+        texts |= session.words.texts(moving)
+        sentences += tuple(one.sentence for one in session.words.drift(moving))
+    lesson = session.lesson
     return Learnt(
         lesson=lesson,
         estimates=tuple(_estimates(session, end.theta, sureness)),
@@ -139,10 +129,52 @@ def learn(
         notes=(
             *filter(None, [structure]),
             *_notes(session, end.theta, stepping_error),
-            *words.sentences,
+            *sentences,
         ),
-        words=words.texts,
+        words=texts,
     )
+
+
+class _Found(NamedTuple):
+    """A search that is over, and what it searched in."""
+
+    session: Session
+    problem: Problem
+    end: SearchState
+    search: Search
+
+
+def _fitted_to(
+    scene: Scene, *, state: Path | None, fresh: bool, progress: Tell | None, began: float
+) -> _Found:
+    """Fit the parameters of a scene, or go on with that; see ``learn``."""
+    session = prepare(*scene)
+    problem, (compiled, lesson, request) = session.problem, scene
+    judges = session.judged(session.held_out, problem) if session.held_out else None
+    key = key_of(
+        session, request, [request.source.text, *(s.text for s in compiled.scene.imports)]
+    )
+    firsts: dict[tuple[int, int], float] = {}
+
+    def passed(now: SearchState) -> None:
+        if state is not None:
+            keep(state, key, now)
+        if progress is None:
+            return
+        first = firsts.setdefault((now.horizon, now.rounds), now.error)
+        held_out = None if judges is None else _relative(judges, now.theta)
+        part, seconds = HORIZONS[now.horizon], clock.monotonic() - began
+        progress(Progress(now.passes, lesson.passes, part, now.error, first, held_out, seconds))
+
+    bounds = session.bounds(problem)
+    search = Search(
+        problem, bounds, passed, lambda: sample(problem, session.shaping, bounds, SAMPLED)
+    )
+    try:
+        before = None if fresh or state is None else kept(state, key)
+        return _Found(session, problem, search.go(before or search.begin()), search)
+    except Diverged as failure:
+        raise Unlearnable(str(failure)) from failure
 
 
 class Compared(NamedTuple):
@@ -211,6 +243,45 @@ def _compared(
     best = int(np.argmin(apart))
     found = tried[best + 1]
     return Compared("", exact, found, abs(found - exact) / size, float(apart[best]) / size)
+
+
+MOVED = 1e-3  # by which words move in a rehearsal
+
+
+def rehearsal(compiled: Compiled, lesson: Lesson, request: Request) -> Learnt:
+    """Return what a learning would be that moves words a little and leaves all numbers.
+
+    With it, what can be written is known before anything is learnt.
+
+    Raises:
+        CompileError: Data is wrong.
+    """
+    session = prepare(compiled, lesson, request)
+    shaping, problem = session.shaping, session.problem
+    theta, many = np.zeros(problem.size), len(lesson.fits)
+    told = np.ones(problem.size, dtype=bool)
+    sureness = Sureness(theta, theta, theta, told, (), np.zeros(many))
+    words = session.words
+    return Learnt(
+        lesson=replace(lesson, demands=()),
+        estimates=tuple(_estimates(session, theta, sureness)),
+        zeros={},
+        error=0.0,
+        first_error=0.0,
+        fitted=(),
+        noise={},
+        singular=theta,
+        blind=(),
+        method="",
+        stepping="",
+        stepping_error=0.0,
+        passes=0,
+        evaluations=0,
+        reason="",
+        converged=True,
+        wall_time=0.0,
+        words={} if words is None else words.texts(np.full(shaping.size - shaping.own, MOVED)),
+    )
 
 
 def _names(session: Session, problem: Problem) -> tuple[list[str], list[str]]:

@@ -1,5 +1,7 @@
 """Whether what is left is so much that the search, or the model, has failed."""
 
+from collections.abc import Sequence
+
 from tissuec.learn.fitting import MET
 from tissuec.learn.problem import LIMIT, Problem
 from tissuec.learn.shown import percent
@@ -10,11 +12,12 @@ STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
 TOLD = 0.02  # size from which on they are told
 
 
-def misfit(problem: Problem, theta: Floats) -> str:
+def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> str:
     """Return why some parameters are no answer, as a sentence; empty if they may be one.
 
     Args:
         theta: Where the search ended, its whole horizon in use.
+        singles: The same problem for each experiment by itself.
     """
     if _is_met(problem, theta):
         return ""
@@ -29,6 +32,15 @@ def misfit(problem: Problem, theta: Floats) -> str:
             f"the error is {percent(error)}, and what is left is no noise but a motion of its "
             "own: this is another minimum, or the scene is not what was measured"
         )
+    for one in singles:
+        found = one.structure(theta, LIMIT)
+        share = found.size * float((one.spread / problem.spread).max(initial=0.0))
+        if found.size >= NOTHING and share >= TOLD and found.is_significant:
+            name = one.trials[0].experiment.name
+            return (
+                f"the error of {name} is {percent(found.size)}, and what is left of it is no "
+                "noise: the scene, or what may change in it, is not what was measured"
+            )
     return ""
 
 

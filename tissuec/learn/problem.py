@@ -21,10 +21,11 @@ from tissuec.learn.models import Model, measured, slots_of
 from tissuec.learn.motion import Diverged
 from tissuec.learn.priors import Prior
 from tissuec.lesson import Lesson
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 
 REACH = 2.0  # of logarithms: a factor of 7
 LIMIT = 3.0  # standard deviations of what is left, beyond which it counts as such
+CONSTANT = 1e-9  # of data: a deviation from the mean that is rounding
 CORRELATED = 0.3  # of neighbouring residuals: more is structure, if it is significant
 
 
@@ -63,6 +64,8 @@ class Problem:
 
     Attributes:
         fit_of: Place in the lesson of the fit of each number, shape (number,).
+        rows: Number of the row of each number in its series, shape (number,).
+        part: Which numbers are in use, shape (number,).
         noise: Standard deviation by which each fit is measured, by its place in the lesson.
         reaches: By how much each parameter may well differ from its start, shape (parameter,):
             a factor of 7 where nothing else is given; infinite for zeros.
@@ -90,6 +93,8 @@ class Problem:
         )
         self.fit_of = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
         self._time = np.concatenate([np.zeros(0), *self._of_times()])
+        self.rows = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_rows()])
+        self.part = np.ones(len(self.data), dtype=bool)
         self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
         self.unit_of_zero = self.spread if zeros is None else zeros
         self.noise = self.first_noise()
@@ -126,7 +131,7 @@ class Problem:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Return which numbers were measured, as far as they are looked at."""
-        return np.isfinite(self.data) & (self._time <= self.stop)
+        return np.isfinite(self.data) & (self._time <= self.stop) & self.part
 
     @property
     def fits(self) -> NDArray[np.int64]:
@@ -135,7 +140,7 @@ class Problem:
 
     def many_until(self, time: float) -> int:
         """Return how many numbers were measured up to a time [s]."""
-        return int((np.isfinite(self.data) & (self._time <= time)).sum())
+        return int((np.isfinite(self.data) & (self._time <= time) & self.part).sum())
 
     def predicted(self, theta: Floats) -> Floats:
         """Return all predictions with their zeros, in SI units, shape (number,)."""
@@ -294,6 +299,12 @@ class Problem:
                 number = next(k for k, fit in enumerate(fits) if fit.span == one.fit.span)
                 yield np.full(slot.rows * slot.width, number, dtype=np.int64)
 
+    def _of_rows(self) -> Iterator[Indices]:
+        """Yield the number of the row of each number, by series."""
+        for trial in self.trials:
+            for slot in slots_of(trial.experiment.series):
+                yield np.repeat(np.arange(slot.rows), slot.width)
+
     def _of_series(self, numbers: Floats) -> Iterator[Floats]:
         """Yield the numbers of each series, shape (row, component)."""
         start = 0
@@ -316,7 +327,8 @@ class Problem:
         if not len(mine):
             return 1.0
         spread = float(np.sqrt(np.mean(np.square(mine - self._means(fit)))))
-        return spread or float(np.abs(mine).max()) or 1.0
+        most = float(np.abs(mine).max())
+        return spread if spread > CONSTANT * most else most or 1.0
 
     def _means(self, fit: int) -> Floats:
         """Return the mean in time of each component that a fit measured."""

@@ -1,4 +1,9 @@
-"""New texts of a vocabulary: words that moved, and rules that were revised."""
+"""Rules that are revised: each candidate is fitted anew and chosen by rows that it did not see.
+
+Words and numbers are fitted to two thirds of the rows from where the text has them, with each
+candidate: words that were moved for a wrong rule say nothing of the right one. The other rows
+choose. What is held out has no say in it, so that it can judge the result.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,65 +11,81 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.learn.fitting import Search
 from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import Problem
-from tissuec.learn.session import Session, prepare
+from tissuec.learn.session import prepare
 from tissuec.learn.words.rereading import request_of
-from tissuec.learn.words.revision import revise
-from tissuec.lesson import WORDS
-from tissuec.network import Floats
+from tissuec.learn.words.revision import GAIN, revise
+from tissuec.lesson import Lesson
 from tissuec.pipeline import Request, compile_request
+
+EVERY = 3  # rows, of which the last one chooses
+ROUNDS = 12  # of the fit of a candidate
+CHANCE = 5.0  # over the count of numbers: a part by which errors may differ by chance
+
+
+class Scene(NamedTuple):
+    """A scene with its lesson, and the request that compiles it."""
+
+    compiled: Compiled
+    lesson: Lesson
+    request: Request
 
 
 class Revised(NamedTuple):
-    """New texts by the name of their file, and what was changed, in sentences."""
+    """New texts by the names of their files, and what was changed, in sentences."""
 
     texts: Mapping[str, str]
     sentences: tuple[str, ...]
 
 
-def revised(session: Session, request: Request, problem: Problem, theta: Floats) -> Revised:
-    """Return the vocabulary with moved words and, where that was asked for, other rules."""
-    shaping, words = session.shaping, session.words
-    own = theta[shaping.own : shaping.size]
-    texts: dict[str, str] = {} if words is None else dict(words.texts(own))
-    sentences = [] if words is None else [one.sentence for one in words.drift(own)]
-    for name in session.lesson.revise:
+def with_texts(scene: Scene, texts: Mapping[str, str]) -> Scene:
+    """Return a scene with other texts of some of its files; raises CompileError."""
+    files = request_of(scene.compiled.scene, texts)
+    request = replace(scene.request, source=files.source, files=files.files)
+    compiled, _ = compile_request(request)
+    lesson = next(one for one in compiled.lessons if one.name == scene.lesson.name)
+    return Scene(compiled, lesson, request)
 
-        def score(more: Mapping[str, str]) -> tuple[float, float]:
-            return _score(session, request, problem, theta, {**texts, **more})
 
-        for change in revise(session.shaping.compiled.scene, name, score):
+def revised(scene: Scene) -> Revised:
+    """Return the texts of rules that let rows which were not fitted be met better."""
+    texts, sentences = dict[str, str](), list[str]()
+    problem = prepare(*scene).problem
+    gain = max(GAIN, CHANCE / max(int(_chooses(problem).sum()), 1))
+    for name in scene.lesson.revise:
+        changes = revise(
+            scene.compiled.scene, name, lambda more: _score(scene, more), start=texts, gain=gain
+        )
+        for change in changes:
             texts[change.file] = change.text
             sentences.append(change.sentence)
     return Revised(texts, tuple(sentences))
 
 
-def _score(
-    session: Session,
-    request: Request,
-    problem: Problem,
-    theta: Floats,
-    texts: Mapping[str, str],
-) -> tuple[float, float]:
-    """Return the errors, in units of the data, with other texts of the vocabulary.
+def _score(scene: Scene, texts: Mapping[str, str]) -> tuple[float, float]:
+    """Return the errors of the rows that are fitted and of those that choose.
 
-    That of what was held out is infinite where nothing was; both are where there is no motion.
+    Both are infinite where there is no motion.
     """
-    old = session.lesson
     try:
-        files = request_of(session.shaping.compiled.scene, texts)
-        compiled, _ = compile_request(replace(request, source=files.source, files=files.files))
-        lesson = next(one for one in compiled.lessons if one.name == old.name)
-        kept = tuple(adjust for adjust in lesson.adjusts if adjust.what != WORDS)
-        other = prepare(compiled, replace(lesson, adjusts=kept), request)
-        inner = np.concatenate([theta[: session.shaping.own], theta[session.shaping.size :]])
-        errors = []
-        for trials in (other.learning, other.held_out):
-            judged = other.judged(trials, problem)
-            judged.freeze(inner)
-            errors.append(judged.relative(inner) if trials else np.inf)
+        compiled, lesson, request = with_texts(scene, texts)
+        session = prepare(compiled, lesson, request)
+        problem = session.problem
+        chooses = _chooses(problem)
+        problem.part = ~chooses
+        theta = Search(problem, session.bounds(problem), lambda _: None).once(ROUNDS)
+        problem.freeze(theta)
+        fitted = problem.relative(theta)
+        problem.part = chooses
+        return fitted, problem.relative(theta)
     except (TissueError, Diverged):
         return np.inf, np.inf
-    return errors[0], errors[1]
+
+
+def _chooses(problem: Problem) -> np.ndarray:
+    """Return which numbers choose between rules, shape (number,)."""
+    return problem.rows % EVERY == EVERY - 1

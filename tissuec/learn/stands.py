@@ -158,3 +158,7 @@ def _settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ..
         when = show(situation.time, TIME)
         message = f"at {when} of the script, {failure.message}, above all at node {node}"
         raise Unbalanced(situation.time, message) from failure
+    except np.linalg.LinAlgError as failure:
+        when = show(situation.time, TIME)
+        message = f"at {when} of the script, the forces of the net are no numbers"
+        raise Unbalanced(situation.time, message) from failure

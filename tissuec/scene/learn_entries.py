@@ -86,8 +86,8 @@ SENTENCES: dict[str, Sentences] = {
     ),
     "revise rules": Sentences(
         ("revise rules of RULES",),
-        "Rules of which some may be changed, added or dropped, where that foretells what was"
-        " held out better.",
+        "Rules of which some may be changed, added or dropped, where rows that were not fitted"
+        " are met better. Words and numbers are fitted anew with each candidate.",
     ),
     "hold out": Sentences(
         ('hold out "three.csv"', "hold out = 20 %"),

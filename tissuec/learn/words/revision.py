@@ -1,12 +1,13 @@
-"""Revision of rules: one change after another, as long as data that was held out is met better.
+"""Revision of rules: one change after another, as long as rows that were not fitted gain.
 
-What was learnt from is met better by nearly any change; only what was not seen can tell a
-better rule from one that fits the noise.
+What was fitted is met better by nearly any change; only what was not seen can tell a better
+rule from one that fits the noise.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from difflib import unified_diff
+from types import MappingProxyType
 
 from tissuec.core.errors import CompileError
 from tissuec.lang import syntax as s
@@ -17,7 +18,7 @@ from tissuec.learn.words.rereading import reread, warnings_of
 from tissuec.scene.model import Scene
 
 GAIN = 0.01
-"""Part by which the error of what was held out must fall for a change to be made."""
+"""Part by which the error of what was not fitted must fall for a change to be made."""
 
 SLACK = 0.01
 """Part by which the error of what was learnt from may rise."""
@@ -28,8 +29,8 @@ MOST = 5
 _CONFLICT = "W204"
 
 Score = Callable[[Mapping[str, str]], tuple[float, float]]
-"""From new texts of files, by their names, to the errors of what was learnt from and of what
-was held out; not finite where there is none."""
+"""From new texts of files, by their names, to the errors of what was fitted and of what was
+not; not finite where there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class Change:
         file: Name of the file.
         text: Its whole new text, with this change and those before it.
         diff: From its text before this change, as a unified diff.
-        errors: Of what was learnt from and of what was held out, after it.
+        errors: Of what was fitted and of what was not, after it.
         sentence: What it is, and what it brought.
     """
 
@@ -58,11 +59,12 @@ def revise(
     rules: str,
     score: Score,
     *,
+    start: Mapping[str, str] = MappingProxyType({}),
     gain: float = GAIN,
     slack: float = SLACK,
     most: int = MOST,
 ) -> list[Change]:
-    """Return the changes of rules that let data which was held out be met better.
+    """Return the changes of rules that let data which was not fitted be met better.
 
     In each round every candidate is scored and the best one taken: a conclusion moved to the
     next word, a rule left out, or a rule more for a tissue of which little is said. Every text
@@ -70,8 +72,9 @@ def revise(
 
     Args:
         rules: Name of the rules.
-        score: Errors with new texts; called first without any.
-        gain: Part by which the error of what was held out must fall.
+        score: Errors with new texts; called first with those of the start.
+        start: Texts of files that were changed before.
+        gain: Part by which the error of what was not fitted must fall.
         slack: Part by which the error of what was learnt from may rise.
         most: Changes at most.
 
@@ -79,7 +82,7 @@ def revise(
         KeyError: There are no rules of that name.
     """
     key = s.key_of(rules)
-    before, texts = score({}), dict[str, str]()
+    before, texts = score(start), dict(start)
     changes: list[Change] = []
     while len(changes) < most:
         now = reread(scene, texts) if texts else scene
@@ -90,7 +93,7 @@ def revise(
         (file, text), *_ = apply([candidate.edit]).items()
         old = candidate.edit.span.source.text
         sentence = (
-            f"{candidate.what}: the error of what was held out falls "
+            f"{candidate.what}: the error of rows that it was not fitted to falls "
             f"from {before[1]:.3g} to {errors[1]:.3g}"
         )
         changes.append(
@@ -112,7 +115,7 @@ def _best(
     score: Score,
     limit: float,
 ) -> tuple[Candidate, tuple[float, float]] | None:
-    """Return the candidate with the least error of what was held out, and both its errors.
+    """Return the candidate with the least error of what was not fitted, and both its errors.
 
     Args:
         limit: The largest error of what was learnt from.

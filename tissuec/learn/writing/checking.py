@@ -1,6 +1,6 @@
-"""Whether the text of a preset is right: without a warning, and with its numbers."""
+"""Whether the text of a preset is right: without a new warning, and with its numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import isclose
 from pathlib import Path
 
@@ -33,7 +33,13 @@ class Pending(Files):
 
 
 def mistakes(
-    text: str, target: Path, beside: Mapping[str, str], drafts: Sequence[Draft], *, moved: bool
+    text: str,
+    target: Path,
+    beside: Mapping[str, str],
+    drafts: Sequence[Draft],
+    *,
+    moved: bool,
+    known: Collection[str] = (),
 ) -> tuple[Diagnostic, ...] | str:
     """Return what is wrong with a preset; empty if it is right.
 
@@ -41,23 +47,23 @@ def mistakes(
         target: Where it goes, from which it must be valid by itself.
         beside: Texts of files that are written beside it, by their names.
         moved: Whether words moved, so that rules say other numbers than before.
+        known: Codes of warnings that the scene has itself.
     """
     files = Pending({target.parent / name: one for name, one in beside.items()})
     source = Source(target.name, text, target)
-    request = Request(source, strict=True, files=files)
+    request = Request(source, files=files)
     try:
         compiled, warnings = check_request(request)
         if compiled is not None:
             return f'"{target.name}" would be a scene'
-        if warnings:
-            return warnings
+        new = tuple(one for one in warnings if one.code not in known)
         words, _ = read_words(request)
     except CompileError as error:
         return error.diagnostics
     for draft in drafts:
         if (problem := _differs(words.tissues[key_of(draft.name)], draft, moved)) is not None:
             return f"{draft.name} would have another {problem}"
-    return ""
+    return new or ""
 
 
 def _differs(tissue: Tissue, draft: Draft, moved: bool) -> str | None:

@@ -9,6 +9,7 @@ from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.source import Source, Span
 from tissuec.lang.printer import format_source
 from tissuec.learn.outcome import Learnt
+from tissuec.learn.words.rereading import warnings_of
 from tissuec.learn.writing.checking import mistakes
 from tissuec.learn.writing.comments import of_nodes_and_springs, origin
 from tissuec.learn.writing.drafts import Draft, drafts_of
@@ -75,16 +76,22 @@ class _Composer:
         self.drafts = drafts_of(learnt, scene)
         self.about = _about(learnt)
         self.scribe = Scribe(scene, self.about)
+        self.known = {one.code for one in warnings_of(scene, {})}
         self.problem: object = ""
 
     def text(self) -> str:
-        """Return the preset."""
+        """Return the preset; one that only brings new warnings, where there is no other."""
+        warned: str | None = None
         forms = {draft.name: self._best(draft) for draft in self.drafts}
         tries = (forms, dict.fromkeys(forms, IN_NUMBERS))
         for chosen in tries:
             text = self._composed(self.drafts, chosen)
             if text is not None and self._is_right(text, self.drafts):
                 return text
+            if text is not None and self._only_warns:
+                warned = warned or text
+        if warned is not None:
+            return warned
         problem = self.problem
         if isinstance(problem, tuple):
             problem = CompileError(problem)
@@ -100,8 +107,16 @@ class _Composer:
 
     def _is_right(self, text: str, drafts: Sequence[Draft]) -> bool:
         moved = bool(self.words.texts)
-        self.problem = mistakes(text, self.target, self.words.texts, drafts, moved=moved)
+        self.problem = mistakes(
+            text, self.target, self.words.texts, drafts, moved=moved, known=self.known
+        )
         return not self.problem
+
+    @property
+    def _only_warns(self) -> bool:
+        """Tell whether nothing but warnings was found in the last text."""
+        found = self.problem
+        return isinstance(found, tuple) and all(one.code.startswith("W") for one in found)
 
     def _composed(self, drafts: Sequence[Draft], forms: Mapping[str, str]) -> str | None:
         """Return the text with tissues in some forms; None where a file cannot be used."""
