@@ -9,8 +9,8 @@ import pytest
 
 from tests.player.conftest import Show, grid, without_springs
 from tissuec.core import looks
-from tissuec.core.printable import printable
 from tissuec.core.errors import TissueError
+from tissuec.core.printable import printable
 from tissuec.player.options import Options
 from tissuec.player.page import SCRIPTS, WEB, as_script, fragment, render
 from tissuec.results.trajectory import Trajectory
