@@ -255,6 +255,7 @@ def test_the_line_tells_passes_errors_and_the_time_left(here, call, monkeypatch)
         Progress(2, 10, 0.25, 3.0, 60.0, 0.042, 5.0),
         Progress(0, 10, 1.0, 0.0, 0.0, None, 0.1),
     )
+    monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setattr(progress_lines, "FIRST_AFTER", 0.0)
     monkeypatch.setattr(progress_lines, "EVERY", 0.0001)
     terminal = Terminal()

@@ -165,3 +165,26 @@ def test_constants_that_start_at_zero_are_scaled_by_the_data(tmp_path):
     # The data are exact, and the search ends at a relative change of the error of 1e-9.
     assert numbers(learnt) == pytest.approx([c, square, cube], rel=1e-5)
     assert not learnt.blind and learnt.passes < 10
+
+
+def test_millimetres_that_are_read_as_metres_are_told(truth, tmp_path):
+    scene, times, positions = truth
+    measure((scene, times, 1e3 * positions), tmp_path / "measured.csv")
+    learnt = learn(*lesson(tmp_path, FIT + "adjust spring constant of line\n"))
+    assert learnt.failure or learnt.blind
+    assert any("was measured 1e+03 times as large" in note for note in learnt.notes)
+
+
+def test_an_experiment_that_is_not_met_is_a_failure_however_well_others_are(truth, tmp_path):
+    """A tenth of the motion, turned round: 1 % of all squares, and twice its own size."""
+    scene, times, positions = truth
+    still = np.broadcast_to(positions[0], positions.shape)
+    measure(truth, tmp_path / "one.csv")
+    measure((scene, times, still - 0.1 * (positions - still)), tmp_path / "two.csv")
+    entries = FIT + ADJUST + '  data "two.csv" { shove = 0.02 m/s }\n'
+    session = prepare(*lesson(tmp_path, entries, TRUE, files=("one.csv",)))
+    problem, theta = session.problem, np.zeros(5)
+    problem.freeze(theta)
+    singles = [session.judged([trial], problem) for trial in session.learning]
+    assert misfit(problem, theta) == ""
+    assert "the error of two.csv is " in misfit(problem, theta, singles)

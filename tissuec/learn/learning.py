@@ -15,7 +15,7 @@ from tissuec.core.units import TIME, show
 from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, SearchState
 from tissuec.learn.judging import SHOWN, Sureness, judge
 from tissuec.learn.keeping import keep, kept, key_of
-from tissuec.learn.misfit import misfit, remark
+from tissuec.learn.misfit import misfit, remark, units
 from tissuec.learn.models.moving import Moving
 from tissuec.learn.motion import Diverged
 from tissuec.learn.outcome import Estimates, Fitted, Learnt
@@ -127,6 +127,7 @@ def learn(
         failure=failure,
         wall_time=clock.monotonic() - began,
         notes=(
+            *(units(problem) if failure or sureness.blind else ()),
             *filter(None, [structure]),
             *_notes(session, end.theta, stepping_error),
             *sentences,

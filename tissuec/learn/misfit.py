@@ -2,13 +2,18 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from tissuec.core.errors import TissueError
 from tissuec.learn.fitting import MET
+from tissuec.learn.motion import Diverged
 from tissuec.learn.problem import LIMIT, Problem
 from tissuec.learn.shown import percent
 from tissuec.network import Floats
 
 NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, which is 1
 STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
+WRONG_UNIT = 300.0  # times as large, or as small, as predicted
 TOLD = 0.02  # size from which on they are told
 
 
@@ -54,6 +59,30 @@ def remark(problem: Problem, theta: Floats) -> str:
         f"({percent(size)} without outliers); the scene is not quite what was measured, and "
         "numbers may be off by more than their intervals"
     )
+
+
+def units(problem: Problem) -> list[str]:
+    """Return which fits are measured so large or small that their unit may be wrong.
+
+    Sizes of the data are held against those of the first prediction.
+    """
+    theta = np.zeros(problem.size)
+    try:
+        problem.freeze(theta)
+        predicted = problem.predicted(theta)[problem.counted]
+    except (Diverged, TissueError):
+        return []
+    found, data = [], problem.data[problem.counted]
+    for k, fit in enumerate(problem.lesson.fits):
+        mine = problem.fits == k
+        sizes = [float(np.abs(some[mine]).max(initial=0.0)) for some in (data, predicted)]
+        ratio = sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0
+        if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT:
+            found.append(
+                f"{fit.text} was measured {ratio:.1g} times as large as the scene predicts at "
+                "first: is its unit right?"
+            )
+    return found
 
 
 def _is_met(problem: Problem, theta: Floats) -> bool:
