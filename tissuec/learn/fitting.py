@@ -152,7 +152,8 @@ class Search:
         """
         self.problem.evaluations = state.evaluations
         while not state.reason:
-            state = replace(self._pass(state), evaluations=self.problem.evaluations)
+            with np.errstate(all="ignore"):  # what has no numbers is not gone to
+                state = replace(self._pass(state), evaluations=self.problem.evaluations)
             self.keep(state)
         self._enter(state)
         if not np.isfinite(self.problem.error_at(state.theta)):
@@ -166,10 +167,11 @@ class Search:
             Diverged: The first prediction has no numbers.
         """
         self.rounds = rounds
-        start = self._begun(np.clip(np.zeros(self.problem.size), *self.bounds))[1]
-        self._limit(WHOLE)
-        self.problem.freeze(start)
-        return self._improved(start, self.problem.error(start), LOOSE, WIDE)[0]
+        with np.errstate(all="ignore"):
+            _, start = self._begun(np.clip(np.zeros(self.problem.size), *self.bounds))
+            self._limit(WHOLE)
+            self.problem.freeze(start)
+            return self._improved(start, self.problem.error(start), LOOSE, WIDE)[0]
 
     # --- parts --------------------------------------------------------------------------------
 
@@ -378,8 +380,7 @@ class Search:
         step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
         if not self.problem.size:
             return theta  # only rules are revised
-        with np.errstate(all="ignore"):  # what has no numbers is not gone to
-            return step(theta, bounds, tolerance)
+        return step(theta, bounds, tolerance)
 
     def _by_least_squares(
         self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
