@@ -66,6 +66,8 @@ HARMLESS = {
     "FLAT": "tells triangles without area from others",
     "LEAST": "keeps a rate finite where contact begins; see docs/numerics.md",
     "OUTSIDE": "only the sign of this depth counts",
+    "LEFT": "tells steps in which a spring turns over",
+    "STIFFEST": "keeps slopes of dashpots finite; no force has it",
     "x[o]": "a closed volume is the same wherever it is seen from",
     "x[o + 1]": "a closed volume is the same wherever it is seen from",
     "x[o + 2]": "a closed volume is the same wherever it is seen from",
