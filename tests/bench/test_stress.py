@@ -172,3 +172,11 @@ def test_a_scene_and_the_stress_test_exclude_each_other():
     for words in (["bench"], ["bench", "x.tis", "--stability"]):
         with pytest.raises(Exception, match="--stability"):
             group.main(words, standalone_mode=False)
+
+
+def test_a_method_that_promises_nothing_is_measured_at_a_step_that_suits_it():
+    found = Court(REST, BUDGET).judge("propagation")
+    assert (found.kind, "step = " in found.scene) == ("measured", True)
+    # First order, 0.5 / ω being its frame: some per cent of the motion.
+    assert 1e-4 < found.error < 0.2
+    assert grid.sign_of(found) == f"{found.error:.0e}"

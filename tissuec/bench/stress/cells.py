@@ -150,6 +150,20 @@ def fixed_step(small: bool) -> Iterator[Cell]:
         yield Cell("step × ω", f"{turns:g}", tube(), max(0.2, 50.0 * step), step)
 
 
+def law(small: bool) -> Iterator[Cell]:
+    """Springs whose force has corners, or grows steeply."""
+    laws = {
+        "tension only": "tension only",
+        "dead band": "dead band { slack = 0.5 mm }",
+        "toe": "toe { strain = 2 % }",
+        "curve": "curve { elongations = [-1 mm, 0 mm, 1 mm, 2 mm]; "
+        "forces = [-0.4 N, 0 N, 0.2 N, 1 N] }",
+        "exponential": "exponential { stiffening = 12 }",
+    }
+    for name in ("dead band",) if small else tuple(laws):
+        yield Cell("law", name, tube(wall=f"spring law is {laws[name]}"), 0.2)
+
+
 AXES: tuple[Axis, ...] = (
     stiffness_ratio,
     mass_ratio,
@@ -161,6 +175,7 @@ AXES: tuple[Axis, ...] = (
     force,
     resonance,
     fixed_step,
+    law,
 )
 
 

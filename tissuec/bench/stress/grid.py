@@ -10,10 +10,12 @@ from tissuec.bench.report import columns
 from tissuec.bench.stress.cells import Cell
 from tissuec.bench.stress.verdict import Court, Kind, Verdict
 from tissuec.integrators import INTEGRATORS
+from tissuec.plan import RELAXATION
 
 SIGNS: dict[Kind, tuple[str, str]] = {
     "good": ("ok", "as promised"),
     "energy": ("ok*", "chaotic, no reference, or a fixed step: energy and momentum hold"),
+    "measured": ("1e-2", "error of a method that promises nothing, at a step that suits it"),
     "warned": ("warned", "a warning was given, and the result is off"),
     "refused": ("refused", "the text or the run was refused with a sentence"),
     "slow": ("slow", "longer than the budget"),
@@ -47,14 +49,18 @@ class Stress:
         width = len(self.methods)
         groups = [self.verdicts[i : i + width] for i in range(0, len(self.verdicts), width)]
         return [
-            (group[0].axis, group[0].value, *(SIGNS[v.kind][0] for v in group))
-            for group in groups
+            (group[0].axis, group[0].value, *(sign_of(v) for v in group)) for group in groups
         ]
 
     @property
     def heads(self) -> tuple[str, ...]:
         """Return what the columns of ``rows`` are."""
         return ("axis", "value", *self.methods)
+
+
+def sign_of(verdict: Verdict) -> str:
+    """Return what stands in the map."""
+    return SIGNS[verdict.kind][0] if verdict.error is None else f"{verdict.error:.0e}"
 
 
 def stress(
@@ -69,14 +75,16 @@ def stress(
     Args:
         methods: Names; none means all.
         budget: Time of the processor for a run [s].
-        tell: Told which scene is tried.
+        tell: Told which scene is tried, and what came of it.
     """
-    names = tuple(methods) or (AUTOMATIC, *INTEGRATORS)
+    names = tuple(methods) or (AUTOMATIC, *INTEGRATORS, RELAXATION)
     verdicts = []
     for cell in cells:
         tell(f"{cell.axis} {cell.value} …")
         court = Court(cell, budget)
-        verdicts += [court.judge(name) for name in names]
+        found = [court.judge(name) for name in names]
+        tell("  " + ", ".join(f"{each.method} {sign_of(each)}" for each in found))
+        verdicts += found
     return Stress(names, tuple(verdicts))
 
 

@@ -2,28 +2,39 @@
 
 Silently wrong is what came to its end without a word and holds no number, or energy from
 nowhere, or momentum that no force gave it, or positions further off than ten tolerances and
-no twin that tells.
+no companion run that tells.
 """
 
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
 from tissuec.bench.problem import Problem
-from tissuec.bench.stress.cells import TOLERANCE, Cell
+from tissuec.bench.starting import situation_at_start
+from tissuec.bench.stress.cells import FRAMES, TOLERANCE, Cell
 from tissuec.bench.stress.known import Known, find_known
 from tissuec.bench.stress.looking import Look, look
 from tissuec.bench.trial import Deadline, Failed, OutOfTime
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.choice import measured_facts
+from tissuec.integrators import INTEGRATORS
+from tissuec.network import Floats
 from tissuec.pipeline import Request, compile_request
+from tissuec.plan import RELAXATION
 from tissuec.running.companion import FINER
+from tissuec.statics.settling import Unsettled, settle
 
-Kind = Literal["good", "energy", "warned", "refused", "slow", "none", "wrong", "crash"]
+Kind = Literal[
+    "good", "energy", "measured", "warned", "refused", "slow", "none", "wrong", "crash"
+]
 MANY = 10.0  # tolerances that a position may be off
 # Of the tolerance, which is of positions: energies go with squares, and with velocities that
 # methods of low order keep less well.
 ENERGIES = 4.0
+SUITED = 0.5  # steps of a method that promises nothing, times the fastest rate of the net
 MADE = 0.5  # part of the energy that a fixed step may not make from nothing
 
 
@@ -33,10 +44,12 @@ class Verdict:
 
     Attributes:
         kind: "good"; "energy" where the motion is chaotic or not known, so that only energy and
-            momentum were judged, and are good; "warned" or "refused", whatever the result;
+            momentum were judged, and are good; "measured" of a method that promises nothing;
+            "warned" or "refused", whatever the result;
             "slow" beyond the budget; "none" where another method took over; "wrong" without a
             word; "crash".
         why: A sentence for what is not good.
+        error: Of positions, where that is measured.
     """
 
     axis: str
@@ -45,6 +58,7 @@ class Verdict:
     kind: Kind
     why: str
     scene: str
+    error: float | None = None
 
 
 class Court:
@@ -60,43 +74,71 @@ class Court:
 
     def judge(self, method: str) -> Verdict:
         """Return the verdict on a method."""
+        cell, error = self.cell, None
         try:
-            kind, why = self._try(method)
-        except CompileError as error:
-            kind, why = "refused", str(error)
-        except Failed as failure:
+            cell = self._suited(method)
+            attempt = self._rest if method == RELAXATION else self._try
+            kind, why, error = attempt(cell, method)
+        except (CompileError, Failed, Unsettled) as failure:
             kind, why = "refused", str(failure)
         except OutOfTime:
             kind, why = "slow", f"more than {self.budget:g} s"
-        except Exception as error:
-            kind, why = "crash", f"{type(error).__name__}: {error}"
-        cell = self.cell
-        return Verdict(cell.axis, cell.value, method, kind, why, cell.text(method))
+        except Exception as failure:
+            kind, why = "crash", f"{type(failure).__name__}: {failure}"
+        return Verdict(cell.axis, cell.value, method, kind, why, cell.text(method), error)
 
-    def _try(self, method: str) -> tuple[Kind, str]:
-        text = self.cell.text(method)
-        compiled, warnings = compile_request(Request(Source("scene.tis", text)))
+    def _suited(self, method: str) -> Cell:
+        """Return the scene, with a fixed step where the method asks for one."""
+        cell = self.cell
+        if method == RELAXATION and cell.step is None:
+            return replace(cell, step=cell.duration / FRAMES)
+        if cell.step is not None or method == AUTOMATIC or INTEGRATORS[method].promises:
+            return cell
+        scene = Request(Source("scene.tis", cell.text(AUTOMATIC)))
+        situation = situation_at_start(Problem.of(compile_request(scene)[0]))
+        rate, frame = measured_facts(situation)["omega"], cell.duration / FRAMES
+        return replace(cell, step=min(frame, SUITED / rate) if rate else frame)
+
+    def _try(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
+        compiled, warnings = compile_request(Request(Source("scene.tis", cell.text(method))))
         problem = Problem.of(compiled)
         # Energies are kept in this run; positions are judged in another one.
         plan = replace(problem.plan, simulation=compiled.plan.simulation)
         seen, why = look(problem, plan, Deadline(self.budget))
         if seen is None:
-            return "refused", why
+            return "refused", why, None
         if method not in (AUTOMATIC, seen.method):
-            return "none", f"{seen.method} took over"
-        wrong, told = self._energies(seen), ""
-        if not wrong:
+            return "none", f"{seen.method} took over", None
+        wrong, told = self._energies(cell, seen), ""
+        if not wrong and cell is not self.cell and self._judges(problem):
+            return "measured", "", self._error(problem, seen.position)
+        if not wrong and cell is self.cell:
             wrong, told = self._positions(problem, method)
         if not wrong:
-            return ("good" if self._judges(problem) else "energy"), ""
+            return ("good" if self._judges(problem) else "energy"), "", None
         told = warnings[0].code if warnings else told
-        return ("warned", f"{told}; {wrong}") if told else ("wrong", wrong)
+        return ("warned", f"{told}; {wrong}", None) if told else ("wrong", wrong, None)
 
-    def _energies(self, seen: Look) -> str:
+    def _rest(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
+        """Measure how far a net rests from where Newton's method balances its forces."""
+        compiled, _ = compile_request(Request(Source("scene.tis", cell.text(method))))
+        problem = Problem.of(compiled)
+        if cell.axis == "resonance":
+            return "none", "what swings does not rest", None
+        plan = replace(problem.plan, simulation=compiled.plan.simulation)
+        seen, why = look(problem, plan, Deadline(self.budget))
+        if seen is None:
+            return "refused", why, None
+        situation = situation_at_start(problem)
+        settle(situation, np.ones(problem.network.node_count, dtype=bool))
+        rest = np.broadcast_to(situation.position, seen.position.shape)
+        return "measured", "", problem.error(seen.position[-1:], rest[-1:])
+
+    def _energies(self, cell: Cell, seen: Look) -> str:
         """Return what is wrong with numbers, energy and momentum; empty if nothing is."""
         if not seen.finite:
             return "positions or velocities are no numbers"
-        if self.cell.step is not None:
+        if cell.step is not None:
             made = seen.made > MADE
             return f"{seen.made:.1g} of the energy came from nothing" if made else ""
         if seen.imbalance > ENERGIES * TOLERANCE:
@@ -111,19 +153,21 @@ class Court:
         """
         if not self._judges(problem):
             return "", ""
-        truth = self._of(problem).truth
-        assert truth is not None
-        # As users run it: without energies, which ask for steps of their own.
         solver = EngineSolver(problem, method, tier=None)
         trial = solver.solve(TOLERANCE, Deadline(self.budget))
-        error = problem.error(trial.position, truth.position)
+        error = self._error(problem, trial.position)
         if error <= MANY * TOLERANCE:
             return "", ""
-        # Beside a run of theirs goes its twin, whose distance is told.
-        twin = solver.solve(TOLERANCE / FINER, Deadline(FINER * self.budget))
-        apart = problem.error(trial.position, twin.position)
+        # Beside a run of users goes its companion, whose distance is told.
+        finer = solver.solve(TOLERANCE / FINER, Deadline(FINER * self.budget))
+        apart = problem.error(trial.position, finer.position)
         told = f"a finer run is {apart:.1e} away" if apart > TOLERANCE else ""
         return f"positions are off by {error:.1e}", told
+
+    def _error(self, problem: Problem, position: Floats) -> float:
+        truth = self._of(problem).truth
+        assert truth is not None
+        return problem.error(position, truth.position)
 
     def _judges(self, problem: Problem) -> bool:
         return self.cell.step is None and self._of(problem).judges
