@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 #: Kinds of verdicts: colour of the cell, and of the letters on it.
 COLOURS = {
-    "good": ("#4c9f70", INK), "energy": ("#a9d6b0", INK), "warned": ("#f2c14e", INK),
+    "good": ("#4c9f70", INK), "energy": ("#a9d6b0", INK), "measured": ("#ffffff", INK),
+    "warned": ("#f2c14e", INK),
     "refused": ("#f7e3a1", INK), "slow": ("#c8d3e0", INK), "none": ("#f2f2f2", "#777777"),
     "wrong": ("#b03024", "#ffffff"), "crash": ("#000000", "#ffffff"),
 }  # fmt: skip
@@ -62,9 +63,10 @@ def _draw(
             kind = verdict["kind"]
             back, letters = COLOURS.get(kind, UNKNOWN)
             axes.add_patch(Rectangle((column + 0.02, place + 0.06), 0.96, 0.88, color=back))
+            error, sign = verdict.get("error"), signs.get(kind, (kind,))[0]
             axes.text(
-                column + 0.5, place + 0.5, signs.get(kind, (kind,))[0], color=letters,
-                ha="center", va="center_baseline", fontsize=6.5,
+                column + 0.5, place + 0.5, sign if error is None else f"{error:.0e}",
+                color=letters, ha="center", va="center_baseline", fontsize=6.5,
             )  # fmt: skip
     axes.grid(visible=False)
     axes.spines[:].set_visible(False)

@@ -34,7 +34,7 @@ MANY = 10.0  # tolerances that a position may be off
 # Of the tolerance, which is of positions: energies go with squares, and with velocities that
 # methods of low order keep less well.
 ENERGIES = 4.0
-SUITED = 0.5  # steps of a method that promises nothing, times the fastest rate of the net
+SUITED = 0.5  # step of a method that promises nothing, times the fastest rate of the net
 MADE = 0.5  # part of the energy that a fixed step may not make from nothing
 
 
@@ -96,7 +96,8 @@ class Court:
             return cell
         scene = Request(Source("scene.tis", cell.text(AUTOMATIC)))
         situation = situation_at_start(Problem.of(compile_request(scene)[0]))
-        rate, frame = measured_facts(situation)["omega"], cell.duration / FRAMES
+        facts, frame = measured_facts(situation), cell.duration / FRAMES
+        rate = max(facts["omega"], facts["damping"])
         return replace(cell, step=min(frame, SUITED / rate) if rate else frame)
 
     def _try(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
