@@ -1,5 +1,6 @@
 """The files that ``use`` finds: where they are looked for, and which of them was meant."""
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -72,7 +73,8 @@ class Library:
     def near(self, wanted: str) -> Hint:
         """Return a hint with the file that was meant by one that is not there, if any."""
         bare = wanted.removesuffix(SUFFIX)
-        if not wanted.startswith("./") and (self.beside / f"{bare}{SUFFIX}").is_file():
+        # Not of Path, which fails at names that are too long to exist.
+        if not wanted.startswith("./") and os.path.isfile(self.beside / f"{bare}{SUFFIX}"):
             return Hint(
                 f'did you mean "./{bare}", the file beside this one?',
                 Edit(f"./{bare}", old=wanted),
