@@ -36,7 +36,7 @@ tissue gum {
 """
 DESCRIBED = """tissue fat {
   described in soft tissue
-  hardness is very soft; elasticity is between small and medium; weight = 0.3
+  hardness is slightly soft; elasticity is between small and medium; weight = 0.3
   shiftability is high; consistency is smooth
 }
 """
@@ -135,7 +135,7 @@ def test_a_tissue_of_the_scene_itself_is_written_in_full(tmp_path):
 def test_the_words_of_a_tissue_of_the_scene_are_kept(tmp_path):
     top = f'use "fuzzy/soft_tissue"\n{DESCRIBED}'
     text, words, compiled = written(tmp_path, "adjust viscosity of fat", top=top)
-    assert 'use "fuzzy/soft_tissue"' in text and "hardness is very soft" in text
+    assert 'use "fuzzy/soft_tissue"' in text and "hardness is slightly soft" in text
     old, new = compiled.scene.tissues["fat"], words.tissues["learned fat"]
     assert [fact.number for fact in new.facts] == [fact.number for fact in old.facts]
     assert new.given["spring constant"].value == old.given["spring constant"].value
