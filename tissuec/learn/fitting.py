@@ -314,7 +314,7 @@ class Search:
             problem.freeze(theta)
             if problem.relative(theta) < FAR:
                 return True
-            if not self._noise_is_unknown:
+            if problem.noise_is_given:
                 return problem.rms(theta) < MET
             found = problem.structure(theta, LIMIT)
         except (Diverged, TissueError):
@@ -333,24 +333,20 @@ class Search:
             return replace(whole, error=error)
         return replace(whole, theta=state.best, error=state.best_error)
 
-    @property
-    def _noise_is_unknown(self) -> bool:
-        fits = self.problem.lesson.fits
-        return not self.problem.lesson.scaled or any(fit.noise is None for fit in fits)
-
     def _trust(self, rounds: int, rest: float) -> float:
         """Return the factor of what was expected, after so many looks at the noise.
 
         Where errors count as they are, what was expected counts in units of what is left.
         """
-        if self._noise_is_unknown and not rounds:
+        if not (self.problem.noise_is_given or rounds):
             return 0.0
         return 1.0 if self.problem.lesson.scaled else rest
 
     def _measures_noise(self, state: SearchState) -> bool:
         """Tell whether residuals are to be weighed anew by what was left of each fit."""
-        matters = len(self.problem.lesson.fits) > 1 or bool(self.problem.priors)
-        return self._noise_is_unknown and matters and state.rounds < LOOKS
+        problem = self.problem
+        matters = len(problem.lesson.fits) > 1 or bool(problem.priors)
+        return not problem.noise_is_given and matters and state.rounds < LOOKS
 
     def _weighed(self, old: SearchState) -> SearchState:
         """Return the same with the noise that was left, or at least that of rounding."""

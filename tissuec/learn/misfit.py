@@ -87,6 +87,4 @@ def units(problem: Problem) -> list[str]:
 
 def _is_met(problem: Problem, theta: Floats) -> bool:
     """Tell whether all noise was given, and no more is left."""
-    lesson = problem.lesson
-    is_given = lesson.scaled and all(fit.noise is not None for fit in lesson.fits)
-    return is_given and problem.rms(theta) < MET
+    return problem.noise_is_given and problem.rms(theta) < MET

@@ -113,6 +113,11 @@ class Problem:
         )
 
     @property
+    def noise_is_given(self) -> bool:
+        """Tell whether residuals are measured by noise that was given for every fit."""
+        return self.lesson.scaled and all(fit.noise is not None for fit in self.lesson.fits)
+
+    @property
     def duration(self) -> float:
         """Return the last time of all experiments [s], or the greatest displacement [m]."""
         return float(self._time.max(initial=0.0))
