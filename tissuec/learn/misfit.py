@@ -32,7 +32,7 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
             f"the error is {percent(error)}, and that of knowing only the mean of the data is "
             "100 %: nothing was learnt"
         )
-    if problem.is_structured(theta, STRUCTURED):
+    if problem.structure(theta, LIMIT).exceeds(STRUCTURED):
         return (
             f"the error is {percent(error)}, and what is left is no noise but a motion of its "
             "own: this is another minimum, or the scene is not what was measured"
@@ -40,7 +40,7 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
     for one in singles:
         found = one.structure(theta, LIMIT)
         share = found.size * float((one.spread / problem.spread).max(initial=0.0))
-        if found.size >= NOTHING and share >= TOLD and found.is_significant:
+        if found.exceeds(NOTHING) and share >= TOLD:
             name = one.trials[0].experiment.name
             return (
                 f"the error of {name} is {percent(found.size)}, and what is left of it is no "
@@ -51,13 +51,13 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
 
 def remark(problem: Problem, theta: Floats) -> str:
     """Return what is to be known of residuals that are small and yet no noise, if they are."""
-    if _is_met(problem, theta) or not problem.is_structured(theta, TOLD):
+    found = problem.structure(theta, LIMIT)
+    if _is_met(problem, theta) or not found.exceeds(TOLD):
         return ""
-    correlation, _, size = problem.structure(theta, LIMIT)
     return (
-        f"what is left is no noise: neighbours are correlated by {correlation:.2f} "
-        f"({percent(size)} without outliers); the scene is not quite what was measured, and "
-        "numbers may be off by more than their intervals"
+        f"what is left is no noise: neighbours are correlated by {found.correlation:.2f} "
+        f"({percent(found.size)} without outliers); the scene is not quite what was measured, "
+        "and numbers may be off by more than their intervals"
     )
 
 

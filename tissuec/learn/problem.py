@@ -55,6 +55,10 @@ class Structure(NamedTuple):
         """Tell whether the correlation is more than that of noise may well be."""
         return self.correlation > CORRELATED + 3.0 / np.sqrt(max(self.pairs, 1))
 
+    def exceeds(self, least: float) -> bool:
+        """Tell whether correlated residuals, as those of a wrong model are, have some size."""
+        return self.size >= least and self.is_significant
+
 
 class Problem:
     """Residuals of all experiments as a function of parameters and zeros.
@@ -190,15 +194,6 @@ class Problem:
         every = np.concatenate([np.zeros(0), *clipped])
         size = float(np.sqrt(np.mean(every**2))) if len(every) else 0.0
         return Structure(float(products / squares) if squares > 0.0 else 0.0, pairs, size)
-
-    def is_structured(self, theta: Floats, least: float = 0.0) -> bool:
-        """Tell whether residuals are correlated in time, as those of a wrong model are.
-
-        Args:
-            least: Size from which on it counts, without outliers.
-        """
-        found = self.structure(theta, LIMIT)
-        return found.size >= least and found.is_significant
 
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
