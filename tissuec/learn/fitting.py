@@ -176,8 +176,7 @@ class Search:
     # --- parts --------------------------------------------------------------------------------
 
     def _limit(self, horizon: int) -> None:
-        part = HORIZONS[horizon]
-        self.problem.limit(np.inf if part == 1.0 else part * self.problem.duration)
+        self.problem.limit_to(HORIZONS[horizon])
 
     def _begun(self, theta: Floats) -> tuple[int, Floats]:
         """Return the horizon to begin with, and parameters with the zeros that suit it.

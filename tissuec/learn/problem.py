@@ -132,6 +132,10 @@ class Problem:
         for trial in self.trials:
             trial.model.limit(stop)
 
+    def limit_to(self, part: float) -> None:
+        """Look only at a part of the data, from its beginning; 1 is all of it."""
+        self.limit(np.inf if part == 1.0 else part * self.duration)
+
     def freeze(self, theta: Floats) -> None:
         """Keep what happens in all experiments as it is for these parameters."""
         for trial in self.trials:

@@ -33,7 +33,7 @@ def sample(
     points = np.clip(drawn[:, groups] * reaches, *bounds)
     chosen: list[int] = []
     for part in parts:
-        problem.limit(np.inf if part == 1.0 else part * problem.duration)
+        problem.limit_to(part)
         errors = np.array([_error(problem, point) for point in points])
         order = [
             k for k in np.argsort(errors, kind="stable").tolist() if np.isfinite(errors[k])
