@@ -142,21 +142,19 @@ def _blind(
     Args:
         space: Orthonormal, shape (direction, parameter).
     """
-    spread = float(1.0 / singular.max()) if len(singular) and singular.max() > 0 else np.inf
     if not len(space):
         return []
-    found: list[Blind] = []
-    alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
-    if len(alone):
-        found.append(_alone([names[k] for k in alone.tolist()], spread))
-        space = _without(space, np.eye(space.shape[1])[alone])
+    spread = float(1.0 / singular.max()) if singular.max() > 0 else np.inf
+    alone, space = _parted(space)
+    found = [_alone([names[k] for k in alone], spread)] if alone else []
     together = np.array([kind in SCALED for kind in kinds], dtype=float)
     if together.sum() > 1:
         together /= np.linalg.norm(together)
         if np.square(space @ together).sum() > 1.0 - SHARE:
             found.append(_scale([kind for kind in SCALED if kind in kinds], spread))
             space = _without(space, together[None])
-    found += [_mixture(row, names, spread) for row in _plain(space)]
+    way_out = "give one of them, or measure something else as well"
+    found += [Blind(_mixture(row, names), way_out, spread) for row in _plain(space)]
     return found
 
 
@@ -164,27 +162,28 @@ def _hidden(space: Floats, singular: Floats, names: Sequence[str]) -> list[Blind
     """Return the combinations that the noise of the data hides, the plainest first."""
     if not len(space):
         return []
-    spread = float(1.0 / singular.max())
-    found: list[Blind] = []
-    alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
-    if len(alone):
+    alone, space = _parted(space)
+    sentences = [f"hidden by the noise: {_mixture(row, names)}" for row in _plain(space)]
+    if alone:
         verb = "is" if len(alone) == 1 else "are"
-        listed = _listed([names[k] for k in alone.tolist()])
-        sentence = f"{counted(len(alone), 'number')} {verb} hidden by the noise: {listed}"
-        found.append(Blind(sentence, _CLEARER, spread))
-        space = _without(space, np.eye(space.shape[1])[alone])
-    for row in _plain(space):
-        mixed = _mixture(row, names, spread)
-        found.append(Blind(f"hidden by the noise: {mixed.sentence}", _CLEARER, spread))
-    return found
-
-
-_CLEARER = "measure longer, more precisely or where they act, or give one of them"
+        listed = _listed([names[k] for k in alone])
+        count = counted(len(alone), "number")
+        sentences.insert(0, f"{count} {verb} hidden by the noise: {listed}")
+    way_out = "measure longer, more precisely or where they act, or give one of them"
+    return [Blind(sentence, way_out, float(1.0 / singular.max())) for sentence in sentences]
 
 
 def _listed(names: Sequence[str]) -> str:
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
+
+
+def _parted(space: Floats) -> tuple[list[int], Floats]:
+    """Return which parameters a space contains by themselves, and the space without them."""
+    alone = np.flatnonzero(np.square(space).sum(axis=0) > 1.0 - SHARE)
+    if not len(alone):
+        return [], space
+    return alone.tolist(), _without(space, np.eye(space.shape[1])[alone])
 
 
 def _without(space: Floats, known: Floats) -> Floats:
@@ -234,14 +233,12 @@ def _scale(kinds: Sequence[str], spread: float) -> Blind:
     )
 
 
-def _mixture(row: Floats, names: Sequence[str], spread: float) -> Blind:
+def _mixture(row: Floats, names: Sequence[str]) -> str:
     strongest = np.argsort(-np.abs(row), kind="stable")
     parts = [k for k in strongest if abs(row[k]) > 0.05][: SHOWN + 1]
     shown = ", ".join(f"{names[k]} ({row[k]:+.2f})" for k in parts[:SHOWN])
     more = ", …" if len(parts) > SHOWN else ""
-    return Blind(
-        f"the data does not tell these apart, whose logarithms can change in this ratio: "
-        f"{shown}{more}",
-        "give one of them, or measure something else as well",
-        spread,
+    return (
+        "the data does not tell these apart, whose logarithms can change in this ratio: "
+        f"{shown}{more}"
     )
