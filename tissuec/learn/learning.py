@@ -83,20 +83,23 @@ def learn(
         Unlearnable: The first prediction has no numbers.
     """
     began = clock.monotonic()
-    written = scene = Scene(compiled, lesson, request)
+    scene = Scene(compiled, lesson, request)
     texts, sentences = dict[str, str](), tuple[str, ...]()
     if lesson.revise:
-        changed = revised(written)
+        changed = revised(scene)
         texts, sentences = dict(changed.texts), changed.sentences
-        scene = with_texts(written, texts) if texts else written
-    found = _fitted_to(scene, state=state, fresh=fresh, progress=progress, began=began)
-    session, problem, end, search = found
+        scene = with_texts(scene, texts) if texts else scene
+    session, problem, end, search = _fitted_to(
+        scene, state=state, fresh=fresh, progress=progress, began=began
+    )
     try:
         first_error = _first_error(problem)
         error = problem.error_at(end.theta)
         singles = [session.judged([trial], problem) for trial in session.learning]
-        step_error = _step_error(problem, end.theta)
-        stepping, stepping_error = _stepping(problem, end.theta, step_error)
+        own = end.theta[: problem.own]
+        errors = [trial.model.step_error(own) for trial in problem.trials]
+        stepping, stepping_error = _stepping(problem, end.theta, errors)
+        step_error = np.concatenate([np.zeros(0), *errors])
         sureness = judge(problem, end.theta, *_names(session, problem), step_error)
         failure, structure = misfit(problem, end.theta, singles), remark(problem, end.theta)
         fitted = tuple(_fitted(session, problem, end.theta))
@@ -351,24 +354,16 @@ def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
         yield Fitted(experiment.name, held_out, len(left), error, rest, experiment.digest)
 
 
-def _step_error(problem: Problem, theta: Floats) -> Floats:
-    """Return how far all predictions are from those of other steps, shape (number,)."""
-    own = theta[: problem.own]
-    parts = [trial.model.step_error(own) for trial in problem.trials]
-    return np.concatenate([np.zeros(0), *parts])
-
-
-def _stepping(problem: Problem, theta: Floats, errors: Floats) -> tuple[str, float]:
+def _stepping(problem: Problem, theta: Floats, errors: Sequence[Floats]) -> tuple[str, float]:
     """Return how motions were stepped, and the largest error as a part of what was measured.
 
     Args:
-        errors: Of the steps, of all predictions, shape (number,).
+        errors: Of the steps, of the predictions of each experiment, shape (number,).
     """
-    found, worst, start = "", 0.0, 0
-    for trial in problem.trials:
+    found, worst = "", 0.0
+    for trial, apart in zip(problem.trials, errors, strict=True):
         model = trial.model
         if not isinstance(model, Moving):
-            start += len(model.predict(theta[: problem.own]))
             continue
         step = f"{model.motion.steps} steps of at most {show(model.motion.longest, TIME)}"
         found, predicted = f"{model.stepping.name}, {step}", model.predict(theta[: problem.own])
@@ -378,9 +373,7 @@ def _stepping(problem: Problem, theta: Floats, errors: Floats) -> tuple[str, flo
             # Each in its own unit; what hardly moves is held against what was measured.
             both = [values for values in (predicted[mine], seen) if len(values)]
             span = max((float(np.ptp(v)) or float(np.abs(v).max()) for v in both), default=0.0)
-            apart = float(errors[start:][mine].max(initial=0.0))
-            worst = max(worst, apart / (span or 1.0))
-        start += model.size
+            worst = max(worst, float(apart[mine].max(initial=0.0)) / (span or 1.0))
     return found, worst
 
 
