@@ -8,6 +8,7 @@ import pytest
 
 from tests.player.conftest import Show, grid
 from tests.test_docs import tissuec
+from tests.test_progress import Terminal
 
 
 @pytest.fixture
@@ -52,6 +53,17 @@ def test_several_results_are_several_pages(made, tmp_path, capsys):
     third = shutil.copy(made, tmp_path / "sub" / "made.vtkhdf")
     assert view(made, third) == 2
     assert "would both be" in capsys.readouterr().err
+
+
+def test_a_terminal_tells_which_picture_is_drawn(made, monkeypatch):
+    pytest.importorskip("PIL.Image")
+    pytest.importorskip("matplotlib")
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    assert view(made, "--gif", "film.gif", "--frames", 3, "--size", "60x40") == 0
+    said = terminal.getvalue()
+    assert said.startswith("\rpicture 1 of ")
+    assert "\r\033[Kwrote film.gif: " in said
 
 
 def test_pictures_are_drawn_without_a_page(made, tmp_path, capsys):

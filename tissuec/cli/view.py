@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tissuec.cli.arguments import Moment, Pair
-from tissuec.cli.common import DONE, Command, Settings, echo, keep_input, print_json, show_page
+from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.units import TIME, show
 from tissuec.player.options import COLOURS, Options
@@ -276,7 +276,7 @@ def _progress(settings: Settings) -> Callable[[int, int], None]:
     if settings.quiet or not sys.stderr.isatty():
         return lambda number, count: None
     clear = "\r\033[K"
-    return lambda number, count: echo(
+    return lambda number, count: click.echo(  # as it is: it moves the cursor
         clear if number + 1 == count else f"\rpicture {number + 1} of {count}",
         nl=False,
         err=True,
