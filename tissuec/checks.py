@@ -111,13 +111,20 @@ def floppy(
             )
 
 
+def unstable_node(situation: Situation) -> int | None:
+    """Return the node that moves most as a net buckles; see ``statics.stability``."""
+    from tissuec.statics import stability  # SciPy: only where it is needed
+
+    return stability.unstable_node(situation)
+
+
 def unstable(
-    compiled: Compiled, find: Callable[[Situation], int | None] | None = None
+    compiled: Compiled, find: Callable[[Situation], int | None] = unstable_node
 ) -> Iterator[Diagnostic]:
     """W307: the net rests at 0 s where it would buckle.
 
     Args:
-        find: Finds the node that moves most as it buckles; ``unstable_node`` if not given.
+        find: Finds the node that moves most as it buckles; who checks often can put it off.
     """
     plan = compiled.plan
     if any(event.time == 0.0 and isinstance(event.action, Settle) for event in plan.events):
@@ -125,9 +132,7 @@ def unstable(
     situation = situation_at_start(compiled)
     if not rests_pressed(situation):
         return
-    from tissuec.statics.stability import unstable_node  # SciPy: only where it is needed
-
-    if (node := (find or unstable_node)(situation)) is None:
+    if (node := find(situation)) is None:
         return
     network = compiled.network
     body = next(body for body in network.bodies if node < body.nodes.stop)

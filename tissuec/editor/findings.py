@@ -5,17 +5,16 @@ from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
-from tissuec.checks import floppy, unstable
+from tissuec.checks import floppy, unstable, unstable_node
 from tissuec.compiler import Compiled
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.editor.desk import Desk, Memory
 from tissuec.pipeline import Request, check_request
 from tissuec.situation import Situation
-from tissuec.statics.stability import unstable_node
 from tissuec.topology import FloppyModes, floppy_modes
 
 
@@ -53,18 +52,18 @@ def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
     if compiled is None:
         return Checked(warnings, None, is_thorough=True)
     count = partial(_modes, desk.memory, thorough)
+    find = unstable_node if thorough else _not_now
+    further: tuple[Diagnostic, ...] = ()
     try:
-        find = partial(_unstable_node, thorough)
-        further = (*floppy(compiled, count), *unstable(compiled, find))
+        further = tuple(floppy(compiled, count))
+        further += tuple(unstable(compiled, find))
     except _NotCounted:
-        return Checked(warnings, compiled, is_thorough=False)
+        return Checked((*warnings, *further), compiled, is_thorough=False)
     return Checked((*warnings, *further), compiled, is_thorough=True)
 
 
-def _unstable_node(thorough: bool, situation: Situation) -> int | None:
-    if not thorough:
-        raise _NotCounted
-    return unstable_node(situation)
+def _not_now(_: Situation) -> NoReturn:
+    raise _NotCounted
 
 
 def _modes(memory: Memory, thorough: bool, *arrays: np.ndarray[Any, Any]) -> FloppyModes:
