@@ -7,6 +7,7 @@ back to Python whenever something needs a decision, and can then go on where it 
 
 from math import inf, isfinite, nan, sqrt
 
+from tissuec.integrators.hermite import cubic, quintic
 from tissuec.integrators.verlet import (
     VelocityVerlet,
     book,
@@ -36,6 +37,7 @@ from tissuec.kernels.records import (
 from tissuec.kernels.scalar import CORNERED, LEDGER, TOUCHED, WATCHED
 from tissuec.kernels.vector import (
     VectorNet,
+    accumulate,
     bend_of_passed,
     combine,
     copy_sample,
@@ -48,8 +50,7 @@ from tissuec.kernels.vector import (
     place,
     polynomials,
     quadrature,
-    quintic,
-    recall,
+    scale,
     slack,
     tension,
 )
@@ -422,8 +423,19 @@ def look_within(
     net: VectorNet,
 ) -> None:
     """Set a state to that at a part of a step whose ends are known."""
-    quintic(part, h, work.x, work.v, work.a, current, x, v)
-    recall(part, h, work.v, work.a, current, v, net)
+    other = 1 - current
+    from_x, to_x, from_v, to_v, from_a, to_a = quintic(part)
+    scale(from_x, work.x[current], x)
+    accumulate(to_x, work.x[other], x)
+    accumulate(h * from_v, work.v[current], x)
+    accumulate(h * to_v, work.v[other], x)
+    accumulate(h * h * from_a, work.a[current], x)
+    accumulate(h * h * to_a, work.a[other], x)
+    from_v, to_v, from_a, to_a = cubic(part)
+    scale(from_v, work.v[current], v)
+    accumulate(to_v, work.v[other], v)
+    accumulate(h * from_a, work.a[current], v)
+    accumulate(h * to_a, work.a[other], v)
     place(time + h * part, x, v, net)
 
 

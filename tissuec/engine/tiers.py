@@ -54,8 +54,6 @@ OPERATIONS = (
     "place",
     "polynomials",
     "quadrature",
-    "quintic",
-    "recall",
     "scale",
     "slack",
     "subtract",

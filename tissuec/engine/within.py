@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.tiers import Inside
+from tissuec.integrators.hermite import cubic, quintic
 from tissuec.kernels.records import Progress, Work
 from tissuec.kernels.reeling import reel
 from tissuec.kernels.scalar import TINY
@@ -17,6 +18,7 @@ from tissuec.network import Floats, Indices
 FINE = 32  # pieces in which a suspect spring is followed
 TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
 SUSPECT = 0.99  # of the limit: springs whose course over the step is followed
+GLANCES = (0.25, 0.5, 0.75)  # parts of a step that are looked at before it is prepared
 RESOLUTION = 1e-12  # of the step, to which times are located
 
 Watch = Callable[[float, Floats, Floats], bool]
@@ -167,29 +169,16 @@ class Limits(NamedTuple):
 def glances(progress: Progress, work: Work) -> Iterator[tuple[float, Floats, Floats]]:
     """Yield times within the accepted step and its end, with flat positions and velocities.
 
-    The quintics through positions, velocities and accelerations at both ends: no evaluation of
-    the forces, and near enough to see whether to look closely.
+    By both ends alone: no evaluation of the forces, and near enough to see whether to look
+    closely.
     """
     now, other, h = progress.current, 1 - progress.current, progress.end - progress.time
     ends = np.array([now, other])
     data = np.concatenate([work.x[ends], h * work.v[ends], h * h * work.a[ends]])
-    for part, weights, rates in GLANCES:
-        yield progress.time + part * h, weights @ data, rates @ data / h
+    for part in GLANCES:
+        x, v = np.array(quintic(part)) @ data, np.array(cubic(part)) @ data[2:] / h
+        yield progress.time + part * h, x, v
     yield progress.end, work.x[other].copy(), work.v[other].copy()
-
-
-def _quintic(part: float) -> tuple[float, Floats, Floats]:
-    """Return a part of a step and the weights of x0, x1, v0, v1, a0, a1 for x and v there."""
-    powers = np.arange(6)
-    rows = [[float(k == 0) for k in powers], np.ones(6)]
-    rows += [[float(k == 1) for k in powers], powers]
-    rows += [[2.0 * (k == 2) for k in powers], powers * (powers - 1)]
-    coefficients = np.linalg.inv(np.array(rows, dtype=float))
-    slopes = np.append(0.0, powers[1:] * part ** (powers[1:] - 1))
-    return part, part**powers @ coefficients, slopes @ coefficients
-
-
-GLANCES = [_quintic(part) for part in (0.25, 0.5, 0.75)]
 
 
 def bisect(

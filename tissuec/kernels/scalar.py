@@ -228,55 +228,6 @@ def bend_of_passed(
     return worst
 
 
-def recall(
-    part: float, h: float, v: Floats, a: Floats, current: int, out: Floats, net: Net
-) -> None:
-    """Set what springs remember to that at a part of a step, by its cubic."""
-    if INELASTIC:
-        p, other = part, 1 - current
-        for i in net.internal.slot:
-            rise = v[other, i] - v[current, i]
-            ends = (1.0 - p) * (h * a[current, i] - rise) - p * (h * a[other, i] - rise)
-            out[i] = v[current, i] + p * rise + p * (1.0 - p) * ends
-
-
-def quintic(
-    part: float,
-    h: float,
-    x: Floats,
-    v: Floats,
-    a: Floats,
-    current: int,
-    out_x: Floats,
-    out_v: Floats,
-) -> None:
-    """Set a state to that at a part of a step, by both its ends [m], [m/s].
-
-    Hermite's interpolant through positions, velocities and accelerations; x, v and a hold the
-    step's start in row ``current`` and its end in the other one.
-    """  # fmt: skip
-    p, q, other = part, part * part, 1 - current
-    x1, dx1 = p * q * (10.0 - 15.0 * p + 6.0 * q), 30.0 * q * (1.0 - 2.0 * p + q)
-    v0, dv0 = p - p * q * (6.0 - 8.0 * p + 3.0 * q), 1.0 - q * (18.0 - 32.0 * p + 15.0 * q)
-    v1, dv1 = -p * q * (4.0 - 7.0 * p + 3.0 * q), -q * (12.0 - 28.0 * p + 15.0 * q)
-    a0 = 0.5 * q * (1.0 - 3.0 * p + 3.0 * q - p * q)
-    da0 = 0.5 * p * (2.0 - 9.0 * p + 12.0 * q - 5.0 * p * q)
-    a1, da1 = 0.5 * p * q * (1.0 - 2.0 * p + q), 0.5 * q * (3.0 - 8.0 * p + 5.0 * q)
-    for i in range(out_x.size):
-        rise = x[other, i] - x[current, i]
-        out_x[i] = x[current, i] + (
-            x1 * rise
-            + h * (v0 * v[current, i] + v1 * v[other, i])
-            + h * h * (a0 * a[current, i] + a1 * a[other, i])
-        )
-        out_v[i] = (
-            dx1 * rise / h
-            + dv0 * v[current, i]
-            + dv1 * v[other, i]
-            + h * (da0 * a[current, i] + da1 * a[other, i])
-        )
-
-
 def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
     """Return the power that springs do on what changes their rest lengths [W]."""
     power, reels = 0.0, net.reels

@@ -315,47 +315,6 @@ def bend_of_passed(
     return float(bend.max(initial=0.0))
 
 
-def recall(
-    part: float, h: float, v: Floats, a: Floats, current: int, out: Floats, net: VectorNet
-) -> None:
-    """Set what springs remember to that at a part of a step, by its cubic."""
-    if net.inelastic is not None:
-        p, other = part, 1 - current
-        i = net.inelastic.slot[net.inelastic.slot >= 0]
-        rise = v[other, i] - v[current, i]
-        ends = (1.0 - p) * (h * a[current, i] - rise) - p * (h * a[other, i] - rise)
-        out[i] = v[current, i] + p * rise + p * (1.0 - p) * ends
-
-
-def quintic(
-    part: float,
-    h: float,
-    x: Floats,
-    v: Floats,
-    a: Floats,
-    current: int,
-    out_x: Floats,
-    out_v: Floats,
-) -> None:
-    """Set a state to that at a part of a step, by both its ends [m], [m/s].
-
-    Hermite's interpolant through positions, velocities and accelerations; x, v and a hold the
-    step's start in row ``current`` and its end in the other one.
-    """  # fmt: skip
-    p, q, other = part, part * part, 1 - current
-    x1, dx1 = p * q * (10.0 - 15.0 * p + 6.0 * q), 30.0 * q * (1.0 - 2.0 * p + q)
-    v0, dv0 = p - p * q * (6.0 - 8.0 * p + 3.0 * q), 1.0 - q * (18.0 - 32.0 * p + 15.0 * q)
-    v1, dv1 = -p * q * (4.0 - 7.0 * p + 3.0 * q), -q * (12.0 - 28.0 * p + 15.0 * q)
-    a0 = 0.5 * q * (1.0 - 3.0 * p + 3.0 * q - p * q)
-    da0 = 0.5 * p * (2.0 - 9.0 * p + 12.0 * q - 5.0 * p * q)
-    a1, da1 = 0.5 * p * q * (1.0 - 2.0 * p + q), 0.5 * q * (3.0 - 8.0 * p + 5.0 * q)
-    rise = x[other] - x[current]
-    out_x[:] = x[current] + x1 * rise + h * (v0 * v[current] + v1 * v[other])
-    out_x += h * h * (a0 * a[current] + a1 * a[other])
-    out_v[:] = dx1 / h * rise + dv0 * v[current] + dv1 * v[other]
-    out_v += h * (da0 * a[current] + da1 * a[other])
-
-
 def tension(x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
     """Set ``out`` to the tension of each spring [N]."""
     out[:] = _stretch(x, v, net)
