@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from textwrap import dedent
 from types import CodeType, FunctionType, ModuleType
 
 import click
@@ -118,22 +119,13 @@ class _Enlarge(ast.NodeTransformer):
     def visit_Constant(self, node: ast.Constant) -> ast.expr:
         return self._larger(node)
 
-    def visit_Assign(self, node: ast.Assign) -> ast.AST:
-        node.value = self._formula(node.value)
-        return node
-
-    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
-        node.value = self._formula(node.value)
-        return node
-
-    def visit_Return(self, node: ast.Return) -> ast.AST:
+    def visit_Assign(self, node: ast.Assign | ast.AugAssign | ast.Return) -> ast.AST:
         if node.value is not None:
-            node.value = self._formula(node.value)
+            value = self.visit(node.value)
+            node.value = value if isinstance(value, ast.Constant) else self._larger(value)
         return node
 
-    def _formula(self, node: ast.expr) -> ast.expr:
-        visited: ast.expr = self.visit(node)
-        return visited if isinstance(visited, ast.Constant) else self._larger(visited)
+    visit_AugAssign = visit_Return = visit_Assign
 
 
 def mutants_of(
@@ -176,12 +168,7 @@ def functions_of(module: ModuleType) -> list[FunctionType]:
 
 def _parsed(function: FunctionType) -> tuple[ast.Module, int]:
     source, first = inspect.getsourcelines(function)
-    return ast.parse(_dedented(source)), first
-
-
-def _dedented(lines: list[str]) -> str:
-    indent = len(lines[0]) - len(lines[0].lstrip())
-    return "".join(line[indent:] if line.strip() else line for line in lines)
+    return ast.parse(dedent("".join(source))), first
 
 
 def apply(mutant: Mutant) -> None:
