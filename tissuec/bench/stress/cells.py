@@ -21,6 +21,7 @@ class Cell:
         scene: The text but for ``simulate``.
         duration: [s].
         step: Fixed step [s]; None for the tolerance.
+        rests: Whether there may be a state in which it comes to rest.
     """
 
     axis: str
@@ -28,6 +29,7 @@ class Cell:
     scene: str
     duration: float
     step: float | None = None
+    rests: bool = True
 
     def text(self, method: str) -> str:
         """Return the scene, to be run by a method."""
@@ -140,7 +142,7 @@ def resonance(small: bool) -> Iterator[Cell]:
                 ("0 0 0 0", "1 10 0 0"), ("0 1 10",), held=name == "pushed", viscosity=0.0,
                 gravity=0.0, orders=when,
             )  # fmt: skip
-            yield Cell("resonance", f"{name}, {periods} periods", scene, duration)
+            yield Cell("resonance", f"{name}, {periods} periods", scene, duration, rests=False)
 
 
 def fixed_step(small: bool) -> Iterator[Cell]:

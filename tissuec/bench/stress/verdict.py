@@ -122,10 +122,10 @@ class Court:
 
     def _rest(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
         """Measure how far a net rests from where Newton's method balances its forces."""
+        if not cell.rests:
+            return "none", "what is driven does not rest", None
         compiled, _ = compile_request(Request(Source("scene.tis", cell.text(method))))
         problem = Problem.of(compiled)
-        if cell.axis == "resonance":
-            return "none", "what swings does not rest", None
         plan = replace(problem.plan, simulation=compiled.plan.simulation)
         seen, why = look(problem, plan, Deadline(self.budget))
         if seen is None:
