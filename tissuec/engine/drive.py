@@ -83,7 +83,6 @@ GAUSS_WEIGHTS = (
 CORNER_SHARE = 1e-3
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 MOST_PIECES = 64  # of a step that powers are looked at on
-MOST = 1.7e308
 
 
 def drive(
@@ -213,7 +212,7 @@ def drive(
                 energy = max(energy, moving, turnover(current, work))
                 may = bearable(h, energy, task)
                 # Fixed steps are as good as their method, where it keeps the ledger at all.
-                if not wrong <= (may if task.fixed == 0 else MOST):
+                if not isfinite(wrong) or (task.fixed == 0 and wrong > may):
                     prepare(time, end, current, work, net)
                     prepared = 1
                     integrate_finely(time, end, current, may, work, net)
@@ -371,7 +370,7 @@ def corner(
     below what a step may be wrong by, no landing is needed.
     """
     h, x, v = end - time, work.inner[0], work.inner[1]
-    first, last, here = work.sides[0], work.sides[1], work.sides[2]
+    first, here = work.sides[0], work.sides[1]
     find_sides(time, work.x[current], work.v[current], first, net)
     bend = 0.0
     for look in range(1, CORNER_LOOKS + 1):
@@ -390,26 +389,40 @@ def corner(
     near = max(near, 32.0 * 2.2e-16 * max(abs(end), h) / h)
     if near >= 0.5:
         return 1.0
+    return passage(near, time, h, current, work, net)
+
+
+def passage(
+    near: float, time: float, h: float, current: int, work: Work, net: VectorNet
+) -> float:
+    """Return at which part of a step the first corner is passed, 1 if at none.
+
+    Args:
+        near: Part of the step at either end of it that corners may be passed in.
+    """
+    x, v = work.inner[0], work.inner[1]
+    first, here = work.sides[0], work.sides[1]
     look_within(near, time, h, current, x, v, work, net)
     find_sides(time + h * near, x, v, first, net)
-    before = near
+    before = after = near
     for look in range(1, CORNER_LOOKS + 1):
-        after = min(max(look / CORNER_LOOKS, near), 1.0 - near)
+        before, after = after, min(max(look / CORNER_LOOKS, near), 1.0 - near)
         look_within(after, time, h, current, x, v, work, net)
-        find_sides(time + h * after, x, v, last, net)
-        if is_passed(first, last):
-            # Closer than this is the same to the next step.
-            while after - before > 0.25 * near:
-                middle = 0.5 * (before + after)
-                look_within(middle, time, h, current, x, v, work, net)
-                find_sides(time + h * middle, x, v, here, net)
-                if is_passed(first, here):
-                    after = middle
-                else:
-                    before = middle
-            return after
-        before = after
-    return 1.0
+        find_sides(time + h * after, x, v, here, net)
+        if is_passed(first, here):
+            break
+    else:
+        return 1.0
+    # Closer than this is the same to the next step.
+    while after - before > 0.25 * near:
+        middle = 0.5 * (before + after)
+        look_within(middle, time, h, current, x, v, work, net)
+        find_sides(time + h * middle, x, v, here, net)
+        if is_passed(first, here):
+            after = middle
+        else:
+            before = middle
+    return after
 
 
 def look_within(

@@ -142,7 +142,7 @@ class Engine:
             self._work = self._work._replace(tension=np.zeros((3, springs)))
         cornered = len(self._layout.springs.ids) if self._layout.features.cornered else 0
         if self._work.sides.shape[2] != cornered:
-            self._work = self._work._replace(sides=np.zeros((3, 3, cornered)))
+            self._work = self._work._replace(sides=np.zeros((2, 3, cornered)))
         self._equip(situation)
         self._nets: dict[Tier, Any] = {}
         self._stale, self._segment = False, None

@@ -52,7 +52,7 @@ def new_work(integrator: type[Integrator], network: Network) -> Work:
         effort=np.zeros(5, dtype=np.int64),
         pieces=np.zeros(1, dtype=np.int64),
         inner=np.zeros((3, size)),
-        sides=np.zeros((3, 3, 0)),
+        sides=np.zeros((2, 3, 0)),
         doubt=np.zeros(1),
         goal=np.zeros(2),
         rate=np.zeros(1),

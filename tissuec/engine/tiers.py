@@ -37,11 +37,11 @@ FACTOR_COST, SOLUTION_COST = 6e-7, 1.5e-8
 OPERATIONS = (
     "accumulate",
     "add_rows",
+    "bend_of_passed",
     "between",
     "blended_error",
     "combine",
     "copy_sample",
-    "bend_of_passed",
     "distance",
     "drift",
     "find_sides",

@@ -200,7 +200,7 @@ class Work(NamedTuple):
     effort: Integers
     pieces: Integers  # that the powers of the step are integrated on, 0: by stages, shape (1,)
     inner: Floats  # scratch of that: x, v and a within the step, shape (3, 3 node)
-    sides: Floats  # of corners of laws at three looks, shape (3, 3, spring) or (3, 3, 0)
+    sides: Floats  # of corners of laws at two looks, shape (2, 3, spring) or (2, 3, 0)
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
     rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
