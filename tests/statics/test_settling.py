@@ -13,6 +13,7 @@ from tissuec.statics.balance import Balance
 from tissuec.statics.newton import greatest
 from tissuec.statics.relaxation import Layers, relax
 from tissuec.statics.settling import Unsettled, settle
+from tissuec.validate.resting import rest
 
 DOWN = (0.0, 0.0, -9.81)
 
@@ -243,6 +244,15 @@ def test_a_free_body_under_balanced_loads_keeps_its_centre_of_mass_and_spins_now
     arm = before - mass @ before / mass.sum()
     spin = np.cross(arm, moved).T @ mass
     assert abs(spin @ axis) < 1e-9 * size * np.abs(arm).max() * mass.sum()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_free_body_settles_where_the_reference_has_it(seed):
+    """To 25 times the rounding of positions of 1 cm, which the softest motions amplify."""
+    settled, relaxed = (stretched(np.random.default_rng(seed), 1e-3)[0] for _ in range(2))
+    settle(settled, every(settled))
+    rest(relaxed, every(relaxed))
+    assert np.abs(settled.position - relaxed.position).max() < 5e-17
 
 
 def test_a_free_body_out_of_line_with_its_loads_is_turned_into_line():

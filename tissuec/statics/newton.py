@@ -29,7 +29,7 @@ def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
         bars = balance.bars(x)
         force = balance.force(bars)
         if is_balanced(balance, bars, force):
-            return x, True
+            return polished(balance, x, bars, force), True
         balance.freeze(bars)
         near = greatest(force) <= NEAR * balance.largest(bars)
         neutral = NeutralMotions.of(balance, x)
@@ -39,6 +39,15 @@ def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
             return x, False
         x = found
     return x, False
+
+
+def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Floats:
+    """Return places one step on, if forces are smaller there: soft motions have far to go."""
+    step = direction(balance, bars, NeutralMotions.of(balance, x), force, exact=True)
+    if step is None:
+        return x
+    after = balance.force(balance.bars(x + step))
+    return x + step if greatest(after) < greatest(force) else x
 
 
 def is_balanced(balance: Balance, bars: Bars, force: Floats) -> bool:
