@@ -1,7 +1,9 @@
 """Equilibrium for a reference: SciPy's minimisers on the energy of its own equations.
 
 A trust-region method brings the energy down as far as its rounding lets it see; Newton's steps
-with SciPy's sparse solver then bring the forces down as far as theirs.
+with SciPy's sparse solver then bring the forces down as far as theirs. Where a net can move at
+no cost, as a body that nobody holds can, neither says where it comes to rest; it stays as near
+to its start as it can.
 """
 
 from dataclasses import replace
@@ -48,6 +50,7 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
         if way is None:
             break
         moved = _polished(field, _blown(field, moved + way))
+    moved = _put_back(field, moved)
     left, most = float(np.abs(field.force(moved)).max()), field.largest(moved)
     if not left <= BALANCED * most + field.noise:
         raise ReferenceFailure(
@@ -84,6 +87,40 @@ def _way_off(field: "Field", moved: Floats) -> Floats | None:
     sizes = np.abs(shape)
     first = shape[np.flatnonzero(sizes > 0.9 * sizes.max())[0]]
     return shape * (0.1 * field.reach / first)
+
+
+def _put_back(field: "Field", moved: Floats) -> Floats:
+    """Return displacements put back along what costs nothing, by steps of Gauss and Newton.
+
+    Where Σ m |u - u₀|² is least is the rule of the language.
+    """
+    root = np.sqrt(np.repeat(field.mass, 3))
+    for _ in range(POLISHING):
+        motions = neutral(field.stiffness(moved))
+        if not motions.shape[1]:
+            break
+        part = np.linalg.lstsq(root[:, None] * motions, root * (field.start - moved), None)[0]
+        back = motions @ part
+        moved = _polished(field, moved + back, motions)
+        if np.abs(back).max() <= 1e-15 * field.reach:
+            break
+    return moved
+
+
+def neutral(matrix: csr_matrix) -> Floats:
+    """Return an orthonormal basis of what a symmetric matrix makes nothing of, shape (n, k)."""
+    size, top = matrix.diagonal().size, float(np.abs(matrix.diagonal()).max())
+    if size <= SMALL:
+        _, vectors = eigh(matrix.toarray(), subset_by_value=(-LOOSE * top, LOOSE * top))
+        return vectors
+    near, count = np.cos(np.arange(size)), 6
+    while True:  # a body has six at most, several bodies have more
+        found = cast(Any, eigsh)(matrix.tocsc(), k=count, sigma=-1e-3 * LOOSE * top, v0=near)
+        values, vectors = np.asarray(found[0]), np.asarray(found[1])
+        costs = np.abs(values) > LOOSE * top
+        if costs.any() or 2 * count >= size:
+            return vectors[:, ~costs]
+        count *= 2
 
 
 def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
@@ -128,13 +165,19 @@ def _blown(field: "Field", moved: Floats) -> Floats:
     return moved
 
 
-def _polished(field: "Field", moved: Floats) -> Floats:
-    """Return displacements that Newton's steps no longer improve."""
+def _polished(field: "Field", moved: Floats, motions: Floats | None = None) -> Floats:
+    """Return displacements that Newton's steps no longer improve.
+
+    Args:
+        motions: Left out of the steps: orthonormal columns, shape (3 free, motion).
+    """
     left = float(np.abs(field.force(moved)).max())
     for _ in range(POLISHING):
         matrix = field.stiffness(moved)
         shift = 1e-12 * float(np.abs(matrix.diagonal()).max())
         step = spsolve((matrix + shift * identity(len(moved))).tocsc(), field.force(moved))
+        if motions is not None:
+            step -= motions @ (motions.T @ step)
         after = float(np.abs(field.force(moved + step)).max())
         if not after < left:
             break
@@ -152,6 +195,7 @@ class Field:
     Attributes:
         free: The nodes that move, ascending, shape (free,).
         drawn: Their drawn positions [m], shape (free, 3).
+        mass: Their masses [kg], shape (free,).
         start: Their displacements [m], shape (3 free,).
         reach: A typical length of a spring [m].
         noise: What rounding leaves of a force [N].
@@ -174,6 +218,7 @@ class Field:
         self._speed = np.zeros_like(situation.velocity)
         self._speed[situation.network.memory] = situation.velocity[situation.network.memory]
         self.free, self.drawn = equations.free, equations.drawn[equations.free]
+        self.mass = equations.mass
         self.start = (situation.position[self.free] - self.drawn).ravel()
         outside = equations.outside(self._time)[self.free]
         self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
