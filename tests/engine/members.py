@@ -18,7 +18,7 @@ def those(**declared):
 def affordable(name):
     """Return a tolerance that a member keeps with a few thousand steps of small nets."""
     order = INTEGRATORS[name].order
-    return 1e-4 if order <= 2 else 1e-7 if order <= 4 else 1e-9
+    return 1e-4 if order < 4 else 1e-7 if order <= 4 else 1e-9
 
 
 def brakes(name, damping):

@@ -50,7 +50,7 @@ def bench(offset=0.0, **asked):
     ("method", "tier"), [*((name, "interpreted") for name in MEMBERS), ("dop853", "compiled")]
 )
 def test_masses_swing_through_each_other(method, tier):
-    tolerance = 1e-3 if INTEGRATORS[method].order == 2 else 1e-5
+    tolerance = 1e-3 if INTEGRATORS[method].order < 4 else 1e-5
     ran = bench(method=method, tolerance=tolerance, tier=tier).run()
     apart = ran.position[:, 1, 0] - ran.position[:, 0, 0]
     expected = through(ran.time)
@@ -61,7 +61,7 @@ def test_masses_swing_through_each_other(method, tier):
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 1e-7, 1e-5, 1e-3])
 @pytest.mark.parametrize("method", MEMBERS)
 def test_energy_is_kept_where_masses_pass_close_by(method, offset):
-    tolerance = 1e-3 if INTEGRATORS[method].order == 2 else 1e-4
+    tolerance = 1e-3 if INTEGRATORS[method].order < 4 else 1e-4
     ran = bench(offset, method=method, tolerance=tolerance, ledger=True).run()
     found = energy(ran)
     assert np.abs(found / found[0] - 1.0).max() < tolerance

@@ -64,7 +64,9 @@ def label(value):
     return " ".join(str(v) for v in value.values() if isinstance(v, str | int))
 
 
-SAMPLES = list(samples())
+SAMPLES = [
+    *samples(),
+]
 every_sample = pytest.mark.parametrize(("kind", "entries"), SAMPLES, ids=label)
 
 

@@ -69,14 +69,18 @@ Reader: TypeAlias = Callable[[bytes, Path], RawMesh]
 #: Readers by extension; each takes the bytes of a file and its path.
 FORMATS: Family[Reader] = Family("tissuec.formats", "mesh format")
 
-#: How files begin, for those that have another format than their name says.
-_BEGINNINGS = (
-    (b"ply", ".ply"),
-    (b"# vtk DataFile", ".vtk"),
-    (b"$MeshFormat", ".msh"),
-    (b"solid", ".stl"),
-)
-_INSIDE = ((b"<febio_spec", ".feb"), (b"<VTKFile", ".vtu"), (b"\nv ", ".obj"))
+#: How a file begins, and what it holds near its beginning, by the reader of its format.
+_SIGNS: dict[Reader, tuple[bytes, bytes]] = {}
+
+
+def known_by(*, begins: bytes = b"", holds: bytes = b"") -> Callable[[Reader], Reader]:
+    """Return a decorator of readers that says how their files are known under a wrong name."""
+
+    def enter(reader: Reader) -> Reader:
+        _SIGNS[reader] = begins, holds
+        return reader
+
+    return enter
 
 
 def read(data: bytes, path: Path) -> RawMesh:
@@ -107,11 +111,12 @@ def read(data: bytes, path: Path) -> RawMesh:
 def looks_like(data: bytes) -> str:
     """Return the extension that the content of a file would fit, or an empty string."""
     head = data[:4096].lstrip(b"\xef\xbb\xbf \r\n\t")
-    for beginning, suffix in _BEGINNINGS:
-        if head.startswith(beginning):
+    signs = {suffix: _SIGNS.get(reader, (b"", b"")) for suffix, reader in FORMATS.items()}
+    for suffix, (begins, _) in signs.items():
+        if begins and head.startswith(begins):
             return suffix
-    for mark, suffix in _INSIDE:
-        if mark in b"\n" + head:
+    for suffix, (_, holds) in signs.items():
+        if holds and holds in b"\n" + head:
             return suffix
     return ""
 

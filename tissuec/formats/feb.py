@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from tissuec.formats import CORNERS, FORMATS, Cells, FormatError, RawMesh, gather
+from tissuec.formats import CORNERS, FORMATS, Cells, FormatError, RawMesh, gather, known_by
 from tissuec.formats.markup import parse
 
 #: Beginnings of element types -> kind; the number behind them is that of all nodes.
@@ -21,6 +21,7 @@ _KINDS = {
 
 
 @FORMATS.member(".feb")
+@known_by(holds=b"<febio_spec")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return the mesh of an FEBio model."""
     root = parse(data)

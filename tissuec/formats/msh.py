@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
-from tissuec.formats import FORMATS, FormatError, RawMesh
+from tissuec.formats import FORMATS, FormatError, RawMesh, known_by
 from tissuec.formats.foreign import by_library, raw_mesh
 
 
 @FORMATS.member(".msh")
+@known_by(begins=b"$MeshFormat")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return nodes and elements; physical groups are groups, by name where they have one."""
     if not data.lstrip().startswith((b"$MeshFormat", b"$Comments")):

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.formats import FORMATS, FormatError, RawMesh, faces, gather
+from tissuec.formats import FORMATS, FormatError, RawMesh, faces, gather, known_by
 
 
 @FORMATS.member(".obj")
+@known_by(holds=b"\nv ")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return vertices, faces, and the nodes of every group, object and material."""
     reader = _Reader()

@@ -3,11 +3,12 @@
 import re
 from pathlib import Path
 
-from tissuec.formats import FORMATS, FormatError, RawMesh
+from tissuec.formats import FORMATS, FormatError, RawMesh, known_by
 from tissuec.formats.foreign import by_library, raw_mesh
 
 
 @FORMATS.member(".ply")
+@known_by(begins=b"ply")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return vertices and faces."""
     head, end, _ = data.partition(b"end_header")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.formats import FORMATS, Cells, Floats, FormatError, RawMesh
+from tissuec.formats import FORMATS, Cells, Floats, FormatError, RawMesh, known_by
 
 _HEAD = 84  # bytes before the triangles: 80 of a remark, 4 of their number
 _FACET = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -18,6 +18,7 @@ _SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\r\n]*)", re.MULTILINE)
 
 
 @FORMATS.member(".stl")
+@known_by(begins=b"solid")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return the triangles; of a text with several solids, the nodes of each by its name."""
     count = int.from_bytes(data[80:_HEAD], "little")

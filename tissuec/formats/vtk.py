@@ -19,6 +19,7 @@ from tissuec.formats import (
     RawMesh,
     faces,
     gather,
+    known_by,
     numbered_parts,
 )
 
@@ -45,6 +46,7 @@ _NOT_CELLS = {1: "point", 2: "point", 3: "line", 4: "line", 21: "line", 68: "lin
 
 
 @FORMATS.member(".vtk")
+@known_by(begins=b"# vtk DataFile")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return the points and cells of a legacy VTK file."""
     return _File(data).mesh()

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from tissuec.formats import FORMATS, FormatError, RawMesh
+from tissuec.formats import FORMATS, FormatError, RawMesh, known_by
 from tissuec.formats.foreign import by_library, raw_mesh
 from tissuec.formats.markup import refuse_document_type
 
@@ -12,6 +12,7 @@ _CELLS = re.compile(rb"\bNumberOfCells\s*=\s*[\"'](\d+)")
 
 
 @FORMATS.member(".vtu")
+@known_by(holds=b"<VTKFile")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return points and cells; whole-numbered arrays of the cells are groups."""
     refuse_document_type(data)
