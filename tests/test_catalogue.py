@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tissuec.core.catalogue import CODES, Entry, example_files, reference
+from tissuec.core.catalogue import CODES, HERE_IN_PAGE, Entry, example_files, reference
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lang.render import render
 from tissuec.pipeline import Request, check_request
@@ -82,3 +82,27 @@ def test_the_manual_holds_the_catalogue() -> None:
     if os.environ.get("TISSUEC_UPDATE"):
         PAGE.write_text(reference(), encoding="utf-8")
     assert PAGE.read_text(encoding="utf-8") == reference(), "run with TISSUEC_UPDATE=1"
+
+
+SECTION = re.compile(r"^## (?P<code>(?:TIS|W)\d+):.*?(?=^## )", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(?:tis|text)\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
+
+
+def shown(heading: str) -> str:
+    """Return the block below a heading of the page."""
+    page = PAGE.read_text(encoding="utf-8")
+    return BLOCK.search(page, page.index(f"\n### {heading}\n"))[1]
+
+
+def test_examples_of_the_page_are_complete_with_the_scenes_on_the_page() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    found = {section["code"]: section[0] for section in SECTION.finditer(page)}
+    assert set(found) == set(CODES)
+    for code, section in found.items():
+        pieces, link = BLOCK.findall(section), re.search(r"\(#scene-(\w+)\)", section)
+        for piece, tested in zip(pieces, (CODES[code].before, CODES[code].after), strict=True):
+            scene = shown(f"Scene {link[1]}") if link else HERE_IN_PAGE
+            whole = scene.replace(HERE_IN_PAGE, piece)
+            assert whole.split() == CODES[code].whole(tested).split(), code
+    for name, text in example_files().items():
+        assert shown(f"File {name}").split() == text.split()

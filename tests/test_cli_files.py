@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.test_cli import OSCILLATOR, tissuec
+from tissuec.cli import group
 
 QUICK = OSCILLATOR.replace("duration = 0.5 s", "duration = 0.2 s")
 
@@ -317,3 +318,17 @@ def test_fmt_as_json_is_one_document(scene):
     done = tissuec("fmt", "--diff", scene, "--json", cwd=scene.parent)
     document = json.loads(done.stdout)
     assert document["changed"] == [str(scene)] and "+param pull" in document["printed"]
+
+
+TIMES = [
+    (name, option)
+    for name in group.list_commands(None)
+    for option in group.get_command(None, name).params
+    if {"--time", "--every"} & set(option.opts) and not option.is_flag
+]
+
+
+@pytest.mark.parametrize(("name", "option"), TIMES, ids=lambda one: getattr(one, "name", one))
+@pytest.mark.parametrize("text", ["0.8 s", "0.8s", "800 ms", "0.8"])
+def test_times_on_the_command_line_may_have_any_unit_of_time(name, option, text):
+    assert option.type.convert(text, option, None) == pytest.approx(0.8)

@@ -23,6 +23,7 @@ from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
 from tissuec.compiling.threads import renumbered
 from tissuec.compiling.touching import contact_of, with_tools
+from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, show
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import Expect, key_of
@@ -60,9 +61,9 @@ class Compiled:
 
     def __repr__(self) -> str:
         name, network = self.scene.source.name, self.network
-        nodes, springs = network.body_nodes, network.spring_count
-        duration = self.plan.simulation.duration
-        return f'<Compiled "{name}": {nodes} nodes, {springs} springs, {duration:g} s>'
+        nodes = counted(network.body_nodes, "node")
+        springs = counted(network.spring_count, "spring")
+        return f'<Compiled "{name}": {nodes}, {springs}, {self.plan.simulation.duration:g} s>'
 
     def named_groups(self) -> Iterator[NamedGroup]:
         """Yield sets, regions, and the nodes that carry the shapes of tools."""

@@ -24,6 +24,7 @@ class Entry:
         after: The same without the mistake.
         frame: The rest of the scene around the piece, which stands for ``<here>``. Without
             that mark the piece belongs on the command line; empty if the piece is a whole text.
+        frame_name: What the frame is called; empty without one.
     """
 
     title: str
@@ -31,6 +32,7 @@ class Entry:
     before: str
     after: str
     frame: str = ""
+    frame_name: str = ""
 
     def whole(self, piece: str) -> str:
         """Return the whole text around a piece, such as ``before``."""
@@ -59,10 +61,10 @@ def _document() -> Mapping[str, Any]:
 @cache
 def _entry(code: str) -> Entry:
     written = _document()[code]
-    frames = _document()["frames"]
-    frame = frames[written["frame"]].strip() if "frame" in written else ""
+    name = written.get("frame", "")
+    frame = _document()["frames"][name].strip() if name else ""
     parts = {name: written[name].strip() for name in ("title", "text", "before", "after")}
-    return Entry(**parts, frame=frame)
+    return Entry(**parts, frame=frame, frame_name=name)
 
 
 class _Codes(Mapping[str, Entry]):
@@ -93,17 +95,38 @@ def reference() -> str:
     parts = [_INTRODUCTION]
     for code, entry in CODES.items():
         parts.append(f"## {code}: {entry.title}\n\n{_wrapped(entry.text)}")
-        parts.append(f"Instead of\n\n```tis\n{entry.before}\n```")
+        parts.append(f"{_place(entry)}, instead of\n\n```tis\n{entry.before}\n```")
         parts.append(f"write\n\n```tis\n{entry.after}\n```")
+    parts.append(_SURROUNDINGS)
+    for name, frame in _document()["frames"].items():
+        text = frame.strip().replace(_HERE, HERE_IN_PAGE)
+        parts.append(f"### Scene {name}\n\n```tis\n{text}\n```")
+    for name, text in example_files().items():
+        parts.append(f"### File {name}\n\n```text\n{text.strip()}\n```")
     return "\n\n".join(parts) + "\n"
 
 
+def _place(entry: Entry) -> str:
+    """Return where the pieces of an entry belong, for the page."""
+    if not entry.frame:
+        return "As a file of its own"
+    scene = f"[scene `{entry.frame_name}`](#scene-{entry.frame_name})"
+    return f"In the {scene}" if _HERE in entry.frame else f"On the command line of the {scene}"
+
+
+#: What stands for ``<here>`` on the page.
+HERE_IN_PAGE = "# here"
+_SURROUNDINGS = f"""## Scenes of the examples
+
+To try an example, copy the scene that it belongs to into a file, with the example in place of
+`{HERE_IN_PAGE}`. The files that examples name follow the scenes."""
 _INTRODUCTION = """# Messages
 
 Every message carries a code that stays the same between releases. Codes that begin with TIS are
 errors: the text does not describe a scene. Codes that begin with W are warnings: the scene can
 run, but may not mean what its author thinks; `--strict` makes errors of them. `tissuec explain
-TIS104` prints the same as below.
+TIS104` prints the same as below. Each example is a part of one of the
+[scenes at the end](#scenes-of-the-examples).
 
 One run shows up to ten mistakes from all over a scene, and none that only follows from another.
 Only where a text cannot be read as sentences, nothing else is looked at."""
