@@ -1,12 +1,15 @@
 """``tissuec bench`` as users meet it: tables, ratios, JSON and exit codes."""
 
 import json
+import re
 from importlib.util import find_spec
 
 import pytest
 from click.testing import CliRunner
 
 from tests.validate.scenes import rod
+from tissuec.bench.by_scipy import SciPySolver
+from tissuec.bench.ours import EngineSolver
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 
@@ -49,7 +52,28 @@ def test_text_is_a_table_of_points_and_one_of_ratios(call):
     assert code == 0
     assert "method        tolerance  error" in out
     assert "times at the same error" in out
-    assert err.splitlines()[0] == "reference …"
+    assert err.startswith("reference: dop853 at 1e-06, for up to ")
+
+
+def test_each_run_is_announced_before_it_and_its_result_is_told(call, monkeypatch):
+    said = []
+    for solver in (EngineSolver, SciPySolver):
+
+        def solve(self, tolerance, deadline, solve=solver.solve):
+            said.append(solve)
+            return solve(self, tolerance, deadline)
+
+        monkeypatch.setattr(solver, "solve", solve)
+    monkeypatch.setattr("tissuec.cli.common.Settings.say", lambda self, text: said.append(text))
+    call(rod(), "--tolerances", "1e-2,1e-4", "--repeat", "1", "--method", "dop853")
+    runs = [number for number, one in enumerate(said) if callable(one)]
+    assert len(runs) == 6  # the reference, a second opinion, and each point twice
+    assert all(isinstance(said[number - 1], str) for number in runs)
+    assert any(
+        re.fullmatch(r"  0\.01: .* s, \d+ evaluations", one)
+        for one in said
+        if isinstance(one, str)
+    )
 
 
 def test_what_cannot_be_asked_is_said(call):

@@ -19,16 +19,19 @@ def test_sixteen_rings_of_ten_have_the_published_counts(options):
     assert tube(**options).size() == (160, 610)
 
 
-def test_crossed_springs_run_to_four_and_six_sides_further_on_in_the_next_ring():
-    plain = {tuple(pair) for pair in tube().build().ends.tolist()}
-    crossed = {tuple(pair) for pair in tube(interior="crossed").build().ends.tolist()}
+@pytest.mark.parametrize(
+    ("sides", "steps"), [(6, (2, 4)), (7, (2, 5)), (9, (3, 6)), (10, (4, 6)), (11, (4, 7))]
+)
+def test_crossed_springs_run_to_the_documented_sides_of_the_next_ring(sides, steps):
+    plain = {tuple(pair) for pair in tube(sides=sides).build().ends.tolist()}
+    mesh = tube(sides=sides, interior="crossed").build()
     expected = {
-        (10 * ring + side, 10 * (ring + 1) + (side + further) % 10)
+        (sides * ring + side, sides * (ring + 1) + (side + further) % sides)
         for ring in range(15)
-        for side in range(10)
-        for further in (4, 6)
+        for side in range(sides)
+        for further in steps
     }
-    assert crossed - plain == expected
+    assert {tuple(pair) for pair in mesh.ends.tolist()} - plain == expected
 
 
 @pytest.mark.parametrize("sides", range(6, 14))

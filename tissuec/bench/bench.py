@@ -71,8 +71,7 @@ def bench(
     drawn = np.repeat(problem.network.position[None], len(problem.times), axis=0)
     # A name that is unknown is told before the long work of a reference.
     chosen([*ours, *rivals(problem, Scales.of(problem, drawn))[0]], methods)
-    tell("reference …")
-    truth = find_truth(problem, ordered[-1], budget)
+    truth = find_truth(problem, ordered[-1], budget, tell=tell)
     others, left_out = rivals(problem, Scales.of(problem, truth.position))
     solvers = chosen([*ours, *others], methods)
     points, gaps = measure(

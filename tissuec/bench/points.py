@@ -1,12 +1,13 @@
 """Points of run time against error: every solver at every tolerance, by turns."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 from statistics import median
 
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
+from tissuec.core.errors import counted
 from tissuec.network import Floats
 
 Tell = Callable[[str], None]
@@ -64,14 +65,20 @@ def measure(
         tell: Told what is being done.
     """
     found: dict[tuple[int, float], Trial] = {}
-    gaps = []
+    gaps: list[Gap] = []
     for number, solver in enumerate(solvers):
         tell(f"{solver.name} …")
-        gaps += _explore(solver, number, tolerances, budget, found)
+        for tolerance, outcome in _explore(solver, tolerances, budget):
+            tell(f"  {tolerance:g}: {_brief(outcome)}")
+            if isinstance(outcome, Trial):
+                found[number, tolerance] = outcome
+            elif (outcome.name, outcome.why) not in {(gap.name, gap.why) for gap in gaps}:
+                gaps.append(outcome)
     seconds: dict[tuple[int, float], list[float]] = {key: [] for key in found}
     for turn in range(repeat):
-        tell(f"timing {turn + 1} of {repeat} …")
         for number, tolerance in found:
+            name = solvers[number].name
+            tell(f"timing {turn + 1} of {repeat}: {name} at {tolerance:g} …")
             # What took its time once may take it again, also in a slow moment.
             trial = solvers[number].solve(tolerance, Deadline(inf))
             seconds[number, tolerance].append(trial.seconds)
@@ -91,23 +98,25 @@ def measure(
 
 
 def _explore(
-    solver: Solver,
-    number: int,
-    tolerances: Sequence[float],
-    budget: float,
-    found: dict[tuple[int, float], Trial],
-) -> list[Gap]:
-    """Run a solver from coarse to fine until it takes too long; return where it failed."""
-    gaps: dict[str, Gap] = {}
+    solver: Solver, tolerances: Sequence[float], budget: float
+) -> Iterator[tuple[float, Trial | Gap]]:
+    """Run a solver from coarse to fine until it takes too long; yield what came of it."""
     for tolerance in tolerances:
         try:
-            found[number, tolerance] = _twice(solver, tolerance, budget)
+            yield tolerance, _twice(solver, tolerance, budget)
         except OutOfTime:
             why = f"takes more than {budget:g} s, and finer ones would take more"
-            return [*gaps.values(), Gap(solver.name, tolerance, why)]
+            yield tolerance, Gap(solver.name, tolerance, why)
+            return
         except Failed as failure:
-            gaps.setdefault(str(failure), Gap(solver.name, tolerance, str(failure)))
-    return list(gaps.values())
+            yield tolerance, Gap(solver.name, tolerance, str(failure))
+
+
+def _brief(outcome: Trial | Gap) -> str:
+    """Return what came of a run, in a few words."""
+    if isinstance(outcome, Gap):
+        return outcome.why
+    return f"{outcome.seconds:.3g} s, {counted(outcome.evaluations, 'evaluation')}"
 
 
 def _twice(solver: Solver, tolerance: float, budget: float) -> Trial:

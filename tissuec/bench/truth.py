@@ -6,7 +6,7 @@ from math import inf
 
 from tissuec.bench.by_scipy import SciPySolver
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
-from tissuec.bench.points import Point
+from tissuec.bench.points import Point, Tell
 from tissuec.bench.problem import Problem
 from tissuec.bench.scales import Scales
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
@@ -51,7 +51,11 @@ class Truth:
 
 
 def find_truth(
-    problem: Problem, finest: float, budget: float, patience: float = PATIENCE
+    problem: Problem,
+    finest: float,
+    budget: float,
+    patience: float = PATIENCE,
+    tell: Tell = lambda text: None,
 ) -> Truth:
     """Return the solution of the first method that comes to the end, and a second opinion.
 
@@ -59,6 +63,7 @@ def find_truth(
         finest: Tolerance that is to be judged.
         budget: Time of the processor for one point [s].
         patience: How many of them a solution may take.
+        tell: Told what is being done.
 
     Raises:
         Unknown: None did.
@@ -66,17 +71,17 @@ def find_truth(
     tolerance = max(finest / FINER, FINEST)
     second_budget, budget = min(SECOND, patience) * budget, patience * budget
     ours = [EngineSolver(problem, method) for method in METHODS]
-    solver, trial = _first(ours, tolerance, budget)
+    solver, trial = _first(ours, tolerance, budget, tell)
     if solver is None or trial is None:
         raise Unknown(f"no reference with a tolerance of {tolerance:g} came out in time")
     truth = Truth(solver.name, tolerance, trial.position)
     if problem.has_surprises or problem.remembers:
         others = [other for other in ours if other is not solver]
-        judge, second = _first(others, tolerance, second_budget)
+        judge, second = _first(others, tolerance, second_budget, tell)
     else:
         scales = Scales.of(problem, trial.position)
         scipy = [SciPySolver(problem, method, scales) for method in OTHERS]
-        judge, second = _first(scipy, tolerance / FINER, second_budget)
+        judge, second = _first(scipy, tolerance / FINER, second_budget, tell)
     if judge is None or second is None:
         return truth
     apart = problem.error(second.position, trial.position)
@@ -84,7 +89,7 @@ def find_truth(
 
 
 def _first(
-    solvers: Sequence[Solver], tolerance: float, budget: float
+    solvers: Sequence[Solver], tolerance: float, budget: float, tell: Tell
 ) -> tuple[Solver | None, Trial | None]:
     """Return the first solver that comes to the end, with its run.
 
@@ -95,8 +100,10 @@ def _first(
     while left:
         share = min(share, 1.0)
         for solver in tuple(left):
+            seconds = share * budget
+            tell(f"reference: {solver.name} at {tolerance:g}, for up to {seconds:.3g} s …")
             try:
-                return solver, solver.solve(tolerance, Deadline(share * budget))
+                return solver, solver.solve(tolerance, Deadline(seconds))
             except Failed:
                 left.remove(solver)
             except OutOfTime:
