@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import ceil
 from typing import Any
 
 import numpy as np
@@ -15,17 +14,12 @@ from tissuec.engine.layout import Layout
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
 from tissuec.network import Network
-from tissuec.plan import RELAXATION, SurfaceOutput
-from tissuec.results.polydata import frames_of_a_chunk
+from tissuec.plan import RELAXATION
+from tissuec.results.size import file_size
+from tissuec.running.recording import wishes
 
 SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measured
-FRAME_VALUES = 9  # position, velocity and force of a node
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
-LOG_VALUES = 4  # the time, and at most a vector
-ENERGY_VALUES = 7  # the time, and six kinds of energy
-STEP_VALUES = 24  # of a frame: its time, and where its numbers begin in each array
-CHUNK_VALUES = 1024  # numbers of a column that are allocated at once, at most
-EMPTY_FILE = 220_000  # bytes of groups, attributes and the first chunk of each table, measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +36,7 @@ class Prediction:
         steps: At the stability limit, or of the fixed step; a tolerance may need more.
         evaluations: Force evaluations for these steps.
         seconds: What these take on one core of a present-day machine, compiled.
-        bytes: Of the result file before compression.
+        bytes: About those of the result file, before compression.
     """
 
     arrays: dict[str, dict[str, Any]]
@@ -88,7 +82,7 @@ def predict(compiled: Compiled) -> Prediction:
         steps=steps,
         evaluations=evaluations,
         seconds=evaluations * network.spring_count * SECONDS,
-        bytes=_file_size(compiled),
+        bytes=file_size(network, wishes(network, plan), plan.output, simulation.duration),
     )
 
 
@@ -137,37 +131,3 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "friction: none is written, so contact remembers nothing"
     if not any(tool.kind == "nozzle" for tool in network.tools):
         yield "jets: there is no nozzle"
-
-
-def _file_size(compiled: Compiled) -> int:
-    """Return how large the result file is at most [bytes], but for what events add."""
-    output, duration = compiled.plan.output, compiled.plan.simulation.duration
-    network = compiled.network
-    total = EMPTY_FILE + sum(array["bytes"] for array in _arrays(network).values())
-    word = 4 if output.single else 8
-    if np.isfinite(output.every):
-        nodes = len(output.frames)
-        cells = network.spring_count + len(network.skin)
-        batch = frames_of_a_chunk(nodes)
-        frames = batch * ceil((duration / output.every + 2) / batch)
-        steps = CHUNK_VALUES * ceil(frames / CHUNK_VALUES) * 8 * STEP_VALUES
-        total += frames * word * (FRAME_VALUES * nodes + cells) + steps
-    for log in output.logs:
-        total += _table(duration / log.every, LOG_VALUES)
-    for surface in output.surfaces:
-        total += int(duration / surface.every + 1) * word * 3 * _points(network, surface)
-    if np.isfinite(output.energy):
-        total += _table(duration / output.energy, ENERGY_VALUES)
-    return total
-
-
-def _table(rows: float, values: int) -> int:
-    """Return the bytes of a log, whose columns grow by chunks."""
-    return CHUNK_VALUES * ceil((rows + 1) / CHUNK_VALUES) * 8 * values
-
-
-def _points(network: Network, surface: SurfaceOutput) -> int:
-    """Return about how many points a smooth surface has: half as many as triangles."""
-    (body,) = (body for body in network.bodies if body.name == surface.body)
-    inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
-    return int(inside.all(axis=1).sum()) * 4**surface.smoothing.subdivisions // 2

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +11,11 @@ from tissuec.network import Floats, Indices, Network
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.numbers import check_finite
-from tissuec.results.store import TEXT, Store
+from tissuec.results.store import FEW, TEXT, Store
 
 TOOL_FRAMES = "/tissuec/tools/position"
 HOLDS = "/tissuec/holds"
-_CHUNK_ROWS = 1024
+TOOL_CHUNK = 1024
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +47,7 @@ class ToolTable:
                 "position of each node of the shapes of tools, frame after frame",
                 unit="m",
                 row=(3,),
-                chunk=_CHUNK_ROWS,
+                chunk=TOOL_CHUNK,
                 in_parts=True,
             )
 
@@ -72,12 +73,12 @@ class HoldTable:
 
     def __init__(self, store: Store, network: Network):
         self._store, self._bodies = store, network.body_nodes
-        column = store.column
+        column = partial(store.column, chunk=FEW)
         self._time = column(f"{HOLDS}/time", "f8", "since when each hold is so", unit="s")
         self._holder = column(f"{HOLDS}/holder", TEXT, 'who holds: "fix", a tool or a set')
         self._first = column(f"{HOLDS}/first_node", "i8", "where its nodes begin in nodes")
         self._count = column(f"{HOLDS}/node_count", "i8", "how many nodes are held; 0: none")
-        self._nodes = column(f"{HOLDS}/nodes", "i8", "network numbers of the nodes held")
+        self._nodes = store.column(f"{HOLDS}/nodes", "i8", "network numbers of the nodes held")
         self._held = {hold.holder: hold.nodes for hold in read_holds(store.content)}
 
     def set(self, time: float, holders: Mapping[str, Indices]) -> None:

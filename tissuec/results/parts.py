@@ -7,7 +7,7 @@ from tissuec.network import Indices
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.mesh import Cells
-from tissuec.results.store import Column, Store
+from tissuec.results.store import CHUNK, FEW, Column, Store
 
 ROOT = "/VTKHDF"
 KINDS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -31,13 +31,14 @@ class CellTables:
     def __init__(self, store: Store, root: str):
         self._store = store
         column = store.column
-        self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part")
+        self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part", chunk=FEW)
         self._cells = {
             kind: {
                 name: column(
                     f"{root}/{kind}/{name}",
                     "i8",
                     f"{text} ({kind})",
+                    chunk=FEW if name.startswith("NumberOf") else CHUNK,
                     in_parts=name == "Connectivity",
                 )
                 for name, text in _TEXTS.items()

@@ -21,7 +21,7 @@ POINT_FRAMES = {
     "velocity": ("m/s", "velocity of each node"),
     "force": ("N", "sum of the spring forces on each node"),
 }
-_CHUNK_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
+FRAME_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
 _CHUNK_FRAMES = 64
 # gzip saved 10 to 20 % of eight-byte numbers, whose last digits are noise, and took five times
 # (160 nodes) to forty times (100 000) as long as writing them; four-byte ones save 12 to 25 %.
@@ -30,7 +30,7 @@ _COMPRESSED_NODES = 8192
 
 def frames_of_a_chunk(nodes: int) -> int:
     """Return how many frames are written, and allocated in the file, at once."""
-    return min(_CHUNK_FRAMES, max(1, _CHUNK_ROWS // max(1, nodes)))
+    return min(_CHUNK_FRAMES, max(1, FRAME_ROWS // max(1, nodes)))
 
 
 class PolyDataFrames:
@@ -64,7 +64,7 @@ class PolyDataFrames:
 
     def _frame_columns(self, nodes: int, cells: int) -> None:
         def points(name: str, unit: str, text: str) -> Column:
-            chunk = min(nodes * self.batch, _CHUNK_ROWS)
+            chunk = min(nodes * self.batch, FRAME_ROWS)
             return self._store.column(
                 f"/VTKHDF/{name}",
                 self.kind,
@@ -87,7 +87,7 @@ class PolyDataFrames:
             self.kind,
             "tension of each line's spring, frame after frame; NaN at other cells",
             unit="N",
-            chunk=min(cells * self.batch, 3 * _CHUNK_ROWS),
+            chunk=min(cells * self.batch, 3 * FRAME_ROWS),
             compress=self._compress,
             in_parts=True,
         )

@@ -21,6 +21,8 @@ TEXT = h5py.string_dtype()
 LIBVER = ("earliest", "v110")
 COMPRESSED: Any = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 LEAST_COMPRESSED = 1024  # numbers
+CHUNK = 256  # rows that are allocated at once
+FEW = 32  # the same where most files have few rows
 
 
 class Column:
@@ -144,7 +146,7 @@ class Store:
         *,
         unit: str = "",
         row: tuple[int, ...] = (),
-        chunk: int = 256,
+        chunk: int = CHUNK,
         compress: bool = False,
         in_parts: bool = False,
     ) -> Column:

@@ -1,6 +1,7 @@
 """Rows that come in time: logs, energies and events."""
 
 from collections.abc import Sequence
+from functools import partial
 from numbers import Integral
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.recording import ENERGIES, Event, LogChannel
-from tissuec.results.store import TEXT, Store, member_name
+from tissuec.results.store import CHUNK, FEW, TEXT, Store, member_name
 
 LOGS = "/tissuec/logs"
 EVENTS = "/tissuec/events"
@@ -34,7 +35,7 @@ class LogTable:
             channel.description,
             unit=channel.unit,
             row=(width,),
-            chunk=max(1, 1024 // max(1, width)),
+            chunk=rows_of_a_chunk(width),
         )
         if f"{path}/columns" not in store.file:
             group = store.group(path)
@@ -63,7 +64,7 @@ class EventTable:
 
     def __init__(self, store: Store):
         self._store = store
-        column = store.column
+        column = partial(store.column, chunk=FEW)
         self._time = column(f"{EVENTS}/time", "f8", "time of each event", unit="s")
         self._texts = {
             "kind": column(f"{EVENTS}/kind", TEXT, "what happened: cut, rupture, grasp, …"),
@@ -74,7 +75,7 @@ class EventTable:
             f"{EVENTS}/first_spring", "i8", "where its springs begin in springs"
         )
         self._count = column(f"{EVENTS}/spring_count", "i8", "how many springs it concerns")
-        self._springs = column(
+        self._springs = store.column(
             f"{EVENTS}/springs", "i8", "network numbers of the springs of all events"
         )
 
@@ -90,6 +91,11 @@ class EventTable:
                 self._springs: event.springs,
             }
         )
+
+
+def rows_of_a_chunk(width: int) -> int:
+    """Return how many rows of a log are allocated at once."""
+    return min(CHUNK, max(1, 1024 // max(1, width)))
 
 
 def log_tables(store: Store, channels: Sequence[LogChannel]) -> dict[str, LogTable]:

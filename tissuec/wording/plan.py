@@ -36,7 +36,7 @@ def cost_title(plan: Prediction) -> str:
 
 def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
-    file = f"result file up to {size(plan.bytes)} before compression"
+    file = f"result file of about {size(plan.bytes)} before compression"
     if not isfinite(plan.steps):
         return ["as many steps as the tolerance asks for", file]
     return [
