@@ -85,7 +85,7 @@ def test_validation_in_place_is_that_of_validate(folder):
     page = Page((folder / "valid.html").read_text(encoding="utf-8"))
     section = page.section("validation")
     heads, *rows = ([cell.text for cell in row.children] for row in section.all("tr"))
-    assert "✓ the promise is kept (tolerance 0.0001)" in section.text
+    assert "✓ PASS: errors are within their limits (tolerance 0.0001)" in section.text
     table = said[: said.index("(…)")].splitlines()
     assert table[0].split() == " ".join(heads).split()
     for row, line in zip(rows, table[1:], strict=True):
@@ -121,9 +121,9 @@ def test_a_broken_promise_is_the_verdict_and_ends_with_one(folder, monkeypatch):
     broken = {"verdict": "broken", "reasons": ["position is wrong"], "tolerance": 1e-4}
     monkeypatch.setattr(validate, "validated", lambda *arguments: broken)
     code, _, err = command("report", "rod.vtkhdf", "--validate")
-    assert code == 1 and "validated: the promise is broken" in err
+    assert code == 1 and "validated: errors exceed their limits" in err
     page = Page((folder / "rod.report.html").read_text(encoding="utf-8"))
-    assert "✗ THE PROMISE IS BROKEN" in page.section("validation").text
+    assert "✗ FAIL: errors exceed their limits" in page.section("validation").text
     assert "bad" in page.root.all("div", "verdict")[0].attributes["class"]
 
 

@@ -38,7 +38,7 @@ def test_kept_promise_is_a_table_on_stdout_and_talk_on_stderr(call):
     assert out.splitlines()[0].split() == headings
     for expected in ("position", "energy balance", "velocity", "force of right"):
         assert expected in out
-    assert "the promise is kept (tolerance 0.0001)" in out
+    assert "PASS: errors are within their limits (tolerance 0.0001)" in out
     assert err.splitlines()[0] == "run …"
     assert "reference, DOP853 with rtol 1e-07 …" in err
 
@@ -46,7 +46,7 @@ def test_kept_promise_is_a_table_on_stdout_and_talk_on_stderr(call):
 def test_quiet_leaves_only_the_report(call):
     code, out, err = call(rod(), "-q")
     assert (code, err) == (0, "")
-    assert "the promise is kept" in out
+    assert "PASS: errors are within their limits" in out
 
 
 def test_json_gives_all_numbers(call):
@@ -82,7 +82,7 @@ def test_broken_promise_ends_with_one(call, monkeypatch):
     monkeypatch.setattr(module, "observe", bent)
     code, out, _ = call(rod())
     assert code == 1
-    assert "THE PROMISE IS BROKEN" in out
+    assert "FAIL: errors exceed their limits" in out
     assert "more than the promised 0.0001" in out
 
 
@@ -90,14 +90,14 @@ def test_undecided_promise_ends_with_one(call):
     text = rod(method="integrator is automatic; tolerance = 1e-8")
     code, out, _ = call(text, "--method", "RK23", "--rtol", "1e-4")
     assert code == 1
-    assert "the promise cannot be judged for the whole run" in out
+    assert "UNDECIDED: errors cannot be judged for the whole run" in out
     assert "position, whole run" in out
 
 
 def test_fixed_step_ends_with_zero(call):
     code, out, _ = call(rod(method="integrator is velocity verlet; step = 0.1 ms"))
     assert code == 0
-    assert "nothing was promised" in out
+    assert "NOT JUDGED: fixed steps have no limits of errors" in out
 
 
 def test_run_that_diverges_ends_with_three(call):

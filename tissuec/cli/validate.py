@@ -65,8 +65,8 @@ def command(
     """Run SCENE, solve it again with SciPy, and hold the errors against the tolerance.
 
     Nothing is written. The solution by SciPy is itself checked by a second one. Exit code: 0
-    the promise is kept, or a fixed step promises nothing; 1 it is broken, or the solution by
-    SciPy is not known well enough to tell; 2 the text is wrong; 3 the run could not go on.
+    errors are within their limits, or a fixed step has none; 1 they exceed them, or SciPy's
+    solution is not accurate enough to tell; 2 the text is wrong; 3 the run could not go on.
     """
     from tissuec.pipeline import Request, compile_request
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import CompileError, Hint, alternatives, insertion
+from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import (
     ALL_UNITS,
@@ -294,7 +295,7 @@ class _Reader:
             for word in _WORD.finditer(text)
         ]
         while words:
-            longest = (" ".join(w.text.lower() for w in words[:n]) for n in (3, 2, 1))
+            longest = (key_of(" ".join(w.text for w in words[:n])) for n in (3, 2, 1))
             name = next((n for n in longest if n in self.known), words[0].text.lower())
             count = 1 + name.count(" ")
             where = words[0].to(words[count - 1])

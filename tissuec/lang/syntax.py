@@ -8,17 +8,13 @@ ignores spans and the spelling of numbers, so that ``parse(fmt(x)) == parse(x)``
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
+from tissuec.core.names import key_of as key_of
 from tissuec.core.source import Source, Span
 
 
 def _span() -> Span:
     """Declare the field that every node ends with: its place in the text."""
     return field(compare=False, repr=False)
-
-
-def key_of(text: str) -> str:
-    """Return the form under which names are compared: small letters, single blanks."""
-    return " ".join(text.lower().split())
 
 
 # --- expressions ------------------------------------------------------------------------------

@@ -11,10 +11,10 @@ from tissuec.core.units import TIME, show
 from tissuec.validate.compare import dimension_of
 
 HEADINGS = {
-    "kept": "the promise is kept",
-    "broken": "THE PROMISE IS BROKEN",
-    "undecided": "the promise cannot be judged for the whole run",
-    "nothing promised": "nothing was promised",
+    "kept": "PASS: errors are within their limits",
+    "broken": "FAIL: errors exceed their limits",
+    "undecided": "UNDECIDED: errors cannot be judged for the whole run",
+    "nothing promised": "NOT JUDGED: fixed steps have no limits of errors",
     "diverged": "the run could not go on",
 }
 COLUMNS = ("quantity", "error", "promised", "relative to", "worst at")
@@ -101,7 +101,7 @@ def efforts(document: Document) -> list[str]:
 
 
 def verdict(document: Document) -> str:
-    """Return the verdict on the promise, as a sentence without its stop."""
+    """Return the verdict, as a sentence without its stop."""
     heading, tolerance = HEADINGS[document["verdict"]], document.get("tolerance")
     if tolerance is None or document["verdict"] == "diverged":
         return heading
@@ -111,7 +111,7 @@ def verdict(document: Document) -> str:
     until = document["judged_until"]
     if until is None or not math.isfinite(until):
         return f"{text}: at no time"
-    return f"{text}: kept until {show(until, TIME)}"
+    return f"{text}: within them until {show(until, TIME)}"
 
 
 def _number(value: float | None) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tissuec.core import units
 from tissuec.core.errors import alternatives, counted
+from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.inelastic import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
@@ -162,7 +163,7 @@ class Change:
 
     @classmethod
     def read(cls, order: Order) -> Action:
-        what = order.words.lower()
+        what = key_of(order.words)
         if what in PARAMETERS:
             return _read_parameter(order, PARAMETERS[what])
         if what not in _READERS:

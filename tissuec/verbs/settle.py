@@ -14,7 +14,7 @@ from tissuec.verbs.holding import sentence
 @VERBS.member("settle")
 @dataclass(frozen=True, slots=True)
 class Settle:
-    """Puts nodes, of a set or of everything, at rest where all forces on them balance.
+    """Moves nodes, of a set or of everything, to static equilibrium, where all forces balance.
 
     Forces are those of this moment: springs, weight, pressure, tools and pushes;
     dashpots and friction do not act. Held and driven nodes stay, and so does whatever is not

@@ -1,0 +1,13 @@
+"""Names as they are compared."""
+
+#: Other words for what the language has a name for.
+SYNONYMS = {"breaking force": "fraction force", "mobility": "shiftability"}
+
+
+def key_of(text: str) -> str:
+    """Return the form under which names are compared.
+
+    That is small letters, single blanks, and no synonym.
+    """
+    key = " ".join(text.lower().split())
+    return SYNONYMS.get(key, key)
