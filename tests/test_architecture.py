@@ -35,6 +35,37 @@ def test_light_commands_import_no_heavy_library(name, repository):
     assert _heavy_modules(LIGHT[name], repository) == "[]"
 
 
+#: What a run imports only if its scene needs it.
+RARE = (
+    "tissuec.contact", "tissuec.jets", "tissuec.compiling.lessons", "tissuec.learn",
+    "tissuec.validate", "tissuec.bench", "tissuec.plots", "tissuec.drawing", "tissuec.player",
+    "tissuec.report", "tissuec.editor", "tissuec.comparing", "scipy.sparse.csgraph", "numba",
+)  # fmt: skip
+PLAIN = """language 1
+tissue cord { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 g }
+body pair { mesh is explicit; tissue is cord }
+table nodes of pair in mm with columns "id x" { 1 0; 2 11 }
+table springs of pair with columns "a b" { 1 2 }
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 10 ms }
+"""
+
+
+def test_a_run_of_two_masses_imports_nothing_that_its_scene_does_not_need(tmp_path):
+    (tmp_path / "pair.tis").write_text(PLAIN)
+    code = (
+        "import sys, tissuec\n"
+        "tissuec.run('pair.tis', out='pair.vtkhdf', companion='off')\n"
+        f"print([name for name in {RARE!r} if name in sys.modules])\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True,
+        env={**os.environ, "TISSUEC_TIER": "interpreted"},
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip() == "[]"
+
+
 def test_imports_point_down_only(repository):
     run = subprocess.run(
         [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"],

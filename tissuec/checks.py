@@ -17,7 +17,6 @@ from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
-from tissuec.jets import buried_in
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.network import BodyPart, Floats, Indices, Network
@@ -323,6 +322,8 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
     for tool in network.tools:
         if tool.kind != "nozzle":
             continue
+        from tissuec.jets import buried_in  # where there is a nozzle
+
         opening = network.position[tool.nodes.start]
         if name := buried_in(network, network.position, opening):
             yield Diagnostic(

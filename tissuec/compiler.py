@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from tissuec.compiling.bodies import BodyArrays, build_body
 from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.drawing import Drawing, draw
+from tissuec.compiling.expectations import split_expectations
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.holds import check_holds
 from tissuec.compiling.joints import JointArrays, build_joints
-from tissuec.compiling.lessons import compile_lessons, split_expectations
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
@@ -117,7 +117,11 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
     expects, of_learning = split_expectations(scene.declarations.expects)
     plan = _plan(scene, network, conditions, expects, is_whole=is_whole)
-    lessons = compile_lessons(scene, conditions, of_learning)
+    lessons: tuple[Lesson, ...] = ()
+    if scene.lessons or of_learning:
+        from tissuec.compiling.lessons import compile_lessons  # where something is learnt
+
+        lessons = compile_lessons(scene, conditions, of_learning)
     findings.raise_errors()
     assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
     return Compiled(scene, network, plan, groups, lessons)

@@ -2,17 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.measures import Measure, Subject
 from tissuec.measures.moment import Moment
 from tissuec.network import Floats, Indices
-from tissuec.surfaces import Smoothing
 from tissuec.verbs import Action
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.contact import Contact
+    from tissuec.surfaces import Smoothing
 
 RELAXATION = "relaxation"
 """The integrator that is none: the net is in equilibrium all the time."""
@@ -74,7 +77,7 @@ class SurfaceOutput:
 
     body: str
     kind: str  # such as "loop subdivision"
-    smoothing: Smoothing
+    smoothing: "Smoothing"
     every: float  # [s]
     span: Span
 
@@ -127,7 +130,7 @@ class Plan:
     simulation: Simulation
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
-    contact: Contact | None  # what tools touch
+    contact: "Contact | None"  # what tools touch
     events: tuple[Event, ...]  # ascending in time
     triggers: tuple[Trigger, ...]
     output: Output

@@ -5,19 +5,22 @@ between steps. Arrays stand in the order of the network.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.contact import Contact
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
 from tissuec.inelastic import Inelastic
-from tissuec.jets import Jet
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 from tissuec.threads import SURE, Knot, Reeling
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.contact import Contact
+    from tissuec.jets import Jet
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,8 +150,8 @@ class Situation:
     motions: dict[str, Motion] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
-    contact: Contact | None = None
-    jets: dict[str, Jet] = field(default_factory=dict)
+    contact: "Contact | None" = None
+    jets: "dict[str, Jet]" = field(default_factory=dict)
     reelings: dict[str, Reeling] = field(default_factory=dict)
     knots: dict[str, Knot] = field(default_factory=dict)
     inelastic: Inelastic | None = None
@@ -156,7 +159,7 @@ class Situation:
 
     @classmethod
     def start(
-        cls, network: Network, *, gravity: Floats, drag: float, contact: Contact | None = None
+        cls, network: Network, *, gravity: Floats, drag: float, contact: "Contact | None" = None
     ) -> "Situation":
         """Return the situation at 0 s, before any event: all is free, no knot is tied."""
         tools = {
@@ -323,12 +326,12 @@ class Situation:
         return found
 
     @property
-    def touching(self) -> Contact | None:
+    def touching(self) -> "Contact | None":
         """Return what touches now: no thread where it is cut or broken."""
         return None if self.contact is None else self.contact.with_whole(self.alive)
 
     @property
-    def fields(self) -> tuple[Enclosure | Contact | Jet, ...]:
+    def fields(self) -> "tuple[Enclosure | Contact | Jet, ...]":
         """Return what acts on nodes by their places, beside springs."""
         contact = () if (touching := self.touching) is None else (touching,)
         return (*self.enclosures.values(), *contact, *self.jets.values())

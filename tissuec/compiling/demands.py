@@ -5,15 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tissuec.compiling.expectations import ERROR, errors_in
 from tissuec.core.errors import alternatives
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import walk
 from tissuec.lesson import Data, Demand, Errors
 from tissuec.measures import MEASURES
 from tissuec.scene.expressions import Scope
 from tissuec.scene.values import Value
 
-ERROR = "error"
 HELD_OUT, ALL = "held out", "data"
 FORM = "error(held out) < 8 %"
 
@@ -86,12 +85,6 @@ def argument_of(call: s.Call, scope: Scope) -> s.Name:
             call.span,
         )  # fmt: skip
     return first.value
-
-
-def errors_in(node: s.Expression) -> list[s.Call]:
-    """Return where a condition asks for the error of a learning."""
-    calls = (part for part in walk(node) if isinstance(part, s.Call))
-    return [call for call in calls if call.function.key == ERROR]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiling.adjusting import AdjustReader
 from tissuec.compiling.conditions import Conditions
-from tissuec.compiling.demands import DemandReader, Judged, errors_in
+from tissuec.compiling.demands import DemandReader, Judged
 from tissuec.compiling.fitting import FitReader
 from tissuec.compiling.targets import Targets
 from tissuec.core.errors import Note
@@ -48,14 +48,6 @@ def compile_lessons(
         if written.is_whole and findings.failures == before:
             found.append(lesson)
     return tuple(found)
-
-
-def split_expectations(
-    expects: Sequence[s.Expect],
-) -> tuple[list[s.Expect], list[s.Expect]]:
-    """Return the expectations of a run, and those of learning."""
-    of_learning = [item for item in expects if errors_in(item.condition)]
-    return [item for item in expects if item not in of_learning], of_learning
 
 
 def _demands(

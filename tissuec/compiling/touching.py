@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from math import sqrt
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from tissuec.compiling.threads import bonds
-from tissuec.contact import Contact
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.network import (
@@ -28,6 +27,9 @@ from tissuec.shapes.inclusion import shared_elements
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
 from tissuec.strands import Edges, Strands
 from tissuec.topology import pieces
+
+if TYPE_CHECKING:  # annotations only: scenes without it load faster
+    from tissuec.contact import Contact
 
 SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
@@ -89,7 +91,7 @@ class Faces:
 
 def contact_of(
     network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings
-) -> Contact | None:
+) -> "Contact | None":
     """Return what touches what, None if nothing does."""
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
@@ -111,6 +113,8 @@ def contact_of(
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
     triangles = faces.points[faces.kind == TRIANGLE]
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
+    from tissuec.contact import Contact  # where something touches
+
     contact = Contact(
         nodes=nodes,
         owner=_owners(network),
@@ -239,7 +243,7 @@ def _joined(network: Network, law: ContactLaw) -> Indices:
     return np.concatenate([own.astype(np.int64), stitches])
 
 
-def _warn_of_drawn_touches(contact: Contact, network: Network, findings: Findings) -> None:
+def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findings) -> None:
     """Warn of what touches before anything moves: it is pushed apart at once."""
     contact = contact.with_whole(network.present)
     pairs = contact.near(network.position, 0.0)

@@ -2,20 +2,21 @@
 
 from collections.abc import Iterable, Sequence
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.contact import Contact
 from tissuec.courses import Course
 from tissuec.inelastic import Inelastic
-from tissuec.jets import shares
 from tissuec.kernels.records import Acts, Enclosures, Internal, Jets, Reels, Touches
 from tissuec.kernels.rinsing import GRID
 from tissuec.kernels.touching import COLUMNS
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.contact import Contact
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
 LOOKS = (
@@ -94,7 +95,7 @@ def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int
     )
 
 
-def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touches:
+def pack_touches(contact: "Contact | None", home: Floats, listed: Floats) -> Touches:
     """Return shapes and what they can touch; nothing without contact.
 
     Args:
@@ -135,6 +136,13 @@ def pack_touches(contact: Contact | None, home: Floats, listed: Floats) -> Touch
     )
 
 
+def _shares(parts: int) -> Floats:
+    """Return ``jets.shares``."""
+    from tissuec.jets import shares  # where there is a jet
+
+    return shares(parts)
+
+
 def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
     """Return jets as tables, without triangles that are torn.
 
@@ -168,7 +176,7 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
         side=every("side").astype(np.int64),
         struck=every("struck").astype(np.int64),
         blur=every("blur").astype(float),
-        shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
+        shares=np.concatenate([np.zeros((0, 3)), *(_shares(int(n)) for n in sizes)]),
         shares_start=starts,
         shares_end=starts + count,
         frame=np.zeros(12),

@@ -5,11 +5,11 @@ leaves every sum as if it were gone; the arrays are drawn up anew when many have
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.contact import Contact
 from tissuec.engine.acts import (
     flows,
     knots,
@@ -42,6 +42,9 @@ from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import FRICTION, SPRINGS, Floats, Indices, Network
 from tissuec.situation import Load, Situation
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.contact import Contact
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]

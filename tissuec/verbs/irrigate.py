@@ -1,7 +1,7 @@
 """``irrigate``: jets of fluid on surfaces."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, Self, cast
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self, cast
 
 import numpy as np
 
@@ -9,12 +9,14 @@ from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.jets import Jet, Skin, buried_in, finest_width
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule
+
+if TYPE_CHECKING:  # annotations only: scenes without jets load faster
+    from tissuec.jets import Jet
 
 FLOW = "with 5 ml/s"
 NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction = (0, 0, -1) }"
@@ -111,6 +113,8 @@ class Irrigate:
         return f"{self.group.name} has no whole triangle of a surface that a jet could push"
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        from tissuec.jets import Jet, Skin, finest_width  # where something is irrigated
+
         (course,), stop = schedule(agenda, (self.course,), situation.time, None)
         network, bore = situation.network, self.opening.diameter
         part = next(tool for tool in network.tools if tool.name == self.nozzle)
@@ -146,8 +150,10 @@ class Irrigate:
         return np.arange(network.body_nodes) if self.group is None else self.group.indices
 
 
-def _in_vain(jet: Jet, network: Network, position: Floats) -> str:
+def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
     """Return why a jet pushes nothing now, empty if it does."""
+    from tissuec.jets import buried_in
+
     if body := buried_in(network, position, position[jet.opening[0]]):
         return f"the nozzle is inside {body}, where its jet pushes no surface"
     met = jet.skin.struck[jet.met(position)].any()
