@@ -32,13 +32,20 @@ def test_the_line_tells_the_time_and_goes_away(monkeypatch):
     assert terminal.getvalue().endswith("\r\x1b[2K")
 
 
-def test_the_line_does_not_wrap_in_a_narrow_terminal(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "40")
+@pytest.mark.parametrize("name", ["tube.tis", "a/long/way/to/a/scene/of/sterilisation.tis"])
+@pytest.mark.parametrize("columns", [40, 60, 80])
+def test_the_line_does_not_wrap_and_tells_the_time_in_a_narrow_terminal(
+    name, columns, monkeypatch
+):
+    monkeypatch.setenv("COLUMNS", str(columns))
     terminal = impatient(monkeypatch, Terminal())
-    with Progress("tube.tis", 2.0, shown=True, compiles=False) as line:
+    with Progress(name, 2.0, shown=True, compiles=False) as line:
+        line.at(0.1)
+        time.sleep(0.05)
         line.at(0.5)
     lines = terminal.getvalue().replace("\x1b[2K", "").split("\r")
-    assert max(map(len, lines)) == 39
+    assert max(map(len, lines)) < columns
+    assert any("500 ms of 2 s" in one and " left" in one for one in lines)
 
 
 @pytest.mark.parametrize("loaded", [True, False])

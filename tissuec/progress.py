@@ -59,9 +59,10 @@ class Line:
                 self._write(f"{self.name}: compiling kernels …")
 
     def _write(self, line: str) -> None:
-        if self.is_terminal:  # a line that wraps cannot be cleared
-            room = get_terminal_size().columns - 1
-            line = line if len(line) <= room else f"{line[: max(room - 1, 0)]}…"
+        if self.is_terminal:
+            # A line that wraps cannot be cleared; what it tells stands at its end.
+            excess = len(line) - (get_terminal_size().columns - 1)
+            line = f"…{line[excess + 1 :]}" if excess > 0 else line
         self.written = True
         self._clear()
         sys.stderr.write(line)

@@ -209,6 +209,17 @@ def test_a_video_takes_as_long_as_the_run(shown, tmp_path):
     assert seconds == pytest.approx(count / VIDEO_RATE, abs=0.05)
 
 
+@pytest.mark.parametrize("most", [2, 3, 6, 10])
+def test_a_video_has_at_most_as_many_pictures_as_frames_are_asked_for(most, shown, tmp_path):
+    encoder = pytest.importorskip("imageio_ffmpeg", reason="needs the extra animate")
+    options = Options(frames=most)
+    film = read_film(shown(Show(grid(4, 4), frames=11, step=0.04)), options)
+    path = tmp_path / "few.mp4"
+    count = write_video(Painter(film, options, (160, 90), "sheet"), path, 0.2, quiet)
+    assert most - 1 <= count <= most
+    assert encoder.count_frames_and_secs(str(path))[0] == count
+
+
 def test_without_the_extras_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)

@@ -34,13 +34,17 @@ def moments(times: Floats, rate: float, speed: float | None) -> Floats:
     return np.interp(at, times, np.arange(len(times)))
 
 
-def rate_of(painter: Painter, usual: float, speed: float | None) -> float:
-    """Return how many pictures a second shows: fewer than usual if few frames are asked for."""
+def rate_of(painter: Painter, usual: float, speed: float | None, still: float = 0.0) -> float:
+    """Return how many pictures a second shows: fewer than usual if few frames are asked for.
+
+    Args:
+        still: How long pictures of the end are repeated [s].
+    """
     times, most = painter.film.times, painter.options.frames
     duration = float(times[-1] - times[0])
     if most is None or not duration > 0.0:
         return usual
-    return min(usual, (most - 1) * (speed or pace(duration)) / duration)
+    return min(usual, (most - 1) / (duration / (speed or pace(duration)) + still))
 
 
 def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
@@ -89,8 +93,11 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
     Raises:
         TissueError: There is no encoder, or it failed; says why.
     """
-    rate = rate_of(painter, VIDEO_RATE, speed)
+    rate = rate_of(painter, VIDEO_RATE, speed, _REST)
     chosen = moments(painter.film.times, rate, speed)
+    rest = round(rate * _REST)
+    if painter.options.frames is not None:
+        rest = min(rest, painter.options.frames - len(chosen))
     width, height = (length // 2 * 2 for length in painter.size)  # as the codec wants it
     command = [
         need_ffmpeg(), "-y", "-loglevel", "error",
@@ -98,7 +105,7 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
         "-i", "-", "-an", "-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv420p",
         "-movflags", "+faststart", str(path.absolute()),
     ]  # fmt: skip
-    pictures = _pictures(painter, chosen, (width, height), round(rate * _REST), told)
+    pictures = _pictures(painter, chosen, (width, height), rest, told)
     with TemporaryFile() as said:
         with Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said) as encoder:
             assert encoder.stdin is not None
@@ -110,7 +117,7 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
             said.seek(0)
             reason = said.read().decode(errors="replace").strip()
             raise TissueError(f'cannot write "{path}": {reason}')
-    return len(chosen) + round(rate * _REST)
+    return len(chosen) + rest
 
 
 def _pictures(
