@@ -13,11 +13,13 @@ from dis import get_instructions
 from functools import cache
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, Literal
 
 from tissuec.core.resources import PACKAGE, cache_folder
 
 Function = Callable[..., Any]
+#: Called by Python, called by compiled code, or a part of its callers.
+Role = Literal["entry", "operation", "inline"]
 #: What compiled code is made from; laws are told apart by the names of their functions.
 SOURCES = (
     "engine/binding.py",
@@ -41,16 +43,16 @@ class Binder:
     def __init__(self, replaced: Mapping[str, Any], operations: Collection[str] = ()):
         self._replaced = replaced
         self._operations = operations
-        self._bound: dict[Function, tuple[Function, frozenset[str]]] = {}
+        self._bound: dict[tuple[Function, Role], tuple[Function, frozenset[str]]] = {}
 
     def bind(self, function: Function) -> Function:
         """Return a copy of a function under the replaced names."""
-        return self._bind(function, inline=False)[0]
+        return self._bind(function, "entry")[0]
 
-    def _bind(self, function: Function, *, inline: bool) -> tuple[Function, frozenset[str]]:
+    def _bind(self, function: Function, role: Role) -> tuple[Function, frozenset[str]]:
         """Return the copy and which replacements it depends on, directly or not."""
-        if function in self._bound:
-            return self._bound[function]
+        if (function, role) in self._bound:
+            return self._bound[function, role]
         assert isinstance(function, FunctionType)
         names = dict(function.__globals__)
         depends: set[str] = set()
@@ -60,18 +62,19 @@ class Binder:
                 depends.add(name)
             value = names.get(name)
             if isinstance(value, FunctionType) and value.__module__.startswith("tissuec."):
-                names[name], further = self._bind(value, inline=name not in self._operations)
+                part: Role = "operation" if name in self._operations else "inline"
+                names[name], further = self._bind(value, part)
                 depends |= further
         copy = FunctionType(function.__code__, names, function.__name__)
         copy.__module__ = function.__module__
-        copy.__qualname__ = f"{function.__name__}_{self._variant(depends)}"
-        result = _jit(copy, inline=inline) if self._operations else copy
-        self._bound[function] = (result, frozenset(depends))
-        return self._bound[function]
+        copy.__qualname__ = f"{function.__name__}_{self._variant(depends, role)}"
+        result = _jit(copy, role) if self._operations else copy
+        self._bound[function, role] = (result, frozenset(depends))
+        return self._bound[function, role]
 
-    def _variant(self, depends: set[str]) -> str:
+    def _variant(self, depends: set[str], role: Role) -> str:
         """Return a name for the replacements in use; Numba's cache tells variants by name."""
-        parts = []
+        parts: list[str] = [role]
         for name in sorted(depends):
             value = self._replaced[name]
             shown = f"{value.__module__}.{value.__name__}" if callable(value) else repr(value)
@@ -98,7 +101,7 @@ def kernel_folder() -> Path | None:
     return Path(base) / f"kernels-{digest.hexdigest()[:16]}"
 
 
-def _jit(function: FunctionType, *, inline: bool) -> Function:
+def _jit(function: FunctionType, role: Role) -> Function:
     """Return a function compiled on its first call, or loaded from the cache."""
     import numba
     from numba.core import config as settings
@@ -112,8 +115,10 @@ def _jit(function: FunctionType, *, inline: bool) -> Function:
         # allocate nothing, so they need no counting of references, which took a quarter of
         # the time of stepping a small net.
         options = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
-        if inline:
+        if role == "inline":
             return numba.njit(inline="always", **options)(function)
+        if role == "operation":  # only compiled code calls it: nothing to take Python's objects
+            options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         return numba.njit(cache=folder is not None, **options)(function)
     finally:
         config.CACHE_DIR = before

@@ -5,7 +5,7 @@ leaves every sum as if it were gone; the arrays are drawn up anew when many have
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -289,12 +289,19 @@ class Layout:
             driven=self.driven,
             drag=float(self.situation.drag),
             acts=self.acts(),
-            enclosures=self.enclosures(),
-            reels=self.reels(),
-            touches=self.touches(),
-            jets=self.jets(),
-            internal=self.internal(),
+            **self._effects(),
         )
+
+    def _effects(self) -> dict[str, Any]:
+        """Return what acts besides springs and loads, None for what a scene has nothing of."""
+        needed = self.features
+        return {
+            "enclosures": self.enclosures() if needed.enclosed else None,
+            "reels": self.reels() if needed.reeled else None,
+            "touches": self.touches() if needed.touched else None,
+            "jets": self.jets() if needed.rinsed else None,
+            "internal": self.internal() if needed.inelastic else None,
+        }
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
         """Return what acts, for the interpreted tier."""

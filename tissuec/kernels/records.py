@@ -127,7 +127,11 @@ class Internal(NamedTuple):
 
 
 class Net(NamedTuple):
-    """What acts on the nodes, for the compiled tier; springs sorted by their lower node."""
+    """What acts on the nodes, for the compiled tier; springs sorted by their lower node.
+
+    What a scene has nothing of is None, from the enclosures on: a call in compiled code passes
+    every array of its records, which takes time and takes most of the time of compiling.
+    """
 
     first: NDArray[np.uint64]  # springs of node i are first[i]:first[i + 1], (node + 1,)
     other: NDArray[np.uint32]  # three times their upper node, shape (spring,)
