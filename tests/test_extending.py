@@ -59,18 +59,18 @@ def add_sample(path, name, text):
     path.write_text(after, encoding="utf-8")
 
 
-def run(folder, *words):
-    """Run a module of Python in a folder, and fail if it fails."""
-    names = {**os.environ, "TISSUEC_TIER": "interpreted", "PYTHONPATH": str(folder)}
+def run(folder, *words, code=0, **more):
+    """Run a module of Python in a folder, and fail if it ends with another code."""
+    names = {**os.environ, "TISSUEC_TIER": "interpreted", "PYTHONPATH": str(folder), **more}
     done = subprocess.run(
         [sys.executable, "-m", *words], cwd=folder, env=names, capture_output=True, text=True
     )
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    assert done.returncode == code, done.stdout[-3000:] + done.stderr[-3000:]
 
 
-def run_tests(folder, chosen, *files):
+def run_tests(folder, chosen, *files, **more):
     """Run the tests of some files that are chosen, of which there have to be some."""
-    run(folder, "pytest", "-n", "0", "-k", chosen, *files)
+    run(folder, "pytest", "-n", "0", "-k", chosen, *files, **more)
 
 
 @pytest.mark.parametrize("family", sorted(FAMILIES))
@@ -98,6 +98,12 @@ def test_tables_list_the_examples_once_they_are_regenerated(extended):
     language = (extended / "docs" / "language.md").read_text(encoding="utf-8")
     for member in ("is ring`", "is spatula`", "shrink SET", "spread(A)", "is saturating`"):
         assert member in language, member
+
+
+def test_expected_messages_list_the_examples_once_they_are_rewritten(extended):
+    scenes = "tests/test_scenes.py"
+    run_tests(extended, "unknown", scenes, code=1, TISSUEC_UPDATE="1")
+    run_tests(extended, "unknown", scenes)
 
 
 def test_every_family_on_the_page_is_tested():
