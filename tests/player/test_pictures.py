@@ -1,6 +1,7 @@
 """Pictures, GIFs and videos: what is where in them, and how long they take."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from tissuec.player.animation import (
 )
 from tissuec.player.bodies import arrows, boxes, capsules, smooth_mesh
 from tissuec.player.camera import Camera
+from tissuec.player.moment import Moment
 from tissuec.player.options import Options
 from tissuec.player.picture import Painter, need_matplotlib
 from tissuec.player.raster import Raster
@@ -260,3 +262,33 @@ def test_a_spring_that_broke_has_no_colour_of_tension_and_none_in_a_still(shown)
     assert len(seen) > 0
     # Between the paper and a grey: red and blue are never far apart, as those of tensions are.
     assert np.abs(seen[:, 0] - seen[:, 2]).max() < 30.0
+
+
+@pytest.mark.parametrize("outlier", [1.0, 50.0])
+def test_arrows_of_forces_end_within_the_picture(shown, outlier):
+    """Also at the outer nodes of a net that is as wide as the picture, and of outliers."""
+    film = read_film(shown(Show(grid(12, 12), frames=3)), Options())
+    outwards = film.position - film.position.mean(axis=1, keepdims=True)
+    film.force[:] = outwards
+    film.force[-1, 0] *= outlier
+    painter = Painter(film, Options(), SIZE, "", forces=True)
+    for row in range(3):
+        corners = painter._arrows(Moment.of(film, float(row))).corners.reshape(-1, 3)
+        places, depth = painter.home.seen(corners)
+        assert len(corners) and (depth > 0.0).all()
+        assert np.abs(places).max() <= 1.0
+    texts = [text.get_text() for text in painter.draw(2.0).axes[0].texts]
+    assert any("arrows end at" in text for text in texts) == (outlier > 4.0)
+
+
+def test_names_of_laws_are_not_cut_off(shown):
+    film = replace(
+        read_film(shown(Show(grid(4, 4))), Options()),
+        laws=("linear", "a measured curve of the mesosalpinx, stretched"),
+    )
+    painter = Painter(film, Options(colour="law"), (600, 300), "")
+    figure = painter.draw(0.0)
+    painter._canvas.draw()
+    for text in figure.axes[0].texts:
+        box = text.get_window_extent()
+        assert box.x0 >= 0.0 and box.x1 <= 600.0

@@ -191,3 +191,22 @@ def test_what_cannot_be_shown_is_said(folder, tmp_path, monkeypatch):
     path = carry_out(PRESS, tmp_path / "press.vtkhdf")
     with pytest.raises(TissueError, match="holds no smooth surfaces; write output"):
         draw("frames", path, show="surface")
+
+
+def test_of_a_solid_body_the_springs_on_the_side_that_is_looked_at_are_drawn(tmp_path):
+    """A block seen along y: a grid of squares with diagonals, and nothing behind its front."""
+    path = carry_out(PRESS, tmp_path / "press.vtkhdf")
+    with Trajectory.open(path) as run:
+        (axes,) = panels(draw("frames", path, times=0.0, view=(-90.0, 0.0)))
+        place = run.position[0][: run.network.body_nodes]
+        ends = run.ends[run.spring_force(0)[1]]
+    front = place[:, 1] <= place[:, 1].min() + 1e-9
+    assert 0 < front.sum() < len(place)
+    expected = 1e3 * place[ends[front[ends].all(axis=1)]][:, :, [0, 2]]
+    assert in_order(segments(axes)) == pytest.approx(in_order(expected))
+
+
+def test_of_a_sheet_all_springs_are_drawn_from_either_side(result, strip):
+    for elevation in (90.0, -90.0):
+        (axes,) = panels(draw("frames", result, times=0.0, view=(-90.0, elevation)))
+        assert len(segments(axes)) == len(strip.spring_force(0)[1])

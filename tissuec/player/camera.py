@@ -50,11 +50,11 @@ def framing(film: Film) -> Framing:
     sizes = np.linalg.norm(nodes.max(axis=1) - nodes.min(axis=1), axis=1)
     whole = float(np.linalg.norm(nodes.max(axis=(0, 1)) - nodes.min(axis=(0, 1))))
     follows = whole > _FAR * float(np.median(sizes)) > 0.0
-    found = [_outermost(frame - middle[row] * follows) for row, frame in enumerate(nodes)]
+    found = [outermost(frame - middle[row] * follows) for row, frame in enumerate(nodes)]
     if follows:  # what flew apart at the end does not count
         found = [points for points, size in zip(found, sizes, strict=True)
                  if size <= _FAR * np.median(sizes)]  # fmt: skip
-    points = _outermost(np.concatenate(found))
+    points = outermost(np.concatenate(found))
     return Framing(np.concatenate([points, _near(film, points)]), middle, follows)
 
 
@@ -68,11 +68,11 @@ def _near(film: Film, points: Floats) -> Floats:
         ends = ends.reshape(-1, 3)
         near = ((ends > low - reach) & (ends < high + reach)).all(axis=1)
         sides = solid.radius * np.concatenate([np.eye(3), -np.eye(3)])
-        found.append((_outermost(ends[near])[:, None] + sides).reshape(-1, 3))
+        found.append((outermost(ends[near])[:, None] + sides).reshape(-1, 3))
     return np.concatenate(found)
 
 
-def _outermost(points: NDArray) -> Floats:
+def outermost(points: NDArray) -> Floats:
     """Return the points that are furthest in some direction."""
     if len(points) <= len(_DIRECTIONS):
         return np.asarray(points, dtype=float)

@@ -14,7 +14,7 @@ from tissuec.core import looks
 from tissuec.core.errors import TissueError
 from tissuec.network import Floats, Indices
 from tissuec.player.bodies import Mesh, across, arrows, boxes, capsules, lit, smooth_mesh
-from tissuec.player.camera import Camera, fitted, framing, half_height, viewpoint
+from tissuec.player.camera import Camera, fitted, framing, half_height, outermost, viewpoint
 from tissuec.player.film import Film, Solid
 from tissuec.player.lives import Mask, is_there
 from tissuec.player.moment import Moment, surface_at
@@ -32,7 +32,9 @@ _USUAL = 1000  # [px]: of a picture, in which lines are as wide as on the page
 _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
+LONGEST = 4.0  # times the scale of forces: arrows of outliers end there, as on the page
 FADE = 4.0  # frames in which a spring that broke fades out
+_LETTER = 8.0  # [px]: width of a letter of the legend, at most on average
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
 
 
@@ -86,14 +88,17 @@ class Painter:
 
         self.film, self.size, self.title, self.forces = film, size, title, forces
         self.framing = framing(film)
-        angles = options.view or viewpoint(self.framing.points)
-        self.home = self.camera = fitted(self.framing.points, *angles, size[0] / size[1])
+        self._reach = self.framing.size / 8.0 / (film.most_force or 1.0)
+        points = self.framing.points
+        angles = options.view or viewpoint(points)
+        if forces:
+            points = np.concatenate([points, *self._tips()])
+        self.home = self.camera = fitted(points, *angles, size[0] / size[1])
         self.options = options
         self.colour: Colour = options.colour
         self.figure: Figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
         self._canvas = FigureCanvasAgg(self.figure)
         self._most = {"tension": film.most_tension, "strain": film.most_strain, "law": 1.0}
-        self._reach = self.framing.size / 8.0 / (film.most_force or 1.0)
         self.shows_springs = not film.surfaces and bool(len(film.lines.ends))
         rests = film.lines.rest[film.lines.rest > 0.0]
         mean = float(rests.mean()) if len(rests) else self.framing.size / 20.0
@@ -240,8 +245,24 @@ class Painter:
             radii = np.full(len(nodes), radius)
             yield capsules(middle, middle, radii, sides=16), looks.STEEL
 
+    def _tips(self) -> Iterator[Floats]:
+        """Yield where arrows end in each frame [m], as far as the picture holds their nodes."""
+        low, high = self.framing.points.min(axis=0), self.framing.points.max(axis=0)
+        near = 1e-6 * self.framing.size
+        for row, force in enumerate(self.film.force):
+            foot = self.film.position[row, : self.film.node_count]
+            foot = foot - self.framing.middle[row] * self.framing.follows
+            held = ((foot >= low - near) & (foot <= high + near)).all(axis=1)
+            yield outermost(foot[held] + self._arrow(force[held]))
+
+    def _arrow(self, force: NDArray) -> Floats:
+        """Return the arrows of forces [N], shape (node, 3), as they are drawn [m]."""
+        most = LONGEST * (self.film.most_force or 1.0)
+        size = np.linalg.norm(force.astype(float), axis=1, keepdims=True)
+        return force * (self._reach * np.where(size > most, most / np.maximum(size, most), 1.0))
+
     def _arrows(self, moment: Moment) -> Mesh:
-        arrow, thick = moment.force * self._reach, 0.0022 * self.framing.size
+        arrow, thick = self._arrow(moment.force), 0.0022 * self.framing.size
         seen = np.linalg.norm(arrow, axis=1) > SHORTEST * thick
         return arrows(moment.position[: self.film.node_count][seen], arrow[seen], thick)
 
@@ -338,13 +359,18 @@ class Painter:
         long, (size, unit) = self._pixel(force * self._reach), scaled(force, "N")
         sheet.plot([14, 14 + long], [40, 40], color=looks.SERIES[2], lw=2)
         sheet.plot([14 + long], [40], ">", color=looks.SERIES[2], markersize=6)
-        sheet.text(24 + long, 36, f"{force / size:g} {unit}", color=looks.INK, fontsize=9)
+        text, most = f"{force / size:g} {unit}", LONGEST * self.film.most_force
+        if max(float(np.linalg.norm(row, axis=1).max()) for row in self.film.force) > most:
+            text += f"; arrows end at {most / size:g} {unit}"
+        sheet.text(24 + long, 36, text, color=looks.INK, fontsize=9)
 
     def _legend(self, sheet, width: int) -> None:
         long, style = 160.0, {"color": looks.INK, "fontsize": 9, "parse_math": False}
         left = width - 24 - long
         if self.colour == "law":
-            for number, law in enumerate(self.film.laws[:6]):
+            laws = self.film.laws[:6]
+            left = max(14.0, width - 44 - _LETTER * max(long / _LETTER, *map(len, laws), 0))
+            for number, law in enumerate(laws):
                 y = 16 + 16 * number
                 sheet.plot([left, left + 22], [y, y], color=looks.SERIES[number % 7], lw=2)
                 sheet.text(left + 30, y, law, va="center", **style)

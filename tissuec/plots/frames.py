@@ -17,9 +17,10 @@ from tissuec.drawing.origin import origin_of
 from tissuec.drawing.over_time import say_unfinished
 from tissuec.drawing.page import Picture, Sheet
 from tissuec.drawing.scale import Scale, scale_of
+from tissuec.drawing.solid import Mask, seen_springs, solid_nodes
 from tissuec.drawing.subjects import Subject
 from tissuec.drawing.view import View, suiting
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 from tissuec.plots import PLOTS
 from tissuec.plots.options import Direction, Option, read_time
 
@@ -58,6 +59,8 @@ class Part(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Frames:
     """The net at some moments: springs coloured by tension, or skins in the light.
+
+    Of solid bodies only the springs on the side that is looked at are drawn.
 
     Attributes:
         times: When [s]; some moments that differ, from the first to the last, if none is named.
@@ -145,6 +148,7 @@ class Shown:
         points: Of each moment, what is drawn [m], shape (point, 3).
         box: From where to where it reaches on paper [m]: left, low, right, high.
         norm: Of the tensions; None where none is shown.
+        solid: Which nodes belong to bodies of which only the outside is drawn, shape (node,).
     """
 
     trajectory: "Trajectory"
@@ -155,6 +159,7 @@ class Shown:
     scale: Scale
     box: tuple[float, float, float, float]
     norm: "Normalize | None"
+    solid: Mask
     tools: tuple[Part, ...]
     notes: tuple[str, ...]
 
@@ -181,9 +186,13 @@ class Shown:
         margin = _MARGIN * float((high - low).max()) or 1e-3
         box = (*(low - margin), *(high + margin))
         scale = scale_of("m", [np.ptp(flat, axis=0).max()])
+        solid = solid_nodes(trajectory.network)[trajectory.nodes]
+        if plot.show == "springs" and solid.any():
+            notes = [*notes, "springs inside and behind solid bodies are not drawn"]
         return cls(
-            trajectory, plot.show, chosen, view, points, scale, box, norm, tools, tuple(notes)
-        )
+            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, tools,
+            tuple(notes),
+        )  # fmt: skip
 
     def layout(self) -> tuple[int, float]:
         """Return columns and the height of a page [mm] on which panels are large."""
@@ -214,7 +223,18 @@ class Shown:
             _say_tensions(sheet, self.norm, self._tensions(), list(panels[: len(self.moments)]))
 
     def _tensions(self) -> list[Floats]:
-        return [self.trajectory.spring_force(moment.frame)[0] for moment in self.moments]
+        return [
+            self._springs(moment, points)[0]
+            for moment, points in zip(self.moments, self.points, strict=True)
+        ]
+
+    def _springs(self, moment: Moment, points: Floats) -> tuple[Floats, Indices]:
+        """Return the tensions [N] of the springs that are drawn, and their rows."""
+        tension, rows = self.trajectory.spring_force(moment.frame)
+        triangles = self.trajectory.cells(moment.frame).triangles
+        ends = self.trajectory.ends[rows]
+        seen = seen_springs(ends, self.solid, points, triangles, self.view)
+        return tension[seen], rows[seen]
 
     def _draw_moment(self, axes: "Axes", moment: Moment, points: Floats) -> None:
         place, view, run = self.scale.of(points), self.view, self.trajectory
@@ -225,7 +245,7 @@ class Shown:
         elif self.kind == "skin":
             net.draw_skin(axes, place, cells.triangles, view, rims=True)
         else:
-            tension, rows = run.spring_force(moment.frame)
+            tension, rows = self._springs(moment, points)
             wide = net.thread_springs(run.network)[run.springs[rows]]
             net.draw_springs(
                 axes, place[run.ends[rows]], view, tension=tension, norm=self.norm,

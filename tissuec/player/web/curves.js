@@ -5,7 +5,7 @@ const BELOW = 16, LEFT = 44;  // pixels for numbers
 
 class Chart {
   constructor(box, curve, levels, player) {
-    Object.assign(this, { curve, levels, player });
+    Object.assign(this, { curve, levels, player, left: LEFT });
     this.figure = document.createElement("figure");
     const most = Math.max(Math.abs(curve.low), Math.abs(curve.high));
     [this.divisor, this.unit] = scaled(most, curve.unit);
@@ -47,13 +47,13 @@ class Chart {
     return css(seenIn(this.player.look, looks.series[k % looks.series.length], looks));
   }
 
-  // The first columns differ in colour and dash; with many columns there is no room for both.
+  // The first columns differ in colour and dash; many columns have no room for both.
   dash(k) { return this.curve.columns.length > 7 ? [] : DASHES[k % DASHES.length]; }
 
   listen() {
     const seek = (event) => {
       const box = this.plot.getBoundingClientRect(), { range } = this.player;
-      const part = (event.clientX - box.left - LEFT) / Math.max(1, box.width - LEFT - 6);
+      const part = (event.clientX - box.left - this.left) / Math.max(1, box.width - this.left - 6);
       this.player.seek(range[0] + Math.max(0, Math.min(1, part)) * (range[1] - range[0]));
     };
     this.plot.addEventListener("pointerdown", (event) => {
@@ -79,7 +79,7 @@ class Chart {
 
   x(time) {
     const { range } = this.player;
-    return LEFT + ((time - range[0]) / (range[1] - range[0] || 1)) * (this.width - LEFT - 6);
+    return this.left + ((time - range[0]) / (range[1] - range[0] || 1)) * (this.width - this.left - 6);
   }
 
   // Draw all but the running line.
@@ -94,24 +94,26 @@ class Chart {
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = style.muted;
     if (curve.empty) {
-      pen.fillText(curve.time.length ? "no numbers" : "nothing was logged", LEFT, height / 2);
+      pen.fillText(curve.time.length ? "no numbers" : "nothing was logged", this.left, height / 2);
       return;
     }
     let low = curve.low / this.divisor, high = curve.high / this.divisor;
     if (low === high) [low, high] = low === 0 ? [-1, 1] : [low - Math.abs(low) / 2, high + Math.abs(high) / 2];
-    const bottom = height - BELOW, top = 5;
+    const bottom = height - BELOW, top = 7;
     const y = (value) => bottom - 3 - ((value - low) / (high - low)) * (bottom - top - 3);
     pen.lineWidth = 1;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    for (const tick of ticks(low, high, Math.max(2, Math.floor(height / 34)))) {
+    const levels = ticks(low, high, Math.max(2, Math.floor(height / 34))), texts = apart(levels);
+    this.left = Math.max(LEFT, ...texts.map((text) => Math.ceil(pen.measureText(text).width) + 8));
+    levels.forEach((tick, k) => {
       pen.strokeStyle = style.grid;
       pen.beginPath();
-      pen.moveTo(LEFT, Math.round(y(tick)) + 0.5);
+      pen.moveTo(this.left, Math.round(y(tick)) + 0.5);
       pen.lineTo(this.width - 6, Math.round(y(tick)) + 0.5);
       pen.stroke();
-      pen.fillText(digits(tick), LEFT - 5, y(tick));
-    }
+      pen.fillText(texts[k], this.left - 5, y(tick));
+    });
     this.drawTimes(pen, bottom, style);
     pen.lineJoin = "round";
     pen.globalAlpha = curve.columns.length > 7 ? 0.6 : 1;
@@ -122,10 +124,11 @@ class Chart {
     const { range, clock } = this.player;
     pen.textAlign = "center";
     pen.textBaseline = "top";
-    for (const tick of ticks(range[0] / clock.divisor, range[1] / clock.divisor, Math.floor(this.width / 70))) {
-      const at = this.x(tick * clock.divisor);
-      pen.fillText(digits(tick), Math.min(at, this.width - 10), bottom + 4);
-    }
+    const found = ticks(range[0] / clock.divisor, range[1] / clock.divisor, Math.floor(this.width / 70));
+    apart(found).forEach((text, k) => {
+      const last = this.width - pen.measureText(text).width / 2 - 1;
+      pen.fillText(text, Math.min(this.x(found[k] * clock.divisor), last), bottom + 4);
+    });
     pen.strokeStyle = style.grid;
     pen.setLineDash([2, 3]);
     for (const mark of this.player.film.marks) {

@@ -33,7 +33,7 @@ function digits(value, count = 3) {
   const size = Math.abs(value);
   const text = size >= 1e6 || size < 1e-4 ? value.toExponential(count - 1)
     : size >= 10 ** count ? value.toFixed(0) : String(Number(value.toPrecision(count)));
-  return text.replace("-", "−");
+  return text.replace(/-/g, "−");
 }
 
 // Return the largest of 1, 2, 5, 10, … that is no larger.
@@ -51,4 +51,11 @@ function ticks(low, high, count) {
   const found = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1) found.push(i * step);
   return found;
+}
+
+// Return numbers at equal distances as texts, with the digits that tell them apart.
+function apart(numbers) {
+  const step = Math.abs(numbers[1] - numbers[0]), most = Math.max(...numbers.map(Math.abs));
+  const count = step > 0 ? Math.max(3, Math.ceil(Math.log10(most / step) - 1e-9) + 1) : 3;
+  return numbers.map((value) => digits(Math.abs(value) < step / 2 ? 0 : value, count));
 }

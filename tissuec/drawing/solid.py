@@ -1,0 +1,46 @@
+"""The outside of solid bodies: what is seen of a net whose springs fill a volume."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.drawing.view import View
+from tissuec.network import Floats, Indices, Network
+
+Mask = NDArray[np.bool_]
+_ASIDE = 1e-9  # cosine to the viewer below which a triangle is seen from its edge
+
+
+def solid_nodes(network: Network) -> Mask:
+    """Return which nodes belong to bodies with nodes inside a closed skin, shape (node,)."""
+    solid = np.zeros(network.node_count, dtype=bool)
+    for body in network.bodies:
+        own = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
+        skin = network.skin[own.all(axis=1)]
+        count = body.nodes.stop - body.nodes.start
+        solid[body.nodes] = 0 < len(np.unique(skin)) < count and _is_closed(skin)
+    return solid
+
+
+def _is_closed(triangles: Indices) -> bool:
+    """Return whether each edge belongs to two triangles."""
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
+def seen_springs(
+    ends: Indices, solid: Mask, position: Floats, triangles: Indices, view: View
+) -> Mask:
+    """Return which springs are drawn: of solid bodies those on the side that is looked at.
+
+    Args:
+        ends: Nodes of each spring, shape (spring, 2).
+        solid: Which nodes belong to solid bodies, shape (node,).
+        position: [m], shape (node, 3).
+        triangles: The skin, its normals outwards, shape (triangle, 3).
+    """
+    corners = position[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    in_front = np.zeros(len(position), dtype=bool)
+    facing = normal @ view.towards > _ASIDE * np.linalg.norm(normal, axis=1)
+    in_front[triangles[facing]] = True
+    return (~solid | in_front)[ends].all(axis=1)
