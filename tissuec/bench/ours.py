@@ -1,12 +1,13 @@
 """The engine as a solver: the run of a plan with frames in memory only."""
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Trial
 from tissuec.engine.method import Tier
+from tissuec.engine.tiers import forced_tier
 from tissuec.running.run import run
 
 AUTOMATIC = "automatic"
@@ -23,7 +24,7 @@ class EngineSolver:
 
     problem: Problem
     method: str
-    tier: Tier | None = "compiled"
+    tier: Tier | None = field(default_factory=lambda: forced_tier() or "compiled")
     ours: bool = True
 
     @property

@@ -100,8 +100,7 @@ Drive = Callable[[Progress, Task, Work, Any, Buffer], tuple[int, Progress]]
 def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) -> Drive:
     """Return the loop over steps of an integrator for a tier."""
     if tier == "compiled":
-        # Hardly slower, and a second variant is not compiled when something begins to move.
-        features = replace(features, moved=True, loaded=True)
+        features = _shared(features)
     replaced = _replaced(integrator, features)
     if tier == "interpreted":
         return cast(Drive, Binder(replaced).bind(loop.drive))
@@ -109,6 +108,17 @@ def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) ->
     replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
     replaced |= {name: getattr(solving, name) for name in SOLVING}
     return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING, *PARTS)).bind(loop.drive))
+
+
+def _shared(features: Features) -> Features:
+    """Return features with some that a scene may lack, and that hardly cost any time.
+
+    Fewer variants are compiled, and none when something begins to move.
+    """
+    features = replace(features, moved=True, loaded=True, crushed=features.watched)
+    if features.touched or features.rinsed:  # what springs do takes no time beside these
+        features = replace(features, viscous=True, watched=True, crushed=True)
+    return features
 
 
 @cache
