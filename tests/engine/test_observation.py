@@ -16,7 +16,7 @@ def never(time, position, velocity):
 
 def moved(method, *, tier="interpreted", lossless=False, **observed):
     """Return a run of a short chain that is pulled, driven between held ends, and pushed."""
-    options = {"step": 1e-3} if not INTEGRATORS[method].promises else {"tolerance": 1e-6}
+    options = {"step": 1e-3} if not INTEGRATORS[method].promises else {"tolerance": 1e-4}
     watch = observed.pop("watch", None)
     net = chain(4, stiffness=80.0, damping=0.0 if lossless else 0.05, mass=0.02)
     bench = Bench(net, 0.2, method=method, tier=tier, fixed=[0], **options, **observed)
@@ -48,7 +48,9 @@ def test_positions_are_the_same_whatever_is_observed(method, observed):
     assert plain.engine.statistics.rejected == other.engine.statistics.rejected
 
 
-@pytest.mark.parametrize("method", ["dop853", "velocity verlet", "esdirk43"])
+@pytest.mark.parametrize(
+    "method", ["dop853", "velocity verlet", pytest.param("esdirk43", marks=pytest.mark.slow)]
+)
 def test_compiled_positions_are_the_same_with_and_without_energies(method):
     plain, other = (
         moved(method, tier="compiled", times=[0.0, 0.1, 0.2], ledger=ledger)
@@ -77,8 +79,8 @@ def test_an_undamped_long_motion_keeps_its_symmetric_method_with_energies():
     """Errors that grow in proportion to time: more for the energy than for positions."""
     bench = Bench(pair(stretch=0.3), 2000.0, method="automatic", tolerance=1e-5, ledger=True)
     bench.situation.velocity[1] = 0.0, 0.4, 0.0
-    ran = bench.run()
-    assert ran.engine.choice.name == "srkn11"
+    bench.advance(20.0)
+    assert bench.engine.choice.name == "srkn11"
 
 
 def test_work_on_a_path_that_no_free_node_feels_is_known_without_smaller_steps():
