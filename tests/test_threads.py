@@ -288,15 +288,16 @@ def test_a_knot_holds_below_its_limit_and_slips_above_it_at_that_force():
 def test_a_knot_slips_at_the_located_time():
     # Slowly, both strands are chains of two equal springs: T = c (D / 2 - a).
     script = """at 0 s: tie sling with square knot of 2 N
-      from 0 s to 0.5 s: move right by (9.5, 0, 0) mm using smooth profile
+      from 0 s to 0.5 s: move right by (12, 0, 0) mm using smooth profile
       at 0 s: settle middle
-      from 1 s to 21 s: move right by (6, 0, 0) mm using constant speed"""
-    _, _, outcome = ran(knot(script=script, duration="11 s").replace("1e-6", "1e-5"))
+      from 0.7 s to 20.7 s: move right by (6, 0, 0) mm using constant speed"""
+    text = knot(script=script, duration="1.8 s").replace("1e-6", "1e-5")
+    _, _, outcome = ran(text, tier="interpreted")
     (time,) = [t for t, h in outcome.happenings if h.kind == "slip"]
     piece = 10e-3 * np.sqrt(2.0)
     apart = 2.0 * (piece + 2.0 / 1000.0)
-    expected = (apart - 29.5e-3) / 6e-3 * 20.0 + 1.0
-    assert time == pytest.approx(expected, rel=1e-3)  # drag lets the middle lag behind
+    expected = (apart - 32e-3) / 6e-3 * 20.0 + 0.7
+    assert time == pytest.approx(expected, abs=0.01)  # drag lets the middle lag behind
 
 
 def test_slipping_knots_agree_with_scipy():
