@@ -3,11 +3,11 @@
 import json
 import os
 import re
-import subprocess
 import sys
 
 import pytest
 
+from tests.test_cli import tissuec
 from tissuec.core.errors import CompileError, Diagnostic, TissueError
 from tissuec.core.printable import printable
 from tissuec.core.rendering import render
@@ -34,9 +34,8 @@ ODD = re.compile("[\x00-\x08\x0b-\x0c\x0e-\x1f\x7f-\x9f\u202e\ud800-\udfff]")
 
 def said(folder, *words):
     """Return the exit code of a command and all that it has printed."""
-    command = [sys.executable, "-m", "tissuec", *words]
-    run = subprocess.run(command, cwd=folder, capture_output=True)
-    return run.returncode, (run.stdout + run.stderr).decode("utf-8")  # strictly
+    run = tissuec(*words, cwd=folder)  # by streams that take strict UTF-8 only
+    return run.returncode, run.stdout + run.stderr
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="others restrict names of files")

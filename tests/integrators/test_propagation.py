@@ -107,7 +107,7 @@ def test_even_an_overdamped_net_stalls_while_dashpots_take_over():
 
 def test_both_tiers_give_the_same_motion():
     runs = [
-        lifted_tube(0.2, method="propagation", step=1e-3, tier=tier, ledger=True).run()
+        lifted_tube(0.05, method="propagation", step=1e-3, tier=tier, ledger=True).run()
         for tier in TIERS
     ]
     one, other = (run.engine.statistics for run in runs)

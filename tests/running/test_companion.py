@@ -70,14 +70,14 @@ def test_a_chaotic_motion_is_recognised_and_from_when_on():
 def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
     """A run that was stepped more coarsely than promised is inaccurate, not chaotic."""
     network = oscillator()
-    plan = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-6)
-    coarse = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-3)
+    plan = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-4)
+    coarse = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-1)
     beside = Companion(network, plan, "inline")
     run(network, coarse, Recorder(network, coarse, MemoryRecording(), tap=beside.take))
     estimate = beside.estimate()
     assert estimate.state == "broken"
     assert estimate.promise.startswith("broken from 0.")
-    assert "write tolerance = 2.5e-07" in estimate.reason
+    assert "write tolerance = 2.5e-05" in estimate.reason
 
 
 @pytest.mark.parametrize(("error", "state"), [(0.9, "kept"), (1.2, "broken")])

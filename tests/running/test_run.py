@@ -378,7 +378,7 @@ def eventful(duration=2.0, **options):
     [
         {},
         {"integrator": "velocity verlet", "tolerance": None, "step": 1e-3},
-        {"integrator": "propagation", "tolerance": None, "step": 1e-3},
+        {"integrator": "propagation", "tolerance": None, "step": 5e-3},
     ],
 )
 @pytest.mark.parametrize("count", [1, 3, 6])
