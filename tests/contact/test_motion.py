@@ -62,6 +62,50 @@ def test_a_mass_returns_to_its_height_and_touches_as_long_as_the_law_says(layer)
     assert touching == pytest.approx(touching_time(10e3, layer), abs=40e-6)
 
 
+def bounced(times, *, stiffness=10e3, layer=0.02e-3, mass=1e-3):
+    """Return heights [m] of the mass by SciPy, from bend to bend of the law."""
+    laws = (  # above the floor, in the layer, and below it
+        lambda z: 0.0,
+        lambda z: stiffness * z * z / (2.0 * layer),
+        lambda z: stiffness * (-z - 0.5 * layer),
+    )
+    heights, start, state, where = np.empty_like(times), 0.0, [HEIGHT, 0.0], 0
+    while start < times[-1]:
+        ends, ways = [], []
+        for way, height in ((-1, -layer * where), (1, -layer * (where - 1))):
+            if 0 <= where - way <= 2:
+
+                def end(t, y, height=height):
+                    return y[0] - height
+
+                end.terminal, end.direction = True, way
+                ends.append(end)
+                ways.append(way)
+        found = solve_ivp(
+            lambda t, y, push=laws[where]: (y[1], push(y[0]) / mass - GRAVITY),
+            (start, times[-1]), state, method="DOP853", rtol=1e-13, atol=1e-18,
+            dense_output=True, events=ends,
+        )  # fmt: skip
+        inside = (times >= start) & (times <= found.t[-1])
+        if inside.any():
+            heights[inside] = found.sol(times[inside])[0]
+        start, state = found.t[-1], found.y[:, -1]
+        where -= sum(w for w, hit in zip(ways, found.t_events, strict=True) if len(hit))
+    return heights
+
+
+@pytest.mark.parametrize("tolerance", ["1e-3", "1e-6", "1e-9"])
+def test_a_bouncing_mass_keeps_every_tolerance(tolerance):
+    text = dropped().replace("tolerance = 1e-6", f"tolerance = {tolerance}")
+    played = play(
+        text.replace("every 0.1 ms", "every 5 ms").replace("every 20 us", "every 5 ms")
+    )
+    height = played.position[:, 0, 2]
+    off = np.abs(height - bounced(played.time))
+    reach = np.maximum.accumulate(np.abs(height - HEIGHT))
+    assert (off[1:] < float(tolerance) * reach[1:]).all()
+
+
 def test_impulse_of_the_floor_is_the_change_of_momentum():
     played = play(dropped())
     moment, force = played.log("force of floor")

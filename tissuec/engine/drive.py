@@ -81,6 +81,8 @@ GAUSS_WEIGHTS = (
 )
 # Of what a step may be wrong by, for one corner: what hundreds of corners do adds up.
 CORNER_SHARE = 1e-3
+# The same of velocities, where contacts begin or end: their law bends there without a corner.
+BEND_SHARE = 0.1
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 MOST_PIECES = 64  # of a step that powers are looked at on
 
@@ -146,9 +148,9 @@ def drive(
             if task.fixed == 0:
                 # Implicit steps may brake what is too fast for them, and lose its energy.
                 strict = near or IMPLICIT
-                if TOUCHED:
+                if TOUCHED and net.touches.bends[1] < net.touches.bends[2]:
                     # What is thrown off flies on as wrongly as it was thrown.
-                    strict |= net.touches.bends[1] < net.touches.bends[2]
+                    strict, off_speed = True, off_speed / BEND_SHARE
                 growth = reach - displacement
                 ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
                 if not ratio <= 1.0:
