@@ -263,15 +263,12 @@ def test_several_logs_share_a_table_with_gaps_where_one_has_no_row(pulled):
     pytest.importorskip("pandas")
     table = pulled.to_pandas("energies", "position of bob")
     log, energies = pulled.logs["position of bob"], pulled.energies
-    position = table["position of bob"].dropna()
-    assert np.array_equal(position.index, log.time)
-    assert np.array_equal(position, log.value)
+    assert np.array_equal(table.index, log.time)
+    assert np.array_equal(table["position of bob"], log.value)
     kinetic = table["energies"]["kinetic"]
     assert np.array_equal(kinetic.dropna(), energies.value[:, 0])
     assert np.array_equal(kinetic.dropna().index, energies.time)
-    # Those of the cut, which changes energies and no position, stand beside the 201 of the log.
-    assert len(energies.time) == 5 + (energies.time == 0.15).sum() - 1
-    assert kinetic.isna().sum() == len(table) - len(energies.time)
+    assert kinetic.isna().sum() == 201 - 5
     assert table.attrs["units"] == {"energies": "J", "position of bob": "m"}
 
 

@@ -68,11 +68,6 @@ class Ran:
         return self.energies[:, 4]
 
 
-def rows_at(time, moments, rows):
-    """Return the rows of a log at the times of frames, after the events there."""
-    return rows[np.searchsorted(moments, time, side="right") - 1]
-
-
 def ran(text, *, balance=1e-8, **more):
     """Return the run of a rod, whose energy balance may be open by that part."""
     compiled = compiled_scene(text)
@@ -85,9 +80,9 @@ def ran(text, *, balance=1e-8, **more):
     found = Ran(
         time,
         extension,
-        rows_at(time, *recording.log_arrays("tension of rod"))[:, 0],
-        rows_at(time, *recording.log_arrays("plastic elongation of rod"))[:, 0],
-        rows_at(time, *recording.energy_arrays()),
+        recording.log_arrays("tension of rod")[1][:, 0],
+        recording.log_arrays("plastic elongation of rod")[1][:, 0],
+        recording.energy_arrays()[1],
         outcome,
     )
     size = np.abs(found.energies).max()

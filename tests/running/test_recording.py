@@ -6,11 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.hand_net import chain, event_action, start
-from tests.hand_plan import carry_out, event, log, make_plan, subject
+from tests.hand_plan import log, make_plan, subject
 from tissuec.engine.method import Samples
 from tissuec.measures.moment import Ledger
-from tissuec.plan import RELAXATION, Event
-from tissuec.running import recording as recording_module
+from tissuec.plan import Event
 from tissuec.running.agenda import Timetable
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder, wishes
@@ -123,71 +122,3 @@ def test_the_balance_is_judged_by_the_largest_energy_of_all_batches_so_far():
     # All of the energy, 1, 100 and 1 J, is unaccounted for.
     drifts = recording.log_arrays("energy drift of ")[1]
     assert drifts[:, 0].tolist() == [1.0, 1.0, 0.01]
-
-
-def cut_at(time, **given):
-    """Carry out a run of 1 kg on a spring of 9 N/m, stretched by 0.2 m, that is cut at a time.
-
-    The force on the support is -1.8 N cos(3 t), and nothing afterwards.
-    """
-    network = chain(2, stiffness=9.0, rest=0.8)
-    groups = {"left": [0], "net": [0]}
-    events = [event(0.0, "fix left", groups), event(time, "cut net", groups)]
-    _, recording = carry_out(network, make_plan(network, 1.0, events, every=0.25, **given))
-    return recording
-
-
-def watched(every=0.1):
-    return {
-        "energy": every,
-        "logs": [
-            log("force", subject("left", [0]), every=every),
-            log("position", subject("right", [1]), every=every),
-        ],
-    }
-
-
-@pytest.mark.parametrize("time", [0.37, 0.4, 1.0])
-def test_a_change_in_no_time_is_a_jump_at_its_time(time):
-    recording = cut_at(time, **watched())
-    moments, force = recording.log_arrays("force of left")
-    grid = np.linspace(0.0, 1.0, 11)
-    first = np.searchsorted(grid, time - 1e-9)
-    assert moments == pytest.approx([*grid[:first], time, time, *grid[grid > time + 1e-9]])
-    # The tolerance of a run promises positions to 1e-9 of displacements below 1 m.
-    expected = -1.8 * np.cos(3.0 * moments[: first + 1])
-    assert force[: first + 1, 0] == pytest.approx(expected, abs=9e-9)
-    assert (force[first + 1 :] == 0.0).all()
-
-
-def test_energies_have_both_sides_of_an_event_and_balance_on_each():
-    time, rows = cut_at(0.37, **watched()).energy_arrays()
-    first, second = rows[time == 0.37]
-    kinetic, elastic, _, work, dissipated, switched = (second - first).tolist()
-    assert (kinetic, work, dissipated) == (0.0, 0.0, 0.0)
-    assert elastic == switched == -first[1]
-
-
-def test_what_an_event_leaves_as_it_is_has_one_row_at_each_time():
-    time, _ = cut_at(0.37, **watched()).log_arrays("position of right")
-    assert time == pytest.approx(np.linspace(0.0, 1.0, 11))
-
-
-def test_rows_beside_events_are_not_written_of_wide_logs(monkeypatch):
-    monkeypatch.setattr(recording_module, "WIDEST", 2)
-    time, _ = cut_at(0.37, **watched()).log_arrays("force of left")
-    assert time == pytest.approx(np.linspace(0.0, 1.0, 11))
-
-
-def test_of_a_net_without_inertia_the_row_before_an_event_is_written():
-    """What comes after it is the net relaxed again, which is the next sample."""
-    given = watched() | {"integrator": RELAXATION, "step": 0.05}
-    time, force = cut_at(0.37, **given).log_arrays("force of left")
-    assert (time == 0.37).sum() == 1
-    assert np.interp(0.36, time, force[:, 0]) == pytest.approx(force[0, 0], abs=1e-9)
-
-
-def test_rows_beside_events_leave_the_motion_as_it_is():
-    plain, kept = (cut_at(0.37, **given).frame_arrays() for given in ({}, watched()))
-    for one, other in zip(plain, kept, strict=True):
-        assert np.array_equal(one, other)

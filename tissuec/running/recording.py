@@ -2,13 +2,11 @@
 
 The times of everything that somebody asked for are joined into one ascending list; the engine
 delivers samples at these times in batches, each of which lies between two events. What nobody
-asked for at a time is not computed. Where an event changes what a log says, the log has a row
-before it and one after it, of the same time: a change in no time is no slope.
+asked for at a time is not computed.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,16 +15,13 @@ from numpy.typing import NDArray
 from tissuec.core.units import si_unit
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
-from tissuec.plan import RELAXATION, Plan, times_every
+from tissuec.plan import Plan, times_every
 from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.running.sampling import SAME, join_times, rows_at
 from tissuec.running.verdicts import Judge, Memory
 from tissuec.situation import Situation
 from tissuec.surfaces import entries_of
 from tissuec.verbs import Happening
-
-WIDEST = 256
-"""Numbers of a row of a log that is written on both sides of events; wider ones are not."""
 
 
 class Samples(Protocol):
@@ -90,9 +85,8 @@ class Recorder:
         self._situation: Situation | None = None
         self._alive: NDArray[np.bool_] | None = None
         self._holders: dict[str, Indices] | None = None
-        self._left: Moment | None = None
         duration = plan.simulation.duration
-        self._near = near = SAME * duration
+        near = SAME * duration
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
         self.times = sample_times(plan)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
@@ -114,17 +108,14 @@ class Recorder:
         if not _are_same(self._holders, situation.holders):
             self._holders = dict(situation.holders)
             self.writer.holds(situation.time, self._holders)
-        if self._left is not None:
-            self._write_change(self._left, self._situation)
-            self._left = None
 
     def leave(self, moment: Moment) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
-        moment = self._scaled(moment)
+        ledger = moment.ledger
+        if ledger is not None:
+            scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
+            moment = moment.with_ledger(replace(ledger, scale=scale))
         self._judge.leave(moment, self.memory)
-        output = self.plan.output
-        if output.logs or np.isfinite(output.energy):
-            self._left = _kept(moment)
 
     def happened(self, time: float, happening: Happening) -> None:
         """Enter something into the event log."""
@@ -176,54 +167,6 @@ class Recorder:
         self.memory.scale = float(scale[-1])
         return moment.with_ledger(replace(ledger, scale=scale[1:]))
 
-    def _scaled(self, moment: Moment) -> Moment:
-        """Return a single moment with the scale by which its energy balance is judged."""
-        ledger = moment.ledger
-        if ledger is None:
-            return moment
-        scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
-        return moment.with_ledger(replace(ledger, scale=scale))
-
-    def _write_change(self, before: Moment, situation: Situation) -> None:
-        """Write what events changed: a row before them and one after, of the same time.
-
-        The row after them is left to the next sample where that is due at this time. A net
-        without inertia is relaxed only then, so what it changes to is not known yet.
-        """
-        is_settled = self.plan.simulation.integrator != RELAXATION
-        state = situation.time, situation.position, situation.velocity
-        after = Moment(situation, *state, self._ruptured, None, self.memory.pinned)
-        if (ledger := before.ledger) is not None:
-            sums = {"work": ledger.work, "dissipated": ledger.dissipated}
-            after = self._scaled(after.with_ledger(replace(self._ledger, **sums)))
-
-        def write(
-            rate: float, row: Callable[[Moment], Floats], to: Callable[..., None]
-        ) -> None:
-            rows = [row(before)]
-            if len(rows[0]) > WIDEST:
-                return
-            if is_settled:
-                rows.append(row(after))
-                if np.array_equal(*rows, equal_nan=True):
-                    return
-                if self._is_due(rate, situation.time):
-                    rows.pop()
-            to(np.full(len(rows), situation.time), np.stack(rows))
-
-        output = self.plan.output
-        for log in output.logs:
-            sample = partial(log.measure.sample, log.subjects)
-            write(log.every, sample, partial(self.writer.log, log.name))
-        if np.isfinite(output.energy):
-            write(output.energy, _energies, self.writer.energies)
-
-    def _is_due(self, rate: float, time: float) -> bool:
-        """Return whether the next sample is at this time and one of those at some rate."""
-        row = self.memory.next
-        is_next = row < len(self.times) and abs(self.times[row] - time) <= 2.0 * self._near
-        return bool(is_next and self._due[rate][row])
-
     def _write_frames(self, part: Callable[[float], Moment | None]) -> None:
         output = self.plan.output
         if len(output.frames) and (moment := part(output.every)) is not None:
@@ -247,8 +190,13 @@ class Recorder:
                 self.writer.log(log.name, np.asarray(moment.time), rows)
 
     def _write_energies(self, part: Callable[[float], Moment | None]) -> None:
-        if (moment := part(self.plan.output.energy)) is not None:
-            self.writer.energies(np.asarray(moment.time), _energies(moment))
+        if (moment := part(self.plan.output.energy)) is None:
+            return
+        ledger = moment.ledger
+        assert ledger is not None, "an energy table needs the ledger"
+        switched = np.full(np.shape(moment.time), ledger.switched)
+        columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
+        self.writer.energies(np.asarray(moment.time), np.stack(columns, axis=-1))
 
 
 def wishes(network: Network, plan: Plan) -> Recording:
@@ -301,22 +249,6 @@ def sample_times(plan: Plan) -> Floats:
     frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
     anchors = np.concatenate([frames, [event.time for event in plan.events]])
     return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
-
-
-def _energies(moment: Moment) -> Floats:
-    """Return a row of the energy table for each time of a moment [J], shape (…, 6)."""
-    ledger = moment.ledger
-    assert ledger is not None, "an energy table needs the ledger"
-    switched = np.full(np.shape(moment.time), ledger.switched)
-    columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
-    return np.stack(columns, axis=-1)
-
-
-def _kept(moment: Moment) -> Moment:
-    """Return a single moment that later events do not change."""
-    situation = _frozen(moment.situation)
-    state = {"position": situation.position, "velocity": situation.velocity}
-    return replace(moment, situation=situation, ruptured=moment.ruptured.copy(), **state)
 
 
 def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) -> bool:
