@@ -8,7 +8,8 @@ Every fenced block of a page is taken in order, in a folder of the page's own:
 - ``wrong NAME`` is a file with mistakes, ``csv NAME`` a table.
 - ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
   line, and for any lines where it stands alone. ``VARYING`` parts need to agree about or not at
-  all, such as what the clock, or the last digits of the processor, decide.
+  all, such as what the clock, or the last digits of the processor, decide. ``console long``
+  is only run with ``-m slow``.
 - ``python`` is run, one namespace for all of a page; ``python FILE`` as that module of the
   package. ``output`` is what the last one printed. Where a library is missing that a block
   needs, the rest of the page is skipped.
@@ -62,6 +63,7 @@ VARYING = {
     r"/\w+\.tis:\d+": None,  # lines of the library move
     r"(?<=  )[\d.]+ m?s(?:, node \d+ of \w+)?$": None,  # where an error is largest
 }
+LONG = "long"
 PART = re.compile("|".join(VARYING), re.MULTILINE)
 ROUNDING = 1e-10  # what is less differs between processors
 
@@ -245,16 +247,36 @@ def families_stay():
         family._members.update(members)
 
 
-@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
-def test_a_page_is_true(page, tmp_path, monkeypatch, families_stay):
+@pytest.fixture
+def read(tmp_path, monkeypatch, families_stay):
+    """Return a function that does what a page says, with its long commands or without."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setattr("tissuec.running.companion.LATER", 1e9)  # what is shown is the same
-    reader = Reader()
-    for block in blocks(page):
-        take = getattr(reader, block.kind, None)
-        if take is not None:
-            take(block)
+
+    def read(page, *, whole):
+        reader = Reader()
+        for block in blocks(page):
+            take = getattr(reader, block.kind, None)
+            if take is not None and (whole or block.name != LONG):
+                take(block)
+
+    return read
+
+
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
+def test_a_page_is_true(page, read):
+    read(page, whole=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "page",
+    [page for page in RUN if any(block.name == LONG for block in blocks(page))],
+    ids=lambda page: page.stem,
+)
+def test_a_page_is_true_with_its_long_commands(page, read):
+    read(page, whole=True)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -82,10 +82,11 @@ def test_an_example_passes_the_tests_of_its_family(family, extended):
 @pytest.mark.parametrize(
     "files",
     [
-        ("tests/integrators", "tests/engine/test_conservation.py"),
+        ("tests/engine/test_conservation.py",),
+        pytest.param(("tests/integrators",), marks=pytest.mark.slow),
         pytest.param(("tests/engine",), marks=pytest.mark.slow),
     ],
-    ids=["integrators", "engine"],
+    ids=["conservation", "integrators", "engine"],
 )
 def test_the_example_of_an_integrator_passes_the_tests_of_all_integrators(files, extended):
     run_tests(extended, f"bogacki and {INTERPRETED}", *files)
