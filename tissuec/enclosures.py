@@ -255,8 +255,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     Raises:
         ValueError: There is no surface, or it is open or encloses nothing.
     """
-    inside = (network.skin >= part.nodes.start) & (network.skin < part.nodes.stop)
-    triangles = network.skin[inside.all(axis=1)].astype(np.int64)
+    triangles = network.skin_of(part)
     loose = open_edges(triangles)
     if not len(triangles):
         raise ValueError(f"{part.name} has no surface")

@@ -281,6 +281,11 @@ class Network:
         """Return all that springs belong to, in the order of their numbers."""
         return (*self.bodies, *self.joints)
 
+    def skin_of(self, body: BodyPart) -> Indices:
+        """Return the triangles of the surface of a body, shape (triangle, 3)."""
+        inside = (self.skin >= body.nodes.start) & (self.skin < body.nodes.stop)
+        return self.skin[inside.all(axis=1)].astype(np.int64)
+
     def owner(self, spring: int) -> BodyPart | JointPart:
         """Return what a spring belongs to."""
         return next(part for part in self.parts if spring < part.springs.stop)

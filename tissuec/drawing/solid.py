@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from tissuec.drawing.view import View
 from tissuec.network import Floats, Indices, Network
+from tissuec.shapes.edges import Edges
 
 Mask = NDArray[np.bool_]
 _ASIDE = 1e-9  # cosine to the viewer below which a triangle is seen from its edge
@@ -14,17 +15,9 @@ def solid_nodes(network: Network) -> Mask:
     """Return which nodes belong to bodies with nodes inside a closed skin, shape (node,)."""
     solid = np.zeros(network.node_count, dtype=bool)
     for body in network.bodies:
-        own = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
-        skin = network.skin[own.all(axis=1)]
-        count = body.nodes.stop - body.nodes.start
-        solid[body.nodes] = 0 < len(np.unique(skin)) < count and _is_closed(skin)
+        skin, count = network.skin_of(body), body.nodes.stop - body.nodes.start
+        solid[body.nodes] = len(np.unique(skin)) < count and Edges.among(skin).is_closed
     return solid
-
-
-def _is_closed(triangles: Indices) -> bool:
-    """Return whether each edge belongs to two triangles."""
-    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
 
 
 def seen_springs(

@@ -64,11 +64,8 @@ def _frames(network: Network, recording: Recording, frames: int) -> Iterator[int
     nodes, lines, triangles = len(mesh.nodes), len(mesh.springs), len(mesh.triangles)
     if not frames or not nodes:
         return
-    word, batch, cells = (
-        4 if recording.single else 8,
-        frames_of_a_chunk(nodes),
-        lines + triangles,
-    )
+    word, cells = 4 if recording.single else 8, lines + triangles
+    batch = frames_of_a_chunk(nodes)
     for _ in ("position", "velocity", "force"):
         yield column(nodes * frames, 3 * word, min(nodes * batch, FRAME_ROWS))
     yield column(cells * frames, word, min(cells * batch, 3 * FRAME_ROWS) or 1)
@@ -89,6 +86,5 @@ def _log(rows: int, width: int) -> int:
 def _surface(network: Network, surface: SurfaceOutput, duration: float, word: int) -> int:
     """Return about what a smooth surface takes, of half as many points as triangles."""
     (body,) = (body for body in network.bodies if body.name == surface.body)
-    inside = (network.skin >= body.nodes.start) & (network.skin < body.nodes.stop)
-    triangles = int(inside.all(axis=1).sum()) * 4**surface.smoothing.subdivisions
+    triangles = len(network.skin_of(body)) * 4**surface.smoothing.subdivisions
     return triangles // 2 * 3 * word * moments(duration, surface.every) + triangles * 3 * 8

@@ -62,8 +62,7 @@ class BodySkin:
     def of(cls, network: Network, body: BodyPart) -> "BodySkin":
         """Return the skin of a body, which may be empty."""
         first, strands = body.nodes.start, Strands.of(network.ends)
-        inside = (network.skin >= first) & (network.skin < body.nodes.stop)
-        triangles = network.skin[inside.all(axis=1)].astype(np.int64)
+        triangles = network.skin_of(body)
         numbers = _numbers(body) + first
         edges, along, down = (
             Edges.of(strands, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1))
