@@ -5,6 +5,7 @@ nowhere, or momentum that no force gave it, or positions further off than ten to
 no companion run that tells.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,7 +18,7 @@ from tissuec.bench.stress.cells import FRAMES, TOLERANCE, Cell
 from tissuec.bench.stress.known import Known, find_known
 from tissuec.bench.stress.looking import Look, look
 from tissuec.bench.trial import Deadline, Failed, OutOfTime
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.engine.choice import measured_facts
 from tissuec.integrators import INTEGRATORS
@@ -100,14 +101,24 @@ class Court:
         rate = max(facts["omega"], facts["damping"])
         return replace(cell, step=min(frame, SUITED / rate) if rate else frame)
 
-    def _try(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
+    def _look(self, cell: Cell, method: str) -> tuple[Problem, Look, Sequence[Diagnostic]]:
+        """Return what is to be judged, a run that keeps energies, and warnings of its text.
+
+        Positions are judged in another run.
+
+        Raises:
+            Failed: The run did not come to its end.
+        """
         compiled, warnings = compile_request(Request(Source("scene.tis", cell.text(method))))
         problem = Problem.of(compiled)
-        # Energies are kept in this run; positions are judged in another one.
         plan = replace(problem.plan, simulation=compiled.plan.simulation)
         seen, why = look(problem, plan, Deadline(self.budget))
         if seen is None:
-            return "refused", why, None
+            raise Failed(why)
+        return problem, seen, warnings
+
+    def _try(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
+        problem, seen, warnings = self._look(cell, method)
         if method not in (AUTOMATIC, seen.method):
             return "none", f"{seen.method} took over", None
         wrong, told = self._energies(cell, seen), ""
@@ -124,12 +135,7 @@ class Court:
         """Measure how far a net rests from where Newton's method balances its forces."""
         if not cell.rests:
             return "none", "what is driven does not rest", None
-        compiled, _ = compile_request(Request(Source("scene.tis", cell.text(method))))
-        problem = Problem.of(compiled)
-        plan = replace(problem.plan, simulation=compiled.plan.simulation)
-        seen, why = look(problem, plan, Deadline(self.budget))
-        if seen is None:
-            return "refused", why, None
+        problem, seen, _ = self._look(cell, method)
         situation = situation_at_start(problem)
         settle(situation, np.ones(problem.network.node_count, dtype=bool))
         rest = np.broadcast_to(situation.position, seen.position.shape)
