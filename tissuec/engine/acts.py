@@ -136,13 +136,6 @@ def pack_touches(contact: "Contact | None", home: Floats, listed: Floats) -> Tou
     )
 
 
-def _shares(parts: int) -> Floats:
-    """Return ``jets.shares``."""
-    from tissuec.jets import shares  # where there is a jet
-
-    return shares(parts)
-
-
 def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
     """Return jets as tables, without triangles that are torn.
 
@@ -150,6 +143,8 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
         place: Where the engine keeps each node, shape (node,).
         first_act: Number of the first of ``flows`` among the acts.
     """
+    from tissuec.jets import shares  # where there is a jet
+
     jets = list(situation.jets.values())
     skins = [jet.skin for jet in jets]
     none = np.zeros(0, dtype=np.int64)
@@ -176,7 +171,7 @@ def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
         side=every("side").astype(np.int64),
         struck=every("struck").astype(np.int64),
         blur=every("blur").astype(float),
-        shares=np.concatenate([np.zeros((0, 3)), *(_shares(int(n)) for n in sizes)]),
+        shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
         shares_start=starts,
         shares_end=starts + count,
         frame=np.zeros(12),

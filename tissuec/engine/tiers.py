@@ -115,10 +115,11 @@ def _shared(features: Features) -> Features:
 
     Fewer variants are compiled, and none when something begins to move.
     """
-    features = replace(features, moved=True, loaded=True, crushed=features.watched)
-    if features.touched or features.rinsed:  # what springs do takes no time beside these
-        features = replace(features, viscous=True, watched=True, crushed=True)
-    return features
+    slow = features.touched or features.rinsed  # what springs do takes no time beside these
+    viscous, watched = features.viscous or slow, features.watched or slow
+    return replace(
+        features, viscous=viscous, watched=watched, crushed=watched, moved=True, loaded=True
+    )
 
 
 @cache
