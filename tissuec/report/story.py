@@ -119,7 +119,7 @@ class Story:
         if failed:
             return Verdict("bad", "expectations fail", self._reasons)
         if self.validation is not None and self.validation["verdict"] in _BAD:
-            heading = HEADINGS[self.validation["verdict"]].split(": ")[-1]
+            heading = HEADINGS[self.validation["verdict"]]
             return Verdict("bad", f"validated: {heading}", self._reasons)
         if self.kind == "unfinished":
             return Verdict("open", "unfinished", self._reasons)
@@ -136,7 +136,7 @@ class Story:
         if failed := self.count("fails"):
             found.append((f"{counted(failed, 'expectation')} failed", "expectations"))
         if self.validation is not None and self.validation["verdict"] not in _FINE:
-            verdict = HEADINGS[self.validation["verdict"]].split(": ")[-1]
+            verdict = HEADINGS[self.validation["verdict"]]
             found.append((f"validation: {verdict}", "validation"))
         if self.promise.since is not None:
             found.append((f"promised accuracy: {self.promise}", "exactness"))

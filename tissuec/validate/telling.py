@@ -10,12 +10,19 @@ from typing import Any
 from tissuec.core.units import TIME, show
 from tissuec.validate.compare import dimension_of
 
+#: What each verdict says, and the word that a reader looks for before it.
 HEADINGS = {
-    "kept": "PASS: errors are within their limits",
-    "broken": "FAIL: errors exceed their limits",
-    "undecided": "UNDECIDED: errors cannot be judged for the whole run",
-    "nothing promised": "NOT JUDGED: fixed steps have no limits of errors",
+    "kept": "errors are within their limits",
+    "broken": "errors exceed their limits",
+    "undecided": "errors cannot be judged for the whole run",
+    "nothing promised": "fixed steps have no limits of errors",
     "diverged": "the run could not go on",
+}
+WORDS = {
+    "kept": "PASS: ",
+    "broken": "FAIL: ",
+    "undecided": "UNDECIDED: ",
+    "nothing promised": "NOT JUDGED: ",
 }
 COLUMNS = ("quantity", "error", "promised", "relative to", "worst at")
 REMARK = "(…): no limit is set; what a position error at the limit could cause"
@@ -102,7 +109,8 @@ def efforts(document: Document) -> list[str]:
 
 def verdict(document: Document) -> str:
     """Return the verdict, as a sentence without its stop."""
-    heading, tolerance = HEADINGS[document["verdict"]], document.get("tolerance")
+    name, tolerance = document["verdict"], document.get("tolerance")
+    heading = WORDS.get(name, "") + HEADINGS[name]
     if tolerance is None or document["verdict"] == "diverged":
         return heading
     text = f"{heading} (tolerance {tolerance:g})"
