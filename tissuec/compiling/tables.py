@@ -295,9 +295,10 @@ class _Reader:
             for word in _WORD.finditer(text)
         ]
         while words:
-            longest = (key_of(" ".join(w.text for w in words[:n])) for n in (3, 2, 1))
-            name = next((n for n in longest if n in self.known), words[0].text.lower())
-            count = 1 + name.count(" ")
+            keys = {n: key_of(" ".join(w.text for w in words[:n])) for n in (1, 2, 3)}
+            count = max((n for n, key in keys.items() if key in self.known), default=1)
+            count = min(count, len(words))
+            name = keys[count] if keys[count] in self.known else words[0].text.lower()
             where = words[0].to(words[count - 1])
             words = words[count:]
             if name not in self.known:
