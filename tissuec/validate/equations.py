@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 ROUNDING = 4.0 * np.finfo(float).eps
+_NONE: Floats = np.zeros(0)
 
 
 class Springs(NamedTuple):
@@ -43,6 +44,7 @@ class Springs(NamedTuple):
         length: [m], shape (spring,).
         closing: Rates of lengthening [m/s], shape (spring,).
         tension: [N], shape (spring,); zero where the length is.
+        brake: What dashpots pull with [N], shape (spring,).
         stretch: Lengths less rest lengths, as far as these have flowed [m], shape (spring,).
         pull: What springs and their branches pull with, dashpots aside [N], shape (spring,).
     """
@@ -51,6 +53,7 @@ class Springs(NamedTuple):
     length: Floats
     closing: Floats
     tension: Floats
+    brake: Floats
     stretch: Floats
     pull: Floats
 
@@ -136,9 +139,11 @@ class Equations:
         ]
         self.strength = situation.strength[self.springs]
         self.crush = situation.crush[self.springs]
-        self.incidence = incidence_matrix(network.ends[self.springs], self.count)
+        ends = network.ends[self.springs]
+        self._first, self._second = ends.T.astype(np.intp)
+        self.incidence = incidence_matrix(ends, self.count)
         self._backwards = self.incidence.T.tocsr()
-        self._reach = self.incidence @ network.position
+        self._reach = self.along(network.position)
         self.yielding = Yielding(situation.inelastic, self.springs)
 
     @property
@@ -200,19 +205,27 @@ class Equations:
             for reeling, place, lives in self.reelings
         )
 
+    def along(self, values: Floats) -> Floats:
+        """Return B times values of nodes, both of shape (…, 3)."""
+        return values.take(self._second, axis=0) - values.take(self._first, axis=0)
+
     def pull(self, time: float, moved: Floats, velocity: Floats) -> Springs:
         """Return what the living springs do."""
         behaviour = self.behaviour_at(time)
-        reach = self._reach + self.incidence @ moved
+        reach = self._reach + self.along(moved)
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
-        closing = np.einsum("sk,sk->s", direction, self.incidence @ velocity)
-        given = self.yielding.read(velocity)
-        stretch = length - behaviour.rest - self.yielding.flowed(given)
-        pull = behaviour.pull(stretch) + self.yielding.pull(stretch, given)
-        tension = np.where(length > 0.0, pull + behaviour.brake(closing), 0.0)
-        return Springs(direction, length, closing, tension, stretch, pull)
+        closing = np.einsum("sk,sk->s", direction, self.along(velocity))
+        stretch, brake = length - behaviour.rest, behaviour.brake(closing)
+        if self.yielding.count:
+            given = self.yielding.read(velocity)
+            stretch = stretch - self.yielding.flowed(given)
+            pull = behaviour.pull(stretch) + self.yielding.pull(stretch, given)
+        else:
+            pull = behaviour.pull(stretch)
+        tension = np.where(length > 0.0, pull + brake, 0.0)
+        return Springs(direction, length, closing, tension, brake, stretch, pull)
 
     def burdens(self, springs: Springs) -> Floats:
         """Return tensions and pressures over the forces that break, shape (spring,)."""
@@ -255,13 +268,13 @@ class Equations:
             acting += loads
             work += np.vdot(loads, own)
         work += self._drawing(time, springs.pull)
-        braking = self.behaviour_at(time).brake(springs.closing)
-        lost = braking @ springs.closing + self.drag * np.vdot(own, own)
+        lost = springs.brake @ springs.closing + self.drag * np.vdot(own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
-        given = self.yielding.read(velocity)
-        giving, wasted = self.yielding.rate(springs.stretch, springs.pull, given)
-        bending = self._bending(position, velocity)
+        bending, giving, wasted = self._bending(position, velocity), _NONE, 0.0
+        if self.yielding.count:
+            given = self.yielding.read(velocity)
+            giving, wasted = self.yielding.rate(springs.stretch, springs.pull, given)
         return np.concatenate(
             [own.ravel(), fall.ravel(), bending, giving, [work, lost + wasted]]
         )
@@ -269,7 +282,7 @@ class Equations:
     def _bending(self, position: Floats, velocity: Floats) -> Floats:
         """Return the rates of what bristles remember, shape (3 memory,)."""
         if self.contact is None or not len(self.memory):
-            return np.zeros(0)
+            return _NONE
         return self.contact.bristle_rates(position, velocity).ravel()
 
     def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
@@ -286,7 +299,7 @@ class Equations:
         steep = behaviour.slope(springs.stretch)
         stiffness = steep + self.yielding.sudden
         damping = behaviour.brake_slope(springs.closing)
-        sideways = (self.incidence @ velocity - springs.closing[:, None] * n) / safe[:, None]
+        sideways = (self.along(velocity) - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
             stiffness[:, None, None] * along
             + (damping[:, None] * n)[:, :, None] * sideways[:, None, :]
@@ -328,12 +341,14 @@ class Equations:
 
     # --- energies and scales ------------------------------------------------------------------
 
-    def energies(self, time: float, moved: Floats, velocity: Floats) -> Energies:
-        """Return the energies of a state."""
+    def energies(
+        self, time: float, moved: Floats, velocity: Floats, springs: Springs | None = None
+    ) -> Energies:
+        """Return the energies of a state, in which the springs do what is known or found."""
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
         own = velocity[self.free]
-        stretch = self.pull(time, moved, velocity).stretch
+        stretch = (springs or self.pull(time, moved, velocity)).stretch
         stored = self.behaviour_at(time).energy(stretch).sum()
         stored += self.yielding.energy(stretch, self.yielding.read(velocity)) + sum(pressed)
         place = (self.drawn + moved)[self.free]
@@ -343,9 +358,8 @@ class Equations:
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 
-    def scales(self, time: float, moved: Floats, velocity: Floats) -> Scales:
+    def scales(self, moved: Floats, velocity: Floats, energies: Energies) -> Scales:
         """Return how large a state of the bodies is."""
-        energies = self.energies(time, moved, velocity)
         moved, velocity = moved[: self.bodies], velocity[: self.bodies]
         return Scales(largest(moved), largest(velocity), energies.kinetic + energies.elastic)
 

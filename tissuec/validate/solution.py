@@ -90,7 +90,9 @@ class Track:
 
     def measure(self, equations: Equations, time: float, y: Floats) -> None:
         """Let a state count for the largest displacement, speed and energy so far."""
-        self.scales = self.scales.joined(equations.scales(time, *equations.spread(time, y)))
+        moved, velocity = equations.spread(time, y)
+        energies = equations.energies(time, moved, velocity)
+        self.scales = self.scales.joined(equations.scales(moved, velocity, energies))
 
     def enter(
         self,
@@ -102,13 +104,14 @@ class Track:
         """Fill the row that is due with the state at its time."""
         row = self.row
         moved, velocity = equations.spread(self.due, y)
-        self.measure(equations, self.due, y)
+        springs = equations.pull(self.due, moved, velocity)
+        energies = equations.energies(self.due, moved, velocity, springs)
+        self.scales = self.scales.joined(equations.scales(moved, velocity, energies))
         self.position[row] = equations.drawn + moved
         self.velocity[row] = velocity
-        springs = equations.pull(self.due, moved, velocity)
         self.force[row] = equations.inner_forces(self.due, moved, velocity, springs)
         self.sizes[row] = self.scales.displacement, self.scales.speed
-        self.energies[row] = *equations.energies(self.due, moved, velocity), *y[-2:], switched
+        self.energies[row] = *energies, *y[-2:], switched
         self.holders.append(holders)
         self.row += 1
 
