@@ -5,6 +5,7 @@ import pytest
 
 from tests.comparing.scenes import AMPLITUDE, OSCILLATOR
 from tissuec.comparing.curves import compare_logs
+from tissuec.results.logs import Jumps
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")  # idle sets
 
@@ -15,6 +16,11 @@ class Table:
     def __init__(self, time, value, columns=("value",), unit="N"):
         self.time, self.value = np.array(time, float), np.array(value, float)
         self.columns, self.unit = columns, unit
+        none = np.zeros((0, len(columns)))
+        self.jumps = Jumps(np.zeros(0), none, none)
+
+    def with_jumps(self):
+        return self.jumps.within(self.time, self.value)
 
 
 def test_straight_lines_at_other_times_are_compared_exactly():
@@ -24,6 +30,16 @@ def test_straight_lines_at_other_times_are_compared_exactly():
     assert (curve.time, curve.difference) == (1.0, pytest.approx(1.0))
     assert (curve.first, curve.last, curve.interpolated) == (0.15, 1.0, True)
     assert curve.scale == pytest.approx(3.0) and curve.relative == pytest.approx(1 / 3)
+
+
+def test_between_rows_a_jump_is_no_slope():
+    """A force of 1 N ends at 0.5 s; both logs have rows on either side, at other times."""
+    one, other = (Table(t, np.array(t)[:, None] < 0.5) for t in ([0, 0.4, 1], [0, 0.7, 1]))
+    (sloping,) = compare_logs("f", one, other)
+    for table in (one, other):
+        table.jumps = Jumps(np.array([0.5]), np.ones((1, 1)), np.zeros((1, 1)))
+    (jumping,) = compare_logs("f", one, other)
+    assert (sloping.is_same, jumping.is_same) == (False, True)
 
 
 def test_times_that_differ_by_rounding_are_the_same():

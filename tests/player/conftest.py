@@ -83,7 +83,8 @@ class Show:
     Attributes:
         frames: How many.
         cut: From this frame on, springs across the middle are gone.
-        logs: Names -> rows of one column, at the times of the frames.
+        logs: Names -> rows of one column, at the times of the frames; the cut changes them
+            at once, from the row before to the one after it.
         finished: Whether the run came to its end.
     """
 
@@ -146,6 +147,9 @@ class Show:
             for name, rows in self.logs.items():
                 rows = np.asarray(rows, dtype=float)
                 writer.log(name, self.step * np.arange(len(rows)), rows[:, None])
+                if self.cut is not None and len(rows) > self.cut:
+                    before, after = rows[self.cut - 1 : self.cut + 1, None]
+                    writer.log_jump(name, (self.cut - 0.5) * self.step, before, after)
             return writer.close("done" if self.finished else "interrupted", self.finished)
 
 

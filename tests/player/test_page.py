@@ -11,6 +11,7 @@ from tests.player.conftest import Show, grid, without_springs
 from tissuec.core import looks
 from tissuec.core.errors import TissueError
 from tissuec.core.printable import printable
+from tissuec.player.curves import read_curves
 from tissuec.player.options import Options
 from tissuec.player.page import SCRIPTS, WEB, as_script, fragment, render
 from tissuec.results.trajectory import Trajectory
@@ -94,6 +95,14 @@ def test_numbers_that_are_none_stay_none(shown, nodes):
     empty, holes, none = film["curves"]
     assert empty["empty"] and none["empty"] and not holes["empty"]
     assert (holes["low"], holes["high"]) == (1.0, 3.0)
+
+
+def test_a_log_is_a_vertical_step_where_an_event_changes_it(shown):
+    trajectory = shown(Show(grid(4, 4), cut=3, logs={"pull": [2.0, 2.0, 2.0, 0.0, 0.0]}))
+    (curve,) = read_curves(trajectory)
+    assert curve.value[:, 0].tolist() == [2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0]
+    (drawn,) = film_of(render(trajectory))["curves"]
+    assert drawn["time"] == pytest.approx([0.0, 0.02, 0.04, 0.05, 0.05, 0.06, 0.08])
 
 
 def test_it_says_how_it_was_made(sterilisation):

@@ -45,14 +45,31 @@ def test_a_force_has_its_components_and_its_magnitude(result, strip):
     assert axes.get_xlabel() == "time [s]"
     lines = lines_of(axes)
     assert set(lines) == {"magnitude", "x", "y", "z"}
+    times, values = log.with_jumps()
     for column, name in enumerate("xyz"):
         time, value = data(lines[name])
-        assert time == pytest.approx(log.time)
-        assert value == pytest.approx(1e3 * log.value[:, column])
-    assert data(lines["magnitude"])[1] == pytest.approx(1e3 * np.linalg.norm(log.value, axis=1))
+        assert time == pytest.approx(times)
+        assert value == pytest.approx(1e3 * values[:, column])
+    assert data(lines["magnitude"])[1] == pytest.approx(1e3 * np.linalg.norm(values, axis=1))
     assert len({str(lines[name]._dash_pattern) for name in "xyz"}) == 3  # without colours too
     assert marks_of(axes) == pytest.approx([0.06])
     assert [text.get_text() for text in axes.texts if text.get_gid() == "event"] == ["cut"]
+
+
+def test_what_a_cut_changes_is_a_vertical_step_at_its_time(result, strip):
+    """Springs that the blade severs pull until then, and not any more: no slope between."""
+    log = strip.logs["tension of some springs"]
+    (cut,) = (event.time for event in strip.events if event.kind == "cut")
+    assert (log.time == cut).sum() == 1  # as many rows as ever
+    (place,) = np.flatnonzero(log.jumps.time == cut)
+    before, after = log.jumps.before[place], log.jumps.after[place]
+    assert (after[before != after] == 0.0).all() and (before != after).any()
+    (axes,) = draw("logs", result, log="tension of some springs").axes
+    for name, reduced in (("largest", np.max), ("smallest", np.min)):
+        time, value = data(lines_of(axes)[name])
+        assert value[np.isclose(time, cut, rtol=1e-12)][:2] == pytest.approx(
+            [1e3 * reduced(before), 1e3 * reduced(after)]
+        )
 
 
 def test_without_names_every_log_has_a_panel(result, strip):
@@ -62,7 +79,7 @@ def test_without_names_every_log_has_a_panel(result, strip):
         "force of right end [mN]", "tension of some springs, 16 values [mN]",
         "length of strip [mm]",
     ]  # fmt: skip
-    tension = strip.logs["tension of some springs"].value
+    _, tension = strip.logs["tension of some springs"].with_jumps()
     lines = lines_of(axes[1])
     assert data(lines["largest"])[1] == pytest.approx(1e3 * tension.max(axis=1))
     assert data(lines["smallest"])[1] == pytest.approx(1e3 * tension.min(axis=1))
@@ -88,7 +105,8 @@ def test_several_runs_lie_over_one_another(result, later, strip):
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["strip", "later"]
     with Trajectory.open(later) as other:
-        values = [run.logs["force of right end"].value[:, 2] for run in (strip, other)]
+        logs = [run.logs["force of right end"].with_jumps()[1] for run in (strip, other)]
+        values = [log[:, 2] for log in logs]
     first, second = (
         line for line in figure.axes[3].get_lines()
         if line.get_gid() != "event" and len(line.get_xdata())
@@ -150,9 +168,11 @@ def test_unknown_logs_and_none_at_all_are_errors_that_help(result, tmp_path):
 def test_the_stack_reaches_what_was_put_in(result, strip):
     figure = draw("energies", result)
     stack, drift = figure.axes
-    value = dict(zip(strip.energies.columns, strip.energies.value.T, strict=True))
+    times, rows = strip.energies.with_jumps()
+    assert len(times) == len(strip.energies.time) + 2  # both sides of the cut
+    value = dict(zip(strip.energies.columns, rows.T, strict=True))
     time, supply = data(lines_of(stack)["put in"])
-    assert time == pytest.approx(strip.energies.time)
+    assert time == pytest.approx(times)
     gravity = value["gravity"] - value["gravity"].min()
     there = value["kinetic"] + value["elastic"] + gravity + value["dissipated"]
     put_in = there[0] + value["work"] + value["switched"]

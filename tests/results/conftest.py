@@ -124,6 +124,10 @@ class Example:
         time = self.time[frame]
         if frame == CUT:
             writer.event(time, "cut", self.along, "cut tube with shears", "scene.tis:8")
+            if self.recording.logs:
+                writer.log_jump(LOGS[0].name, time, *self.force[frame - 1 : frame + 1, 0])
+            if self.recording.energies:
+                writer.energy_jump(time, *self.tension[frame - 1 : frame + 1, :6])
         if frame == RUPTURE:
             writer.event(time, "rupture", [0], "tension above 2 N", "scene.tis:3")
 

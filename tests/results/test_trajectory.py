@@ -6,8 +6,11 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.results.conftest import CUT
 from tissuec.results import layout
+from tissuec.results.checksums import SUMS, sums_as_text, sums_of_text
 from tissuec.results.errors import ResultError
+from tissuec.results.info import summary
 from tissuec.results.trajectory import Trajectory
 
 
@@ -85,6 +88,46 @@ def test_frames_are_arrays_for_numpy(path, example):
         assert np.array_equal(np.mean(read.position, axis=0), example.position.mean(axis=0))
         assert len(read.position) == 40
         assert read.spring_force(-1)[0].tolist() == read.spring_force(39)[0].tolist()
+
+
+def test_a_log_has_both_sides_of_an_event_beside_its_rows(path, example):
+    with Trajectory.open(path) as read:
+        log, other = read.logs.values()
+        for one, rows in ((log, example.force[:, 0]), (read.energies, example.tension[:, :6])):
+            assert np.array_equal(one.time, example.time)
+            assert np.array_equal(one.value, rows)
+            assert one.jumps.time.tolist() == [example.time[CUT]]
+            assert np.array_equal(one.jumps.before, rows[CUT - 1 : CUT])
+            assert np.array_equal(one.jumps.after, rows[CUT : CUT + 1])
+            time, line = one.with_jumps()
+            assert time[CUT : CUT + 3].tolist() == [example.time[CUT]] * 3
+            assert np.array_equal(line, np.insert(rows, [CUT, CUT], rows[CUT - 1 : CUT + 1], 0))
+        assert not len(other.jumps.time)
+        assert other.jumps.before.shape == other.jumps.after.shape == (0, 2)
+        assert np.array_equal(other.with_jumps()[1], other.value, equal_nan=True)
+
+
+def without_jumps(path):
+    """Make a result one of a version that kept no jumps."""
+    with h5py.File(path, "r+") as file:
+        sums = sums_of_text(file[SUMS][()].decode())
+        for name in [name for name in sums if "/jumps/" in name]:
+            del file[name], sums[name]
+        for group in (*file["tissuec/logs"].values(), file["tissuec/energies"]):
+            del group["jumps"]
+        del file[SUMS]
+        file[SUMS] = np.bytes_(sums_as_text(sums))
+
+
+def test_a_result_without_jumps_is_read_as_it_was_written(path, example):
+    without_jumps(path)
+    with Trajectory.open(path) as read:
+        log = read.logs["force of forceps A"]
+        assert not len(log.jumps.time) and log.jumps.before.shape == (0, 3)
+        time, value = log.with_jumps()
+        assert np.array_equal(time, example.time)
+        assert np.array_equal(value, example.force[:, 0])
+        assert summary(read)["logs"]["force of forceps A"]["jumps"] == 0
 
 
 def test_unknown_logs_are_missing_keys(path):

@@ -232,6 +232,8 @@ def test_wrong_shapes_are_refused(tmp_path, example):
             writer.log("force of forceps A", [0, 1], np.zeros((2, 2)))
         with pytest.raises(ValueError, match='no log is called "force"'):
             writer.log("force", [0], np.zeros((1, 3)))
+        with pytest.raises(ValueError, match="two rows of 3 numbers"):
+            writer.log_jump("force of forceps A", 0.1, np.zeros(3), np.zeros(2))
         with pytest.raises(ValueError, match="alive has shape"):
             writer.topology(np.ones(3))
 

@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.hand_net import chain, event_action, start
-from tests.hand_plan import log, make_plan, subject
+from tests.hand_plan import carry_out, event, log, make_plan, subject
 from tissuec.engine.method import Samples
 from tissuec.measures.moment import Ledger
-from tissuec.plan import Event
+from tissuec.plan import RELAXATION, Event
+from tissuec.running import recording as recording_module
 from tissuec.running.agenda import Timetable
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder, wishes
@@ -122,3 +123,100 @@ def test_the_balance_is_judged_by_the_largest_energy_of_all_batches_so_far():
     # All of the energy, 1, 100 and 1 J, is unaccounted for.
     drifts = recording.log_arrays("energy drift of ")[1]
     assert drifts[:, 0].tolist() == [1.0, 1.0, 0.01]
+
+
+def cut_at(time, **given):
+    """Carry out a run of 1 kg on a spring of 9 N/m, stretched by 0.2 m, that is cut at a time.
+
+    The force on the support is -1.8 N cos(3 t), and nothing afterwards.
+    """
+    network = chain(2, stiffness=9.0, rest=0.8)
+    groups = {"left": [0], "net": [0]}
+    events = [event(0.0, "fix left", groups), event(time, "cut net", groups)]
+    _, recording = carry_out(network, make_plan(network, 1.0, events, every=0.25, **given))
+    return recording
+
+
+def watched(every=0.1):
+    return {
+        "energy": every,
+        "logs": [
+            log("force", subject("left", [0]), every=every),
+            log("position", subject("right", [1]), every=every),
+        ],
+    }
+
+
+@pytest.mark.parametrize("time", [0.37, 0.4, 1.0])
+def test_an_event_that_changes_a_log_leaves_its_times_and_is_kept_beside_them(time):
+    recording = cut_at(time, **watched())
+    moments, force = recording.log_arrays("force of left")
+    grid = np.linspace(0.0, 1.0, 11)
+    assert moments == pytest.approx(grid)
+    is_whole = grid < time - 1e-9
+    # The tolerance of a run promises positions to 1e-9 of displacements below 1 m.
+    assert force[is_whole, 0] == pytest.approx(-1.8 * np.cos(3.0 * grid[is_whole]), abs=9e-9)
+    assert not force[~is_whole].any()
+    times, before, after = recording.jump_arrays("force of left")
+    assert times.tolist() == [time]
+    assert before[0] == pytest.approx([-1.8 * np.cos(3.0 * time), 0.0, 0.0], abs=9e-9)
+    assert after.tolist() == [[0.0, 0.0, 0.0]]
+
+
+def test_energies_jump_by_what_the_event_is_booked_with():
+    times, before, after = cut_at(0.37, **watched()).jump_arrays("energies")
+    assert times.tolist() == [0.37]
+    kinetic, elastic, _, work, dissipated, switched = (after - before)[0].tolist()
+    assert (kinetic, work, dissipated) == (0.0, 0.0, 0.0)
+    assert elastic == switched == -before[0, 1]
+    assert before[0, 1] == pytest.approx(0.18 * np.cos(3.0 * 0.37) ** 2, abs=1e-8)
+
+
+def test_what_an_event_leaves_as_it_is_does_not_jump():
+    with pytest.raises(KeyError):
+        cut_at(0.37, **watched()).jump_arrays("position of right")
+
+
+def test_two_changes_at_one_time_are_one_jump():
+    network = chain(2, stiffness=9.0, rest=0.8)
+    groups = {"left": [0], "net": [0]}
+    events = [
+        event(0.0, "fix left", groups),
+        event(0.5, "change spring constant", groups, of="net", to=18.0),
+        event(0.5, "cut net", groups),
+    ]
+    _, recording = carry_out(network, make_plan(network, 1.0, events, **watched()))
+    times, _, after = recording.jump_arrays("force of left")
+    assert times.tolist() == [0.5]
+    assert not after.any()
+
+
+def test_a_net_without_inertia_jumps_to_where_it_is_relaxed_again():
+    """Two springs in a row are stretched by 0.6 m; the first one is halved in stiffness."""
+    network = chain(3, stiffness=9.0, rest=0.7)
+    groups = {"ends": [0, 2], "first": [0]}
+    events = [
+        event(0.0, "fix ends", groups),
+        event(0.37, "change spring constant", groups, of="first", to=4.5),
+    ]
+    given = watched() | {"integrator": RELAXATION, "step": 0.05, "every": 0.25}
+    _, recording = carry_out(network, make_plan(network, 1.0, events, **given))
+    times, before, after = recording.jump_arrays("force of left")
+    assert times.tolist() == [0.37]
+    assert before[0, 0] == pytest.approx(-0.6 * 4.5)
+    assert after[0, 0] == pytest.approx(-0.6 * 3.0)
+    assert np.array_equal(after[0], recording.log_arrays("force of left")[1][4])
+
+
+def test_jumps_of_wide_logs_are_not_kept(monkeypatch):
+    monkeypatch.setattr(recording_module, "MOST_JUMPING", 2)
+    with pytest.raises(KeyError):
+        cut_at(0.37, **watched()).jump_arrays("force of left")
+
+
+@pytest.mark.parametrize("integrator", ["dop853", "esdirk43", RELAXATION])
+def test_jumps_leave_the_motion_as_it_is(integrator):
+    options = {"integrator": integrator, "step": 0.05 if integrator == RELAXATION else None}
+    plain, kept = (cut_at(0.37, **given, **options).frame_arrays() for given in ({}, watched()))
+    for one, other in zip(plain, kept, strict=True):
+        assert np.array_equal(one, other)

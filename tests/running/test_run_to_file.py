@@ -48,7 +48,7 @@ def rows_of(path):
         logs = [
             part
             for log in (*file.logs.values(), file.energies)
-            for part in (log.time, log.value)
+            for part in (log.time, log.value, *log.jumps)
         ]
         springs = [
             part for frame in range(len(file.times)) for part in file.spring_force(frame)
@@ -80,6 +80,10 @@ def test_a_file_holds_what_a_recording_in_memory_holds(scene, tmp_path):
         assert file.logs["force of a"].unit == "N"
         assert file.energies is not None
         assert np.array_equal(file.energies.value, memory.energy_arrays()[1])
+        for name, log in (*file.logs.items(), ("energies", file.energies)):
+            assert len(log.jumps.time) >= (3 if name == "force of a" else 2)
+            for stored, computed in zip(log.jumps, memory.jump_arrays(name), strict=True):
+                assert np.array_equal(stored, computed)
         assert file.events == tuple(memory.events)
 
 

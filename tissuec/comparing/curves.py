@@ -131,18 +131,17 @@ def compare_logs(name: str, a: Log, b: Log) -> Iterator[Curve | None]:
 
 def _aligned(a: Log, b: Log, columns: list[str | int]) -> tuple[Floats, Floats, Floats]:
     """Return common times [s], and the rows of both there, shape (time, column)."""
-    rows_a, rows_b = (
-        log.value[:, [log.columns.index(column) for column in columns]] for log in (a, b)
-    )
+    chosen = [[log.columns.index(column) for column in columns] for log in (a, b)]
     if are_same(a.time, b.time):
-        return a.time, rows_a, rows_b
+        return a.time, a.value[:, chosen[0]], b.value[:, chosen[1]]
     times = common(a.time, b.time)
-    return times, _between(times, a.time, rows_a), _between(times, b.time, rows_b)
+    return times, _between(times, a, chosen[0]), _between(times, b, chosen[1])
 
 
-def _between(times: Floats, known: Floats, rows: Floats) -> Floats:
-    columns = [np.interp(times, known, column) for column in rows.T]
-    return np.stack(columns, axis=1)
+def _between(times: Floats, log: Log, columns: list[int]) -> Floats:
+    """Return a log at other times [s]; at the time of an event, what is after it."""
+    known, rows = log.with_jumps()
+    return np.stack([np.interp(times, known, rows[:, k]) for k in columns], axis=1)
 
 
 def _curve(

@@ -42,10 +42,11 @@ def read_curves(trajectory: Trajectory) -> list[Curve]:
 
 def _curve(log: Log) -> Curve:
     columns = tuple(map(str, log.columns[:_MOST_COLUMNS]))
-    value = log.value[:, :_MOST_COLUMNS]
+    time, value = log.with_jumps()
+    value = value[:, :_MOST_COLUMNS]
     kept = outline(value)
     left_out = len(log.columns) - len(columns)
-    return Curve(log.name, log.unit, columns, log.time[kept], value[kept], left_out)
+    return Curve(log.name, log.unit, columns, time[kept], value[kept], left_out)
 
 
 def outline(value: Floats, most: int = MOST_MOMENTS) -> Indices:

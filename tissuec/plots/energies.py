@@ -93,7 +93,7 @@ class Energies:
                 f'"{trajectory.path}" holds no energies; write output {{ energy every 10 ms }} '
                 "into the scene and run it again"
             )
-        books = books_of(trajectory.energies.time, trajectory.energies.value)
+        books = books_of(*trajectory.energies.with_jumps())
         rows = Window(self.start, self.stop).rows(books.time, "the table of energies")
         parts = {name: part[rows] for name, part in books.parts.items()}
         return Books(books.time[rows], parts, books.supply[rows], books.error[rows])

@@ -80,9 +80,10 @@ class Logs:
         return chosen or begun or every
 
     def _cut(self, log: "Log") -> tuple[Floats, Floats]:
-        """Return the times [s] and rows that are shown."""
-        rows = Window(self.start, self.stop).rows(log.time, f'the log "{log.name}"')
-        return log.time[rows], log.value[rows]
+        """Return the times [s] and rows that are shown, with both sides of events."""
+        time, value = log.with_jumps()
+        rows = Window(self.start, self.stop).rows(time, f'the log "{log.name}"')
+        return time[rows], value[rows]
 
     def _of_one(self, name: str, log: "Log") -> list[Panel]:
         time, value = self._cut(log)

@@ -48,6 +48,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
 def _log(log: Log) -> dict[str, Any]:
     return {
         "rows": len(log.time),
+        "jumps": len(log.jumps.time),
         "columns": list(log.columns),
         "unit": log.unit,
         **_span(log.time),

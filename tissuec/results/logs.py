@@ -2,14 +2,38 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
 
 from tissuec.core.errors import counted
 from tissuec.network import Floats
 from tissuec.results import access
 from tissuec.results.access import Group
-from tissuec.results.tables import read_channel, read_channels
+from tissuec.results.tables import JUMPS, read_channel, read_channels
 
 MOST_NAMED = 6  # columns
+
+
+class Jumps(NamedTuple):
+    """What events changed at once.
+
+    Attributes:
+        time: When [s], ascending, shape (jump,).
+        before: The row just before each event [unit of the log], shape (jump, column).
+        after: The row just after it, shape (jump, column).
+    """
+
+    time: Floats
+    before: Floats
+    after: Floats
+
+    def within(self, time: Floats, value: Floats) -> tuple[Floats, Floats]:
+        """Return times and rows of a log and, in their places, both sides of events."""
+        places = np.repeat(np.searchsorted(time, self.time), 2)
+        sides = np.stack([self.before, self.after], axis=1).reshape(-1, value.shape[1])
+        times = np.insert(time, places, np.repeat(self.time, 2))
+        return times, np.insert(value, places, sides, axis=0)
 
 
 class Log:
@@ -37,6 +61,28 @@ class Log:
     def value(self) -> Floats:
         """The rows [unit], shape (moment, column)."""
         return access.array(self._group, "value")
+
+    @cached_property
+    def jumps(self) -> Jumps:
+        """Both sides of each event that changed this log; none in files of earlier versions.
+
+        `time` and `value` are not changed by them: at the time of an event they hold what is
+        after it.
+        """
+        if JUMPS not in self._group:
+            none = np.zeros((0, len(self.columns)))
+            return Jumps(np.zeros(0), none, none)
+        group = access.group(self._group, JUMPS)
+        return Jumps(*(access.array(group, name) for name in Jumps._fields))
+
+    def with_jumps(self) -> tuple[Floats, Floats]:
+        """Return the log as a line that is vertical at events.
+
+        Returns:
+            Times [s], ascending, shape (point,), and rows [unit], shape (point, column): those
+            of the log and, before what it has at the time of an event, both sides of it.
+        """
+        return self.jumps.within(self.time, self.value)
 
     def __repr__(self) -> str:
         columns = ", ".join(map(str, self.columns[:MOST_NAMED]))

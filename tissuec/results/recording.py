@@ -7,6 +7,8 @@ from typing import Any
 from tissuec.network import Indices, Network
 
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
+MOST_JUMPING = 1024
+"""Numbers in a row of a log, above which jumps are not kept: many events would fill a disk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +26,11 @@ class LogChannel:
     columns: tuple[str | int, ...]
     unit: str
     description: str
+
+    @property
+    def has_jumps(self) -> bool:
+        """Return whether both sides of events are written."""
+        return len(self.columns) <= MOST_JUMPING
 
 
 @dataclass(frozen=True, slots=True)

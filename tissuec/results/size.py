@@ -12,7 +12,7 @@ from tissuec.plan import Output, SurfaceOutput
 from tissuec.results.instruments import TOOL_CHUNK
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.polydata import FRAME_ROWS, frames_of_a_chunk
-from tissuec.results.recording import ENERGIES, Recording
+from tissuec.results.recording import ENERGIES, MOST_JUMPING, Recording
 from tissuec.results.store import CHUNK
 from tissuec.results.tables import rows_of_a_chunk
 
@@ -21,6 +21,7 @@ NODE, SPRING, TRIANGLE = 100, 84, 12  # bytes of the network
 TREE = 2_400  # bytes of a table of places
 TREE_CHUNKS = 48  # that it has room for, as they come
 LOG = 2_700  # bytes of a group with three columns without rows
+JUMPS = 4_850  # bytes of the columns of a log's jumps without rows, and of their group
 
 
 def file_size(network: Network, recording: Recording, output: Output, duration: float) -> int:
@@ -80,7 +81,10 @@ def _frames(network: Network, recording: Recording, frames: int) -> Iterator[int
 
 
 def _log(rows: int, width: int) -> int:
-    return LOG + column(rows, 8, CHUNK) + column(rows, 8 * width, rows_of_a_chunk(width))
+    jumps = JUMPS if width <= MOST_JUMPING else 0
+    return (
+        LOG + jumps + column(rows, 8, CHUNK) + column(rows, 8 * width, rows_of_a_chunk(width))
+    )
 
 
 def _surface(network: Network, surface: SurfaceOutput, duration: float, word: int) -> int:

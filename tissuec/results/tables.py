@@ -7,6 +7,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tissuec.core.errors import counted
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.recording import ENERGIES, Event, LogChannel
@@ -14,6 +15,7 @@ from tissuec.results.store import CHUNK, FEW, TEXT, Store, member_name
 
 LOGS = "/tissuec/logs"
 EVENTS = "/tissuec/events"
+JUMPS = "jumps"
 ENERGY_PATH = "/tissuec/energies"
 ERROR_PATH = "/tissuec/errors"
 TWIN_PATH = "/tissuec/twin"
@@ -57,6 +59,39 @@ class LogTable:
                 f"{(len(time), len(self.channel.columns))}, not {rows.shape}"
             )
         self._store.append({self._time: time, self._value: rows})
+
+
+class JumpTable:
+    """What events changed in a log: the datasets ``time``, ``before`` and ``after`` of a group.
+
+    Args:
+        path: Of the log.
+    """
+
+    def __init__(self, store: Store, path: str, channel: LogChannel):
+        self._store = store
+        self._width = width = len(channel.columns)
+        what, chunk = channel.description, min(FEW, rows_of_a_chunk(width))
+        column = partial(store.column, chunk=chunk)
+        self._time = column(
+            f"{path}/{JUMPS}/time", "f8", f"times of events that changed: {what}", unit="s"
+        )
+        self._before, self._after = (
+            column(
+                f"{path}/{JUMPS}/{side}", "f8", f"just {side} each event: {what}",
+                unit=channel.unit, row=(width,),
+            )
+            for side in ("before", "after")
+        )  # fmt: skip
+
+    def append(self, time: float, before: ArrayLike, after: ArrayLike) -> None:
+        """Add the rows on both sides of an event, shape (column,) each."""
+        sides = np.asarray(before, float), np.asarray(after, float)
+        if any(side.shape != (self._width,) for side in sides):
+            raise ValueError(f"a jump has two rows of {counted(self._width, 'number')}")
+        self._store.append(
+            {self._time: [time], self._before: sides[0][None], self._after: sides[1][None]}
+        )
 
 
 class EventTable:
@@ -108,10 +143,19 @@ def log_tables(store: Store, channels: Sequence[LogChannel]) -> dict[str, LogTab
     }
 
 
-def energy_table(store: Store) -> LogTable:
-    """Return the table of energies."""
-    text = "energies of the scene over time"
-    return LogTable(store, ENERGY_PATH, LogChannel("energies", ENERGIES, "J", text))
+def jump_tables(store: Store, channels: Sequence[LogChannel]) -> dict[str, JumpTable]:
+    """Return the tables of jumps of logs by name; those that are too wide have none."""
+    return {
+        channel.name: JumpTable(store, f"{LOGS}/{member_name(channel.name)}", channel)
+        for channel in channels
+        if channel.has_jumps
+    }
+
+
+def energy_tables(store: Store) -> tuple[LogTable, JumpTable]:
+    """Return the table of energies, and that of their jumps."""
+    channel = LogChannel("energies", ENERGIES, "J", "energies of the scene over time")
+    return LogTable(store, ENERGY_PATH, channel), JumpTable(store, ENERGY_PATH, channel)
 
 
 def error_table(store: Store) -> LogTable:

@@ -45,9 +45,11 @@ from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import (
     TWIN_PATH,
     EventTable,
+    JumpTable,
     LogTable,
-    energy_table,
+    energy_tables,
     error_table,
+    jump_tables,
     log_tables,
     twin_table,
 )
@@ -179,7 +181,8 @@ class ResultWriter:
         self._frames = FrameRecorder(network, mesh, self._polydata, tools)
         self._holds = HoldTable(store, network)
         self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
-        self._energies = energy_table(store) if recording.energies else None
+        self._jumps: dict[str, JumpTable] = jump_tables(store, recording.logs)
+        self._energies = energy_tables(store) if recording.energies else None
         self._errors = error_table(store)
         self._events = EventTable(store)
         self._surfaces = {
@@ -273,13 +276,32 @@ class ResultWriter:
         self._logs[channel].append(time, rows)
         self._flush_if_due()
 
+    def log_jump(self, channel: str, time: float, before: ArrayLike, after: ArrayLike) -> None:
+        """Add the rows of a log on both sides of an event, shape (column,) each."""
+        self._check_open()
+        if channel not in self._jumps:
+            raise ValueError(f'no jumps are kept of "{channel}"')
+        self._jumps[channel].append(time, before, after)
+        self._flush_if_due()
+
     def energies(self, time: ArrayLike, rows: ArrayLike) -> None:
         """Add rows of energies [J], shape (moment, 6), in the order of `ENERGIES`."""
         self._check_open()
+        table, _ = self._energy_tables()
+        table.append(time, rows)
+        self._flush_if_due()
+
+    def energy_jump(self, time: float, before: ArrayLike, after: ArrayLike) -> None:
+        """Add the energies on both sides of an event that changed them [J], shape (6,) each."""
+        self._check_open()
+        _, jumps = self._energy_tables()
+        jumps.append(time, before, after)
+        self._flush_if_due()
+
+    def _energy_tables(self) -> tuple[LogTable, JumpTable]:
         if self._energies is None:
             raise ValueError("no energies are recorded")
-        self._energies.append(time, rows)
-        self._flush_if_due()
+        return self._energies
 
     def errors(self, time: ArrayLike, rows: ArrayLike) -> None:
         """Add estimated errors of positions in frames [m], shape (moment, 1)."""

@@ -42,8 +42,14 @@ class MemoryRecording:
     def log(self, channel: str, time: Floats, rows: Floats) -> None:
         self._add(f"log {channel}", time, rows)
 
+    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None:
+        self._add(f"jumps of {channel}", np.array([time]), before[None], after[None])
+
     def energies(self, time: Floats, rows: Floats) -> None:
         self._add("energies", time, rows)
+
+    def energy_jump(self, time: float, before: Floats, after: Floats) -> None:
+        self._add("jumps of energies", np.array([time]), before[None], after[None])
 
     def errors(self, time: Floats, rows: Floats) -> None:
         self._add("errors", time, rows)
@@ -72,6 +78,15 @@ class MemoryRecording:
         """Return times [s], shape (row,), and energies [J] as in a result file, (row, 6)."""
         time, rows = self._joined("energies")
         return time, rows
+
+    def jump_arrays(self, channel: str) -> tuple[Floats, Floats, Floats]:
+        """Return times of jumps [s], shape (jump,), and the rows on both sides, (jump, column).
+
+        Args:
+            channel: A log, or "energies".
+        """
+        time, before, after = self._joined(f"jumps of {channel}")
+        return time, before, after
 
     def _add(self, table: str, *columns: NDArray) -> None:
         self._rows.setdefault(table, []).append(tuple(np.array(c) for c in columns))

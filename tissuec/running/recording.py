@@ -3,11 +3,15 @@
 The times of everything that somebody asked for are joined into one ascending list; the engine
 delivers samples at these times in batches, each of which lies between two events. What nobody
 asked for at a time is not computed.
+
+Where an event changes what a log says, both sides of it are passed on beside the rows of the
+log, whose times remain as they were asked for.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +20,15 @@ from tissuec.core.units import si_unit
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan, times_every
-from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
+from tissuec.results.recording import MOST_JUMPING, LogChannel, Recording, SurfaceChannel
 from tissuec.running.sampling import SAME, join_times, rows_at
 from tissuec.running.verdicts import Judge, Memory
 from tissuec.situation import Situation
 from tissuec.surfaces import entries_of
 from tissuec.verbs import Happening
+
+ROUNDING = 1e-12
+"""Part of the size of a row: a smaller change comes from another order of summation."""
 
 
 class Samples(Protocol):
@@ -51,12 +58,21 @@ class Writer(Protocol):
     ) -> None: ...
     def surface(self, body: str, time: Floats, position: Floats) -> None: ...
     def log(self, channel: str, time: Floats, rows: Floats) -> None: ...
+    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None: ...
     def energies(self, time: Floats, rows: Floats) -> None: ...
+    def energy_jump(self, time: float, before: Floats, after: Floats) -> None: ...
     def errors(self, time: Floats, rows: Floats) -> None: ...
     def event(
         self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
     ) -> None: ...
     def checkpoint(self, state: Mapping[str, Any]) -> None: ...
+
+
+class _Observed(NamedTuple):
+    """What makes a row of a log at a moment, and what takes both sides of an event."""
+
+    row: Callable[[Moment], Floats]
+    jump: Callable[[float, Floats, Floats], None]
 
 
 class Recorder:
@@ -85,6 +101,9 @@ class Recorder:
         self._situation: Situation | None = None
         self._alive: NDArray[np.bool_] | None = None
         self._holders: dict[str, Indices] | None = None
+        self._observed = tuple(_observed(plan, writer))
+        self._left: Sequence[Floats] = ()  # what was observed when events were about to come
+        self._before: Sequence[Floats] = ()  # the same, once they have come
         duration = plan.simulation.duration
         near = SAME * duration
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
@@ -108,14 +127,34 @@ class Recorder:
         if not _are_same(self._holders, situation.holders):
             self._holders = dict(situation.holders)
             self.writer.holds(situation.time, self._holders)
+        self._before, self._left = self._left, ()
 
     def leave(self, moment: Moment) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
-        ledger = moment.ledger
-        if ledger is not None:
-            scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
-            moment = moment.with_ledger(replace(ledger, scale=scale))
+        self.record_jumps(moment)
+        moment = self._scaled(moment)
         self._judge.leave(moment, self.memory)
+        self._left = [observed.row(moment) for observed in self._observed]
+
+    @property
+    def awaits_jumps(self) -> bool:
+        """Return whether it is not recorded yet what the last events changed."""
+        return len(self._before) > 0
+
+    def record_jumps(self, moment: Moment) -> None:
+        """Pass on how the last events changed what is logged.
+
+        Args:
+            moment: Just after them, at the same time; with a ledger if one is kept.
+        """
+        if not self.awaits_jumps:
+            return
+        moment = self._scaled(moment)
+        for observed, before in zip(self._observed, self._before, strict=True):
+            after = observed.row(moment)
+            if len(before) <= MOST_JUMPING and not _is_same_row(before, after):
+                observed.jump(float(moment.time), before, after)
+        self._before = ()
 
     def happened(self, time: float, happening: Happening) -> None:
         """Enter something into the event log."""
@@ -167,6 +206,14 @@ class Recorder:
         self.memory.scale = float(scale[-1])
         return moment.with_ledger(replace(ledger, scale=scale[1:]))
 
+    def _scaled(self, moment: Moment) -> Moment:
+        """Return a single moment with the scale by which its energy balance is judged."""
+        ledger = moment.ledger
+        if ledger is None:
+            return moment
+        scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
+        return moment.with_ledger(replace(ledger, scale=scale))
+
     def _write_frames(self, part: Callable[[float], Moment | None]) -> None:
         output = self.plan.output
         if len(output.frames) and (moment := part(output.every)) is not None:
@@ -190,13 +237,8 @@ class Recorder:
                 self.writer.log(log.name, np.asarray(moment.time), rows)
 
     def _write_energies(self, part: Callable[[float], Moment | None]) -> None:
-        if (moment := part(self.plan.output.energy)) is None:
-            return
-        ledger = moment.ledger
-        assert ledger is not None, "an energy table needs the ledger"
-        switched = np.full(np.shape(moment.time), ledger.switched)
-        columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
-        self.writer.energies(np.asarray(moment.time), np.stack(columns, axis=-1))
+        if (moment := part(self.plan.output.energy)) is not None:
+            self.writer.energies(np.asarray(moment.time), _energies(moment))
 
 
 def wishes(network: Network, plan: Plan) -> Recording:
@@ -249,6 +291,31 @@ def sample_times(plan: Plan) -> Floats:
     frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
     anchors = np.concatenate([frames, [event.time for event in plan.events]])
     return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
+
+
+def _observed(plan: Plan, writer: Writer) -> Iterator[_Observed]:
+    """Yield the logs of a plan, and the energies if they are recorded."""
+    for log in plan.output.logs:
+        row = partial(log.measure.sample, log.subjects)
+        yield _Observed(row, partial(writer.log_jump, log.name))
+    if np.isfinite(plan.output.energy):
+        yield _Observed(_energies, writer.energy_jump)
+
+
+def _energies(moment: Moment) -> Floats:
+    """Return a row of the energy table for each time of a moment [J], shape (…, 6)."""
+    ledger = moment.ledger
+    assert ledger is not None, "an energy table needs the ledger"
+    switched = np.full(np.shape(moment.time), ledger.switched)
+    columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
+    return np.stack(columns, axis=-1)
+
+
+def _is_same_row(before: Floats, after: Floats) -> bool:
+    """Tell whether no number of a row changed by more than rounding; NaN is the same as NaN."""
+    sizes = np.abs([before, after])
+    size = sizes[np.isfinite(sizes)].max(initial=0.0)
+    return np.allclose(before, after, rtol=0.0, atol=ROUNDING * size, equal_nan=True)
 
 
 def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) -> bool:

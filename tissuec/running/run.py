@@ -136,6 +136,7 @@ class _Loop:
         self.engine = _make_engine(network, plan, recorder, tier)
         self.kept = clock.monotonic()
         self.true: list[int] = []
+        self.relaxes = plan.simulation.integrator == RELAXATION
 
     def begin(self) -> None:
         """Start at 0 s with the events of that time."""
@@ -158,7 +159,7 @@ class _Loop:
         situation, duration = self.standing.situation, self.plan.simulation.duration
         while not self.stage.failure:
             until = min(self.standing.agenda.next, duration)
-            watch = self._watch if self.standing.waiting or situation.is_slipping else None
+            watch = self._watch if self._is_watched() else None
             reason = self.engine.advance(situation, until, watch, self._pause)
             self.progress(situation.time)
             if reason.kind == "diverged" or reason.kind == "stuck":
@@ -168,7 +169,8 @@ class _Loop:
                 if self.stop():
                     return "interrupted", self._interrupted()
                 continue
-            self.stage.leave(*self._sums())
+            sums = self._sums()
+            self.stage.leave(*sums)
             if reason.kind == "reached":
                 self.stage.look_at_rest()
             true = self.true if reason.kind == "triggered" else None
@@ -176,6 +178,9 @@ class _Loop:
             if self.stage.happen(ruptured=reason.springs, true=true):
                 self.engine.restart(situation)
                 self.stage.enter()
+                # A net without inertia is elsewhere after events: where it is relaxed again.
+                if not self.relaxes or situation.time >= duration:
+                    self.stage.record_jumps(*sums)
             if situation.time >= duration and not self.stage.failure:
                 self.engine.finish(situation)
                 return "done", f"done: {duration:g} s were simulated"
@@ -195,7 +200,14 @@ class _Loop:
         self.progress(time)
         return self.stop() or clock.monotonic() - self.kept >= CHECKPOINT_EVERY
 
+    def _is_watched(self) -> bool:
+        """Return whether states on the way to the next event must be looked at."""
+        waits = self.standing.waiting or self.recorder.awaits_jumps
+        return bool(waits) or self.standing.situation.is_slipping
+
     def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
+        if self.recorder.awaits_jumps:
+            self.stage.record_jumps(*self._sums())
         found = self.stage.true_triggers(self.stage.moment_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true

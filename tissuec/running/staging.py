@@ -90,11 +90,19 @@ class Stage:
         Args:
             work, dissipated: Of the energy ledger until now [J].
         """
+        self.recorder.leave(self._with_ledger(work, dissipated))
+
+    def record_jumps(self, work: float, dissipated: float) -> None:
+        """Tell the recorder what events changed, just after them; arguments as of `leave`."""
+        self.recorder.record_jumps(self._with_ledger(work, dissipated))
+
+    def _with_ledger(self, work: float, dissipated: float) -> Moment:
+        """Return the present moment, with a ledger if one is kept."""
         moment, standing = self.moment(), self.standing
-        if self.plan.needs_ledger:
-            ledger = Ledger(standing.initial, work, dissipated, standing.switched)
-            moment = moment.with_ledger(ledger)
-        self.recorder.leave(moment)
+        if not self.plan.needs_ledger:
+            return moment
+        ledger = Ledger(standing.initial, work, dissipated, standing.switched)
+        return moment.with_ledger(ledger)
 
     def look_at_rest(self) -> None:
         """Note it if the net rests at an unstable equilibrium, before anything happens."""

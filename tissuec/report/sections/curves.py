@@ -60,9 +60,10 @@ def _rows(log: Log) -> Iterator[Html]:
     """Yield one row for each column of a log."""
     if not len(log.time):
         return
+    _, rows = log.with_jumps()
     for number, column in enumerate(log.columns):
         name = log.name if column == "value" else f"{log.name}: {column}"
-        values = log.value[:, number]
+        values = rows[:, number]
         known = values[np.isfinite(values)]
         numbers = (known.min(), known.max(), values[-1]) if len(known) else (np.nan,) * 3
         yield row(name, *(_shown(one) for one in numbers), log.unit or "–")
