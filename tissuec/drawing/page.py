@@ -142,13 +142,19 @@ def new_sheet(width: float, height: float) -> Iterator[Sheet]:
         sheet = Sheet(figure)
         yield sheet
         _show_plainly(figure)
-        figure.draw_without_rendering()  # the axes find their places
+        _lay_out(figure)
         for finish in sheet.later:
             finish()
         _show_plainly(figure)
-        figure.draw_without_rendering()  # and those that names need
+        _lay_out(figure)  # with room for what was added
         _keep_layout(figure)
         figure.notes = tuple(sheet.notes)
+
+
+def _lay_out(figure: Any) -> None:
+    """Give the axes their places, without drawing what they hold."""
+    if figure.axes:
+        figure.get_layout_engine().execute(figure)
 
 
 def _show_plainly(figure: Any) -> None:

@@ -82,9 +82,19 @@ class RuleBase:
             OutOfRange: A fact lies outside the range of its property; nothing is clipped.
             ValueError: A fact is about something that is no property.
         """
-        places = {name: self._place(name, value) for name, value in facts.items()}
-        verdicts = [self._verdict(number, places) for number in range(len(self.rules))]
+        verdicts = self._verdicts(facts, range(len(self.rules)))
         return {name: self._conclude(name, verdicts) for name in self.quantities}
+
+    def conclude(self, quantity: str, facts: Mapping[str, float]) -> Inference | NoRule:
+        """Return what the rules say about one quantity; see ``infer``."""
+        rules = {bearing.rule for bearing in self._bearings[quantity]}
+        return self._conclude(quantity, self._verdicts(facts, rules))
+
+    def _verdicts(
+        self, facts: Mapping[str, float], rules: Iterable[int]
+    ) -> dict[int, _Verdict]:
+        places = {name: self._place(name, value) for name, value in facts.items()}
+        return {number: self._verdict(number, places) for number in rules}
 
     def _place(self, name: str, value: float) -> float:
         """Return the coordinate of a fact; one that is a corner up to rounding is the corner.
@@ -118,7 +128,7 @@ class RuleBase:
         strength = rule.weight * degree(rule.condition, iter(known), self.operators)
         return _Verdict(strength if strength >= FAINTEST else 0.0, told, ())
 
-    def _conclude(self, name: str, verdicts: list[_Verdict]) -> Inference | NoRule:
+    def _conclude(self, name: str, verdicts: Mapping[int, _Verdict]) -> Inference | NoRule:
         fired: list[Firing] = []
         silent: list[Firing] = []
         strongest: dict[Shape, float] = {}

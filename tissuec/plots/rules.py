@@ -229,7 +229,7 @@ def _infer(
     fallback = np.zeros(value.shape, dtype=bool)
     for row, column in np.ndindex(value.shape):
         point = {names[0]: float(x[column]), names[1]: float(y[row])}
-        answer = block.base.infer({**facts, **point})[quantity]
+        answer = block.base.conclude(quantity, {**facts, **point})
         if isinstance(answer, Inference):
             value[row, column] = answer.value
             fallback[row, column] = answer.source == "otherwise"
