@@ -12,7 +12,7 @@ from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
-from tissuec.lang.parser import WrongNumbers, parse
+from tissuec.lang.parser import WrongNumbers
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import (
     LARGEST_FILE,
@@ -21,6 +21,7 @@ from tissuec.scene.library import (
     SUFFIX,
     Library,
     belongs_to_scenes,
+    parsed,
 )
 
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
@@ -106,8 +107,8 @@ class Files:
         return read_source(path, name)
 
     def parse(self, source: Source) -> s.Module:
-        """Return the syntax nodes of a text as ``parse`` does."""
-        return parse(source)
+        """Return the syntax nodes of a text as ``parse`` does; shipped ones are parsed once."""
+        return parsed(source)
 
 
 DISK = Files()

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from tissuec.core import resources
@@ -94,11 +95,23 @@ class Library:
                 text = read_bytes(path, LARGEST_FILE)
                 if key.split(" ")[0].encode() not in text.lower():
                     continue
-                items = parse(normalise(text, name)).items
+                items = parsed(normalise(text, name, path)).items
                 heads = [item.name.key for item in items if isinstance(item, s.Block)]
                 if f"{kind} {key}" in heads and not any(map(belongs_to_scenes, items)):
                     return name
         return ""
+
+
+def parsed(source: Source) -> s.Module:
+    """Return the syntax nodes of a text as ``parse`` does; shipped ones are parsed once."""
+    if source.path is None or not source.path.is_relative_to(resources.library()):
+        return parse(source)
+    return _shipped(source.name, source.text, source.path)
+
+
+@lru_cache(maxsize=128)  # the shipped texts, by two names, and some that replace them
+def _shipped(name: str, text: str, path: Path) -> s.Module:
+    return parse(Source(name, text, path))
 
 
 def files_of(places: Sequence[Path]) -> Iterator[tuple[str, Path]]:
