@@ -21,7 +21,7 @@ from tissuec.compiling.joints import JointArrays, build_joints
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
-from tissuec.compiling.threads import renumbered
+from tissuec.compiling.threads import idle_knots, renumbered
 from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, show
@@ -321,9 +321,12 @@ def _plan(
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         contact = contact_of(network, tools, scene.environment, findings)
+    ties = (event.action for event in _events(script) if isinstance(event.action, Tie))
     outputs = OutputReader(
-        groups, conditions, scene.constants, nodes=network.shown_nodes, duration=duration
-    )
+        groups, conditions, scene.constants,
+        nodes=network.shown_nodes, duration=duration,
+        idle=idle_knots(network, {tie.group.name for tie in ties}),
+    )  # fmt: skip
     output = outputs.read(single["output"].items if "output" in single else ())
     expectations: list[Expectation] = []
     for item in expects:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
-from tissuec.measures import MEASURES
+from tissuec.measures import MEASURES, Subject
 from tissuec.meshes import Mesh
 from tissuec.network import Indices
 from tissuec.plan import Log, Output, SurfaceOutput
@@ -22,7 +23,13 @@ MOST_SAMPLES = 100_000_000
 
 
 class OutputReader:
-    """Reads the items of an output block."""
+    """Reads the items of an output block.
+
+    Args:
+        nodes: How many nodes frames can show.
+        duration: Of the run [s].
+        idle: Springs that logs pass over.
+    """
 
     def __init__(
         self,
@@ -32,6 +39,7 @@ class OutputReader:
         *,
         nodes: int,
         duration: float,
+        idle: Indices,
     ):
         self.groups = groups
         self.conditions = conditions
@@ -39,6 +47,7 @@ class OutputReader:
         self.findings = scope.findings
         self.node_count = nodes
         self.duration = duration
+        self.idle = idle
         self.places: dict[str, Span] = {}
         self.frames: Indices = np.zeros(0, dtype=np.int64)
         self.every = math.inf
@@ -168,11 +177,17 @@ class OutputReader:
             )
         every = self._rate(item, clauses)
         subjects = self.conditions.log_subjects(measure, names)
+        if measure.takes == "springs":
+            subjects = tuple(self._without_idle(subject) for subject in subjects)
         self.conditions.needs_ledger |= item.name.key == LEDGER
         name = " to ".join(subject.name for subject in subjects)
         title = f"{item.name.key} of {name}" if name else item.name.key
         self._once(title, item)
         self.logs.append(Log(title, measure, subjects, every, item.span))
+
+    def _without_idle(self, subject: Subject) -> Subject:
+        is_idle = np.isin(subject.springs, self.idle)
+        return replace(subject, springs=subject.springs[~is_idle])
 
     def _names(self, clause: s.Clause) -> list[s.Name]:
         parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)

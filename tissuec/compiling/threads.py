@@ -5,7 +5,7 @@ ends that a knot holds by, and with one beside it that pulls with a constant for
 knot slips; both wait until they are needed. A loop has the first one as its last piece.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tissuec.inelastic import TIMES, VISCOSITY
 from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, Law
 from tissuec.meshes import Mesh, Threaded
-from tissuec.network import Floats, Thread
+from tissuec.network import Floats, Indices, Network, Thread
 
 SLIPPING = Law("slipping knot", LINEAR.elastic, D)
 """A spring of no stiffness whose dashpot pulls with the force d, however fast it is."""
@@ -67,6 +67,20 @@ def with_slipping(
         laws = (*laws, Law(own.name, own.elastic, LINEAR.viscous, own.spring, linear))
     law[slip] = len(laws)
     return changed, law, (*laws, SLIPPING)
+
+
+def idle_knots(network: Network, tied: Container[str]) -> Indices:
+    """Return the springs of threads that no log shows, shape (spring,).
+
+    Knots that are never tied, and the springs beside knots: a log of a knot has their tension.
+
+    Args:
+        tied: Names of the threads that are tied.
+    """
+    threads = network.threads.items()
+    slips = [thread.slip for _, thread in threads]
+    knots = [one.hold for name, one in threads if not one.closed and name not in tied]
+    return np.array([*slips, *knots], dtype=np.int64)
 
 
 def bonds(thread: Thread) -> Sequence[tuple[int, tuple[int, int]]]:

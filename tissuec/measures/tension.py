@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from tissuec import mechanics
 from tissuec.core import units
 from tissuec.measures import MEASURES, Subject
@@ -13,7 +15,8 @@ from tissuec.network import Floats
 class Tension:
     """The tension c (L - L0) + d w of every spring of A, 0 once it is cut; the largest counts.
 
-    A spring under pressure has a negative tension. Relaxing branches are part of it.
+    A spring under pressure has a negative tension. Relaxing branches are part of it. Of a
+    thread, its pieces are logged, and the knot of an open one once it is tied.
     """
 
     form = "tension(A)"
@@ -23,14 +26,27 @@ class Tension:
 
     @staticmethod
     def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
-        ids = moment.situation.network.spring_ids[subjects[0].springs]
-        return tuple(f"spring {number}" for number in ids)
+        network, springs = moment.situation.network, subjects[0].springs
+        knots = [thread.hold for thread in network.threads.values() if not thread.closed]
+        names = zip(springs, network.spring_ids[springs], strict=True)
+        return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        springs = subjects[0].springs
-        return mechanics.tension(moment.situation, moment.position, moment.velocity, springs)
+        springs, state = subjects[0].springs, (moment.position, moment.velocity)
+        tension = mechanics.tension(moment.situation, *state, springs)
+        for name, thread in moment.situation.network.threads.items():
+            (knot,) = np.nonzero(springs == thread.hold)
+            if not len(knot):
+                continue
+            # While a knot slips, the spring beside it bears what it bears.
+            tension[..., knot] += mechanics.tension(
+                moment.situation, *state, np.array([thread.slip])
+            )
+            if not thread.closed and name not in moment.situation.knots:
+                tension[..., knot] = np.nan
+        return tension
 
     @staticmethod
     def value(sample: Floats) -> float:
-        return float(sample.max()) if len(sample) else 0.0
+        return float(np.fmax.reduce(sample)) if len(sample) else 0.0

@@ -97,7 +97,7 @@ class Logs:
             names = [_column(column) if len(log.columns) > 1 else "" for column in log.columns]
             curves = [Curve(n, time, value[:, k], look(k)) for k, n in enumerate(names)]
             return [Panel(name, log.unit, curves)]
-        low, high = value.min(axis=1), value.max(axis=1)
+        low, high = np.fmin.reduce(value, axis=1), np.fmax.reduce(value, axis=1)
         curves = [
             Curve("largest", time, high, look(0), (low, high)),
             Curve("smallest", time, low, look(1)),
@@ -129,7 +129,7 @@ class Logs:
             return [("(magnitude)", time, np.linalg.norm(value, axis=1)), *parts]
         if len(log.columns) == 1:
             return [("", time, value[:, 0])]
-        return [("(largest)", time, value.max(axis=1))]
+        return [("(largest)", time, np.fmax.reduce(value, axis=1))]
 
 
 def _has_rows(run: Subject, name: str) -> bool:
