@@ -138,8 +138,8 @@ class Example:
             return writer.close("the run reached its end", finished=True)
 
 
-@pytest.fixture
-def example():
+def example_of_a_tube():
+    """Return frames of the tube and the rod, the same ones each time."""
     network = tube_and_rod()
     random = np.random.default_rng(5)
     nodes, springs = network.node_count, network.spring_count
@@ -155,3 +155,8 @@ def example():
         tension=random.normal(size=(FRAMES, springs)),
         along=tuple(range(first, first + SIDES)),
     )
+
+
+@pytest.fixture
+def example():
+    return example_of_a_tube()
