@@ -25,6 +25,7 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
 from tissuec.statics.rest import rests_pressed
+from tissuec.thread_checks import passing_threads
 from tissuec.verbs import Action, Failed
 from tissuec.verbs.change import ChangeParameter
 from tissuec.verbs.cut import Cut
@@ -382,6 +383,7 @@ CHECKS: tuple[Check, ...] = (
     ruptures_in_vain,
     buried_openings,
     cuts_in_vain,
+    passing_threads,
 )
 THOROUGH: tuple[Check, ...] = (floppy, unstable)
 
