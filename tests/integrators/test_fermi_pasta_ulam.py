@@ -115,7 +115,7 @@ def chain():
     return make_net(position, ends, stiffness=0.5 * OMEGA**2, velocity=velocity)
 
 
-def on_chain(integrator, features, tier):
+def on_chain(integrator, tier):
     """Return the loop over steps with the forces of the chain."""
 
     def force(time, x, v, a, power, net):
@@ -126,7 +126,7 @@ def on_chain(integrator, features, tier):
         return False
 
     force.__module__ = "tests"
-    replaced = tiers._replaced(integrator, features) | {"force": force}
+    replaced = tiers._method(integrator) | {"force": force}
     return Binder(replaced).bind(loop.drive)
 
 

@@ -15,6 +15,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from textwrap import dedent
@@ -25,6 +26,7 @@ import click
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.engine import engine, tiers
 from tissuec.engine.binding import Binder
+from tissuec.kernels.records import Operations
 from tissuec.validate.validation import validate
 
 FACTOR = 1.01
@@ -188,17 +190,33 @@ def apply(mutant: Mutant) -> None:
 
 def as_if_compiled() -> None:
     """Let what would be compiled run as it stands."""
-    bound = tiers.bound_drive
+    bound, seen = tiers.bound_drive, list[tiers.Features]()
 
-    def plain(integrator, features, tier):
-        if tier == "interpreted":
-            return bound(integrator, features, tier)
-        features = tiers.replace(features, moved=True, loaded=True)
-        names = tiers._replaced(integrator, features)
-        names |= {name: getattr(tiers.scalar, name) for name in tiers.OPERATIONS}
+    def operations(integrator, features):
+        seen.append(tiers.replace(features, moved=True, loaded=True))
+        return Operations(force=len(seen) - 1)
+
+    @cache
+    def on_net(integrator, features):
+        names = tiers._method(integrator) | tiers.constants(features)
+        solving = tiers.banded if features.banded else tiers.iterative
+        for module in (tiers.scalar, solving):
+            names |= dict(inspect.getmembers(module, inspect.isfunction))
         return Binder(names).bind(tiers.loop.drive)
 
-    engine.bound_drive = plain
+    def plain(integrator, tier):
+        if tier == "interpreted":
+            return bound(integrator, tier)
+
+        def drive(progress, task, work, net, buffer):
+            return on_net(integrator, seen[net.operations.force])(
+                progress, task, work, net, buffer
+            )
+
+        return drive
+
+    engine.bound_drive, engine.loop_operations = plain, operations
+    engine.Engine._native = lambda self, records: records
 
 
 def lines_run(work: Callable[[], object], modules: list[str]) -> dict[str, set[int]]:

@@ -14,13 +14,15 @@ from scipy import sparse
 from tissuec.bench.trial import Deadline
 from tissuec.engine.binding import Binder
 from tissuec.engine.layout import Layout
-from tissuec.engine.tiers import OPERATIONS, Features, constants
+from tissuec.engine.native import Native, caller
+from tissuec.engine.tiers import operations
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import Floats, Integers, Net
 from tissuec.kernels.scalar import force, place
 from tissuec.situation import Situation
 
 Rate = Callable[..., None]
+OPERATIONS = ("force", "place")
 
 
 def rate(
@@ -78,8 +80,11 @@ class Kernel:
         self._origin = layout.inwards(situation.network.position)
         still = np.where((layout.held & ~layout.moved)[:, None], 0.0, situation.velocity)
         self._x, self._v = layout.inwards(situation.position), layout.inwards(still)
-        self._rate = bound_rate(layout.features)
-        self._net = layout.compiled_net(INTEGRATORS["dop853"])
+        self._rate = compiled_rate()
+        needed = replace(layout.features, watched=False, crushed=False, ledger=False)
+        called = operations(frozenset(OPERATIONS), needed)
+        net = layout.compiled_net(INTEGRATORS["dop853"])
+        self._net = Native(net._replace(operations=called))
         self._scratch = np.zeros_like(self._x), np.zeros(2)
 
     @property
@@ -153,7 +158,6 @@ class Kernel:
 
 
 @cache
-def bound_rate(features: Features) -> Rate:
-    """Return the compiled ``rate`` of what a scene needs."""
-    needed = replace(features, watched=False, crushed=False, ledger=False)
-    return Binder(constants(needed), OPERATIONS).bind(rate)
+def compiled_rate() -> Rate:
+    """Return the compiled ``rate``, which calls the operations of its net."""
+    return Binder({name: caller(name) for name in OPERATIONS}, compiled=True).bind(rate)

@@ -8,7 +8,7 @@ not notice that a function called from another file has changed.
 
 import hashlib
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dis import get_instructions
 from functools import cache
 from pathlib import Path
@@ -18,16 +18,19 @@ from typing import Any, Literal
 from tissuec.core.resources import PACKAGE, cache_folder
 
 Function = Callable[..., Any]
-#: Called by Python, called by compiled code, or a part of its callers.
-Role = Literal["entry", "operation", "inline"]
+#: Called by Python, by its address, or by compiled code that it becomes a part of.
+Role = Literal["entry", "linked", "part"]
 #: What compiled code is made from; laws are told apart by the names of their functions.
 SOURCES = (
     "engine/binding.py",
     "engine/drive.py",
+    "engine/native.py",
     "integrators/*.py",
     "kernels/*.py",
     "laws/code.py",
 )
+#: What this process has compiled or loaded: from which function, and under which name.
+_COMPILED: dict[tuple[Function, str], Function] = {}
 
 
 class Binder:
@@ -35,19 +38,20 @@ class Binder:
 
     Args:
         replaced: Global names and what they shall mean: functions (bound in turn) or constants.
-        operations: Names of functions that are compiled once each; whatever else the bound
-            function calls becomes part of its callers, which halves the time of compiling.
-            Empty: nothing is compiled.
+        compiled: Whether they are compiled, each by itself.
     """
 
-    def __init__(self, replaced: Mapping[str, Any], operations: Collection[str] = ()):
-        self._replaced = replaced
-        self._operations = operations
+    def __init__(self, replaced: Mapping[str, Any], *, compiled: bool = False):
+        self._replaced, self._compiled = replaced, compiled
         self._bound: dict[tuple[Function, Role], tuple[Function, frozenset[str]]] = {}
 
-    def bind(self, function: Function) -> Function:
+    def bind(self, function: Function, role: Role = "entry") -> Function:
         """Return a copy of a function under the replaced names."""
-        return self._bind(function, "entry")[0]
+        return self._bind(function, role)[0]
+
+    def names(self, function: Function) -> frozenset[str]:
+        """Return which of the replaced names a function uses, directly or not."""
+        return self._bind(function, "entry")[1]
 
     def _bind(self, function: Function, role: Role) -> tuple[Function, frozenset[str]]:
         """Return the copy and which replacements it depends on, directly or not."""
@@ -62,13 +66,15 @@ class Binder:
                 depends.add(name)
             value = names.get(name)
             if isinstance(value, FunctionType) and value.__module__.startswith("tissuec."):
-                part: Role = "operation" if name in self._operations else "inline"
-                names[name], further = self._bind(value, part)
+                names[name], further = self._bind(value, "part")
                 depends |= further
         copy = FunctionType(function.__code__, names, function.__name__)
         copy.__module__ = function.__module__
         copy.__qualname__ = f"{function.__name__}_{self._variant(depends, role)}"
-        result = _jit(copy, role) if self._operations else copy
+        result = copy
+        if self._compiled:
+            key = function, copy.__qualname__
+            result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role)
         self._bound[function, role] = (result, frozenset(depends))
         return self._bound[function, role]
 
@@ -114,11 +120,15 @@ def _jit(function: FunctionType, role: Role) -> Function:
         # Only contraction of a b + c: anything more would break the tests for NaN. Kernels
         # allocate nothing, so they need no counting of references, which took a quarter of
         # the time of stepping a small net.
-        options = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
-        if role == "inline":
-            return numba.njit(inline="always", **options)(function)
-        if role == "operation":  # only compiled code calls it: nothing to take Python's objects
-            options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        return numba.njit(cache=folder is not None, **options)(function)
+        # Nothing has to take Python's objects where only compiled code calls.
+        return numba.njit(
+            error_model="numpy",
+            fastmath={"contract"},
+            _nrt=False,
+            no_cpython_wrapper=role != "entry",
+            no_cfunc_wrapper=role != "linked",
+            # Laws are written in memory: there is no file to tell their age by.
+            cache=folder is not None and not function.__code__.co_filename.startswith("<"),
+        )(function)
     finally:
         config.CACHE_DIR = before

@@ -34,7 +34,6 @@ from tissuec.kernels.records import (
     Task,
     Work,
 )
-from tissuec.kernels.scalar import CORNERED, LEDGER, TOUCHED, WATCHED
 from tissuec.kernels.vector import (
     VectorNet,
     accumulate,
@@ -84,7 +83,7 @@ CORNER_SHARE = 1e-3
 # The same of velocities, where contacts begin or end: their law bends there without a corner.
 BEND_SHARE = 0.1
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
-MOST_PIECES = 64  # of a step that powers are looked at on
+MOST_HALVINGS = 6  # of a step whose powers are looked at on equal pieces
 
 
 def drive(
@@ -101,9 +100,9 @@ def drive(
         force(time, x, v, a, work.power[1], net)
         work.effort[0] += 1
         fresh = 0
-        if TOUCHED:
+        if net.touched:
             bends = net.touches.bends[0]
-        if LEDGER:
+        if net.ledger:
             work.trend[0] = work.trend[1] = nan
     growing = True
     reason = REACHED
@@ -127,10 +126,10 @@ def drive(
                 break
             if IMPLICIT:
                 aim(h, displacement, speed, task, work)
-            if TOUCHED:
+            if net.touched:
                 net.touches.bends[1] = net.touches.bends[2] = bends
             near = step(time, end, current, work, net)
-            if TOUCHED:
+            if net.touched:
                 # What moves far may pass through a shape, or meet one that is not listed.
                 way = strayed(work.x[1 - current], work.x[current], net)
                 if task.fixed == 0 and way > 1.0:
@@ -148,7 +147,7 @@ def drive(
             if task.fixed == 0:
                 # Implicit steps may brake what is too fast for them, and lose its energy.
                 strict = near or IMPLICIT
-                if TOUCHED and net.touches.bends[1] < net.touches.bends[2]:
+                if net.touched and net.touches.bends[1] < net.touches.bends[2]:
                     # What is thrown off flies on as wrongly as it was thrown.
                     strict, off_speed = True, off_speed / BEND_SHARE
                 growth = reach - displacement
@@ -168,7 +167,7 @@ def drive(
                 reason = OUTSIZE
                 break
             wrong = 0.0
-            if LEDGER:
+            if net.ledger:
                 wrong = book(h, current, work)
             near |= finish(time, end, current, work, net)
             room -= pace * h
@@ -182,7 +181,7 @@ def drive(
                         rejected += 1
                         growing = False
                         continue
-            if CORNERED and task.fixed == 0:
+            if net.cornered and task.fixed == 0:
                 part = corner(time, end, current, reach, pace, task, work, net)
                 if part < 1.0:
                     usual = -max(size, abs(usual))
@@ -191,7 +190,7 @@ def drive(
                     memory, calm, growing = 0.0, 0, False
                     continue
             accepted += 1
-            if TOUCHED:
+            if net.touched:
                 bends = net.touches.bends[0]
             error += off / SAFETY
             displacement, speed = reach, pace
@@ -208,7 +207,7 @@ def drive(
                     size, usual = max(size, abs(usual)), 0.0
                 growing = True
             pending, prepared = 1, 0
-            if LEDGER:
+            if net.ledger:
                 work.pieces[0] = 0
                 moving = kinetic(work.v[1 - current], net)
                 energy = max(energy, moving, turnover(current, work))
@@ -218,7 +217,7 @@ def drive(
                     prepare(time, end, current, work, net)
                     prepared = 1
                     integrate_finely(time, end, current, may, work, net)
-            suspect = WATCHED and near
+            suspect = net.watched and near
             if prepared == 0 and (suspect or is_due(sample, time, end, buffer)):
                 prepare(time, end, current, work, net)
                 prepared = 1
@@ -246,7 +245,7 @@ def drive(
             filled += 1
         if reason == FULL:
             break
-        if LEDGER:
+        if net.ledger:
             work.power[1, 0] = work.power[END_ROW, 0]
             work.power[1, 1] = work.power[END_ROW, 1]
         time, current, pending = end, 1 - current, 0
@@ -483,16 +482,14 @@ def integrate_finely(
     for it. The step stays as it is: what is looked at never changes what happens.
     """
     ledger, finer = work.ledger[1 - current], work.trial_ledger
-    integrate(time, end, time, end, 1, current, ledger, work, net)
-    pieces, left = 1, inf
-    while pieces < MOST_PIECES:
-        pieces = 2 * pieces
-        integrate(time, end, time, end, pieces, current, finer, work, net)
+    left = inf
+    for halvings in range(MOST_HALVINGS + 1):
+        work.pieces[0] = 1 << halvings
+        integrate(time, end, time, end, work.pieces[0], current, finer, work, net)
         left = max(abs(finer[0] - ledger[0]), abs(finer[1] - ledger[1]))
         ledger[0], ledger[1] = finer[0], finer[1]
-        if left <= may:
+        if halvings > 0 and left <= may:
             break
-    work.pieces[0] = pieces
     work.doubt[0] += left
 
 
@@ -541,7 +538,7 @@ def look(
 ) -> None:
     """Set state and ledger to those at a time within the prepared step."""
     place_within(when, time, end, current, x, v, work, net)
-    if LEDGER:
+    if net.ledger:
         if work.pieces[0] > 0:
             integrate(time, when, time, end, work.pieces[0], current, ledger, work, net)
         else:

@@ -25,6 +25,7 @@ from tissuec.engine.tiers import (
     bound_inside,
     evaluation_cost,
     forced_tier,
+    loop_operations,
     step_cost,
     worthwhile,
 )
@@ -145,6 +146,7 @@ class Engine:
             self._work = self._work._replace(sides=np.zeros((2, 3, cornered)))
         self._equip(situation)
         self._nets: dict[Tier, Any] = {}
+        self._natives: dict[type[Any], Any] = {}  # records as compiled code takes them
         self._stale, self._segment = False, None
         if not self._progress.step:
             step = first_step(self._layout, self._integrator, self.method.duration)
@@ -477,12 +479,22 @@ class Engine:
         if self.method.name == "automatic" and self.method.step is None:
             limit = min(limit, self._contest.look)
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
-        drive = bound_drive(self._integrator, self._layout.features, tier)
-        reason, progress = drive(
-            self._progress, task, self._work, self._net(tier), self._outbox.buffer
-        )
+        records = self._work, self._net(tier), self._outbox.buffer
+        if tier == "compiled":
+            records = self._native(records)
+        reason, progress = bound_drive(self._integrator, tier)(self._progress, task, *records)
         self._progress = Progress(*progress)
         return reason
+
+    def _native(self, records: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return records as compiled code takes them."""
+        from tissuec.engine.native import Native  # which loads Numba
+
+        for record in records:
+            kept = self._natives.get(type(record))
+            if kept is None or kept.record is not record:
+                self._natives[type(record)] = Native(record)
+        return tuple(self._natives[type(record)] for record in records)
 
     @property
     def _evaluations(self) -> int:
@@ -514,14 +526,18 @@ class Engine:
             if self._layout.features.touched:
                 self._listed_at = self._progress.time
                 self._layout.list_near(self._work.x[self._progress.current])
-            make = self._layout.compiled_net if tier == "compiled" else self._layout.vector_net
-            self._nets[tier] = make(self._integrator)
+            if tier == "compiled":
+                net = self._layout.compiled_net(self._integrator)
+                called = loop_operations(self._integrator, self._layout.features)
+                self._nets[tier] = net._replace(operations=called)
+            else:
+                self._nets[tier] = self._layout.vector_net(self._integrator)
         return self._nets[tier]
 
     def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
         """Return the first rupture or trigger within the accepted step, and move there."""
         net = self._net("interpreted")
-        inside = bound_inside(self._integrator, self._layout.features)
+        inside = bound_inside(self._integrator)
         within = Within(inside, self._progress, self._work, net, self._layout)
         rupture = within.first_rupture(self._integrator.looks) if surpassed else None
         stop = within.end if rupture is None else rupture[0]

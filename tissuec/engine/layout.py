@@ -288,6 +288,7 @@ class Layout:
             push=self.push,
             driven=self.driven,
             drag=float(self.situation.drag),
+            **self._asked(),
             acts=self.acts(),
             **self._effects(),
         )
@@ -326,10 +327,18 @@ class Layout:
             contact=self._contact,
             touches=self.touches(),
             jets=tuple(jet.renumbered(self.place) for jet in self.situation.jets.values()),
-            watched=self.watched,
             crushed=self._crushed,
-            ledger=self.ledger,
+            **self._asked(),
         )
+
+    def _asked(self) -> dict[str, Any]:
+        """Return what the loop over steps has to do besides stepping."""
+        return {
+            "watched": self.watched,
+            "ledger": self.ledger,
+            "touched": self.situation.contact is not None,
+            "cornered": self._cornered,
+        }
 
     def acts(self) -> Acts:
         """Return motions and loads for the present stretch of time."""

@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cache
+from inspect import getmembers, isfunction
 from typing import Any, cast
 
 from tissuec.engine import drive as loop
@@ -15,7 +16,7 @@ from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
 from tissuec.kernels import banded, iterative, scalar
-from tissuec.kernels.records import Buffer, Integers, Progress, Solver, Task, Work
+from tissuec.kernels.records import Integers, Operations, Progress, Solver, Task
 from tissuec.laws import Law, code
 
 # Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
@@ -33,36 +34,14 @@ JET_COST = 4e-3  # of one look at a jet on some hundred triangles [s]
 # sparse one, n^1.5 times; the same of solving, with n b and n^1.5. [s]
 BAND_FACTOR_COST, BAND_SOLUTION_COST = 1e-9, 4e-9
 FACTOR_COST, SOLUTION_COST = 6e-7, 1.5e-8
-# Operations that the compiled tier takes from ``scalar`` instead of ``vector``.
-OPERATIONS = (
-    "accumulate",
-    "add_rows",
-    "bend_of_passed",
-    "between",
-    "blended_error",
-    "combine",
-    "copy_sample",
-    "distance",
-    "drift",
-    "find_sides",
-    "force",
-    "greatest_force",
-    "is_passed",
-    "kick",
-    "kinetic",
-    "peaks",
-    "place",
-    "polynomials",
-    "quadrature",
-    "scale",
-    "slack",
-    "subtract",
-    "tension",
-)
-# Parts of them that are compiled by themselves, because they are long.
-PARTS = ("before", "dim", "divide", "press", "recoil", "sort", "survey", "touch", "way")
-# Those that it takes from ``banded`` or ``iterative`` instead of ``linear``.
-SOLVING = ("assemble", "solve")
+# Operations on nets that only some scenes need.
+NEEDED = {
+    "bend_of_passed": "cornered",
+    "find_sides": "cornered",
+    "kinetic": "ledger",
+    "peaks": "watched",
+    "tension": "watched",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,21 +72,50 @@ class Inside:
     prepare: Callable[..., None]
 
 
-Drive = Callable[[Progress, Task, Work, Any, Buffer], tuple[int, Progress]]
+Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
 
 
 @cache
-def bound_drive(integrator: type[Integrator], features: Features, tier: Tier) -> Drive:
-    """Return the loop over steps of an integrator for a tier."""
-    if tier == "compiled":
-        features = _shared(features)
-    replaced = _replaced(integrator, features)
-    if tier == "interpreted":
-        return cast(Drive, Binder(replaced).bind(loop.drive))
+def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
+    """Return the loop over steps of an integrator; compiled, it takes records as ``Native``."""
+    binder = _compiling(integrator) if tier == "compiled" else Binder(_method(integrator))
+    return cast(Drive, binder.bind(loop.drive))
+
+
+@cache
+def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
+    """Return where the compiled operations are that the loop calls for a net."""
+    called = _compiling(integrator).names(loop.drive) & set(Operations._fields)
+    needed = (name for name in called if name not in NEEDED or getattr(features, NEEDED[name]))
+    return operations(frozenset(needed), features)
+
+
+@cache
+def operations(names: frozenset[str], features: Features) -> Operations:
+    """Return where some compiled operations are, for what a scene needs."""
+    return Operations(**{name: _operation(name, _shared(features)) for name in names})
+
+
+@cache
+def _compiling(integrator: type[Integrator]) -> Binder:
+    """Return what compiles the loop over steps of an integrator."""
+    from tissuec.engine import native
+
+    # On vectors those of ``scalar``, instead of ``vector``; on nets those that the net names.
+    replaced = _method(integrator) | dict(getmembers(scalar, isfunction))
+    replaced |= {name: native.caller(name) for name in Operations._fields}
+    return Binder(replaced, compiled=True)
+
+
+@cache
+def _operation(name: str, features: Features) -> int:
+    """Return the address of an operation on nets, compiled for what a scene needs."""
+    from tissuec.engine import native
+
     solving = banded if features.banded else iterative
-    replaced |= {name: getattr(scalar, name) for name in OPERATIONS}
-    replaced |= {name: getattr(solving, name) for name in SOLVING}
-    return cast(Drive, Binder(replaced, (*OPERATIONS, *SOLVING, *PARTS)).bind(loop.drive))
+    function = getattr(solving if name in ("assemble", "solve") else scalar, name)
+    binder = Binder(constants(features), compiled=True)
+    return native.address_of(binder.bind(function, "linked"), name)
 
 
 def _shared(features: Features) -> Features:
@@ -123,19 +131,18 @@ def _shared(features: Features) -> Features:
 
 
 @cache
-def bound_inside(integrator: type[Integrator], features: Features) -> Inside:
+def bound_inside(integrator: type[Integrator]) -> Inside:
     """Return what looks into the steps of an integrator."""
-    binder = Binder(_replaced(integrator, features))
+    binder = Binder(_method(integrator))
     return Inside(look=binder.bind(loop.look), prepare=binder.bind(integrator.prepare))
 
 
-def _replaced(integrator: type[Integrator], features: Features) -> dict[str, Any]:
-    """Return what the names in the stepping code mean for an integrator and features."""
+def _method(integrator: type[Integrator]) -> dict[str, Any]:
+    """Return what the names in the stepping code mean for an integrator."""
     functions = ("step", "estimate", "book", "finish", "prepare", "propose")
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
-    replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
-    return replaced | constants(features)
+    return replaced | {name.upper(): getattr(integrator, name) for name in numbers}
 
 
 def constants(features: Features) -> dict[str, Any]:

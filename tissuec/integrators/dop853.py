@@ -97,12 +97,12 @@ def evaluate_stage(
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
-    rows, weights = work.rows[: RESULT + 1], work.tableau[:, : RESULT + 1]
-    five, three, none = work.trial_x, work.trial_v, work.zero
-    fifth, third = weights[ERROR], weights[ERROR + 1]
+    last, table = RESULT + 1, work.tableau
+    rows, five, three, none = work.rows[:last], work.trial_x, work.trial_v, work.zero
+    fifth, third = table[ERROR, :last], table[ERROR + 1, :last]
     combine(none, h * h, fifth, none, h * h, third, rows, five, three)
     position = blended_error(five, three, work.each)
-    fifth, third = weights[ERROR + 2], weights[ERROR + 3]
+    fifth, third = table[ERROR + 2, :last], table[ERROR + 3, :last]
     combine(none, h, fifth, none, h, third, rows, five, three)
     return position, blended_error(five, three, work.each)
 

@@ -9,8 +9,7 @@ ends.
 import numpy as np
 
 from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.scalar import LEDGER
-from tissuec.kernels.vector import between
+from tissuec.kernels.vector import VectorNet, between
 
 
 def dense_x(rows: int, end: int) -> Floats:
@@ -59,14 +58,14 @@ def cubic(part: float) -> tuple[float, float, float, float]:
     return 1.0 - rise, rise, p * rest * rest, -p * p * rest
 
 
-def prepare(time: float, end: float, current: int, work: Work, net: object) -> None:
+def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
     """Fill the last two rows."""
     h, other = end - time, 1 - current
     last = work.rows.shape[0] - 1
     mean, rise = work.rows[last - 1], work.rows[last]
     between(work.v[current], work.v[other], 1.0 / h, work.zero, mean)
     between(work.x[current], work.x[other], 1.0 / (h * h), work.rows[0], rise)
-    if LEDGER:
+    if net.ledger:
         for k in range(2):
             work.power[last - 1, k] = (work.ledger[other, k] - work.ledger[current, k]) / h
             work.power[last, k] = 0.0

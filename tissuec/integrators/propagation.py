@@ -23,7 +23,6 @@ import numpy as np
 
 from tissuec.integrators import INTEGRATORS, hermite
 from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.scalar import LEDGER
 from tissuec.kernels.vector import (
     VectorNet,
     accumulate,
@@ -62,7 +61,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
                 size *= 0.5
                 continue
             work.effort[STALLS] += 1
-        keep(size, x, v, a, work)
+        keep(size, x, v, a, work, net)
         near |= close
         time, former, size = then, greatest, 2.0 * size
     scale(1.0, a, work.rows[END])
@@ -93,12 +92,12 @@ def propagate(
     place(then, x, v, net)
 
 
-def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work) -> None:
+def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work, net: VectorNet) -> None:
     """Accept a step: its state becomes the one in the rows, its power is booked."""
     scale(1.0, x, work.rows[X])
     scale(1.0, v, work.rows[V])
     scale(1.0, a, work.rows[A])
-    if LEDGER:
+    if net.ledger:
         for k in range(2):
             work.booked[1, k] += 0.5 * size * (work.booked[0, k] + work.power[END, k])
             work.booked[0, k] = work.power[END, k]

@@ -12,7 +12,6 @@ import numpy as np
 
 from tissuec.integrators import INTEGRATORS, hermite
 from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.scalar import LEDGER
 from tissuec.kernels.vector import (
     VectorNet,
     accumulate,
@@ -77,7 +76,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
         scale(h * shift, rows[GAIN_V], rows[GAIN_V])
         blend(mu, nu, h * shift * less, work.x[current], work.v[current], LAST_X, work)
         blend(mu, nu, h * shift * less, work.v[current], rows[1], LAST_V, work)
-        if LEDGER:
+        if net.ledger:
             for k in range(2):
                 gain = work.power[2, k] - less * work.power[1, k]
                 ledger[0, k], ledger[1, k] = (

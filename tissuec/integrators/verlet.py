@@ -11,7 +11,6 @@ import numpy as np
 
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import LOOKED, Work
-from tissuec.kernels.scalar import LEDGER
 from tissuec.kernels.vector import (
     VectorNet,
     distance,
@@ -62,7 +61,7 @@ def book(h: float, current: int, work: Work) -> float:
 
 def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
     """Set the powers to those at the corrected velocity; remember how fast they changed."""
-    if LEDGER:
+    if net.ledger:
         # With the predicted velocity they would jump from step to step.
         x, v = work.x[1 - current], work.v[1 - current]
         force(end, x, v, work.trial_x, work.power[2], net)

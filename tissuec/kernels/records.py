@@ -1,16 +1,20 @@
-"""The records that travel into the stepping code; Numba takes them as they are.
+"""The records that travel into the stepping code; compiled code reads them in ``native``.
 
 Vectors of all nodes are flat, shape (3 node,): x0 y0 z0 x1 …, so that kernels index scalars.
 Held nodes are part of them and keep still because their inverse mass is zero.
 """
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+# Compiled code knows the number of axes of each array: one, unless the type says another.
+Rows = Annotated[Floats, 2]
+Stack = Annotated[Floats, 3]
+IntegerRows = Annotated[Integers, 2]
 
 
 class Acts(NamedTuple):
@@ -23,16 +27,16 @@ class Acts(NamedTuple):
     motions: int  # acts below this number are motions, the others loads
     first: Integers  # shape (act + 1,)
     nodes: Integers  # shape (entry,)
-    base: Floats  # positions that the motions start from [m], shape (entry, 3)
+    base: Rows  # positions that the motions start from [m], shape (entry, 3)
     term_first: Integers  # shape (act + 1,)
-    term_vector: Floats  # [m] or [N], shape (term, 3)
+    term_vector: Rows  # [m] or [N], shape (term, 3)
     term_curve: Integers  # shape (term,)
     turn_curve: Integers  # of the rotation, -1 without one, shape (act,)
-    turn_centre: Floats  # [m], shape (act, 3)
-    turn_axis: Floats  # unit vectors, shape (act, 3)
+    turn_centre: Rows  # [m], shape (act, 3)
+    turn_axis: Rows  # unit vectors, shape (act, 3)
     turn_angle: Floats  # [rad], shape (act,)
     origin: Floats  # time from which a curve counts [s], shape (curve,)
-    power: Floats  # coefficients, shape (curve, power)
+    power: Rows  # coefficients, shape (curve, power)
     amplitude: Floats  # of the sine, shape (curve,)
     angular: Floats  # its angular frequency [1/s], zero without a sine, shape (curve,)
 
@@ -40,7 +44,7 @@ class Acts(NamedTuple):
 class Enclosures(NamedTuple):
     """Enclosed volumes: cells of faces with four corners that face outwards."""
 
-    corners: Integers  # nodes of the faces, shape (face, 4)
+    corners: IntegerRows  # nodes of the faces, shape (face, 4)
     first: Integers  # shape (cell + 1,)
     drawn: Floats  # volumes [m³], shape (cell,)
     modulus: Floats  # [Pa], shape (cell,)
@@ -67,12 +71,12 @@ class Touches(NamedTuple):
     weight: Floats  # how often they count, shape (pair,)
     radius: Floats  # [m], shape (pair,)
     kind: Integers  # shape (shape,)
-    points: Integers  # nodes that carry each shape, shape (shape, 3)
+    points: IntegerRows  # nodes that carry each shape, shape (shape, 3)
     surface: Integers  # that each shape belongs to, shape (shape,)
-    met: Floats  # scratch, for the pairs of one node, shape (most pairs of a node, 16)
+    met: Rows  # scratch, for the pairs of one node, shape (most pairs of a node, 16)
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
-    home: Floats  # where these stay [m], shape (m, 3) or (0, 3)
-    bent: Floats  # scratch, their rates [m/s²], shape as ``home``
+    home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
+    bent: Rows  # scratch, their rates [m/s²], shape as ``home``
     bends: Integers  # of the law that are passed: at the last look, least and most in a step
     listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
     squares: Floats  # scratch, shape (node,)
@@ -87,23 +91,23 @@ class Touches(NamedTuple):
 class Jets(NamedTuple):
     """Jets of fluid and what they may meet; see ``tissuec.jets`` and ``rinsing``."""
 
-    opening: Integers  # nodes in the opening and ahead of it, shape (jet, 2)
+    opening: IntegerRows  # nodes in the opening and ahead of it, shape (jet, 2)
     bore: Floats  # [m], shape (jet,)
     density: Floats  # [kg/m³], shape (jet,)
     growth: Floats  # of the width for each distance, shape (jet,)
     width: Floats  # b0 [m], shape (jet,)
     act: Integers  # whose first component is the flow [m³/s], shape (jet,)
     first: Integers  # triangles of jet i are first[i]:first[i + 1], shape (jet + 1,)
-    corners: Integers  # their nodes, shape (triangle, 3)
+    corners: IntegerRows  # their nodes, shape (triangle, 3)
     side: Integers  # from where they can be pushed, shape (triangle,)
     struck: Integers  # 1 if they are pushed, shape (triangle,)
     blur: Floats  # of their shades [m], shape (triangle,)
-    shares: Floats  # elements of triangles as shares of their corners, shape (share, 3)
+    shares: Rows  # elements of triangles as shares of their corners, shape (share, 3)
     shares_start: Integers  # among them, shape (triangle,)
     shares_end: Integers  # shape (triangle,)
     frame: Floats  # scratch: opening, direction, and two directions across, shape (12,)
-    faces: Floats  # scratch, shape (triangle, 17)
-    points: Floats  # scratch, shape (element of one triangle, 7)
+    faces: Rows  # scratch, shape (triangle, 17)
+    points: Rows  # scratch, shape (element of one triangle, 7)
     met: Integers  # scratch: triangles within a jet, shape (triangle,)
     link: Integers  # scratch: the next one in the same cell, shape (triangle,)
     shades: Integers  # scratch: those before one, shape (triangle,)
@@ -123,14 +127,29 @@ class Internal(NamedTuple):
     rate: Floats  # of variables in these [1/s], shape (variable,)
     change: Floats  # scratch, rates of those velocities [m/s²], shape (variable,)
     nodes: Integers  # that the variables are kept in, shape (m,)
-    home: Floats  # where these stay [m], shape (m, 3)
+    home: Rows  # where these stay [m], shape (m, 3)
+
+
+class Operations(NamedTuple):
+    """Addresses of compiled operations on a net, 0 for those that the method does not call."""
+
+    assemble: int = 0
+    bend_of_passed: int = 0
+    find_sides: int = 0
+    force: int = 0
+    greatest_force: int = 0
+    kinetic: int = 0
+    peaks: int = 0
+    place: int = 0
+    slack: int = 0
+    solve: int = 0
+    tension: int = 0
 
 
 class Net(NamedTuple):
     """What acts on the nodes, for the compiled tier; springs sorted by their lower node.
 
-    What a scene has nothing of is None, from the enclosures on: a call in compiled code passes
-    every array of its records, which takes time and takes most of the time of compiling.
+    What a scene has nothing of is None, from the enclosures on.
     """
 
     first: NDArray[np.uint64]  # springs of node i are first[i]:first[i + 1], (node + 1,)
@@ -148,12 +167,17 @@ class Net(NamedTuple):
     push: Floats  # constant loads on free nodes [N], shape (3 node,)
     driven: Integers  # nodes on prescribed paths
     drag: float  # ambient damping [N s/m]
+    watched: bool  # springs may break
+    ledger: bool  # work and dissipation are integrated
+    touched: bool  # there are instruments or threads that touch
+    cornered: bool  # some laws have corners
     acts: Acts
     enclosures: Enclosures
     reels: Reels
     touches: Touches
     jets: Jets
     internal: Internal
+    operations: Operations = Operations()
 
 
 class Solver(NamedTuple):
@@ -165,11 +189,11 @@ class Solver(NamedTuple):
     """
 
     slot: Integers  # of each node, -1 if held, shape (node,)
-    band: Floats  # shape (3 free, width + 1), or (0, 0) where solving iterates
-    bar: Floats  # along, across [kg] and direction of each spring, shape (spring, 5) or (0, 5)
-    block: Floats  # inverses of the diagonal blocks [1/kg], shape (node, 6) or (0, 6)
+    band: Rows  # shape (3 free, width + 1), or (0, 0) where solving iterates
+    bar: Rows  # along, across [kg] and direction of each spring, shape (spring, 5) or (0, 5)
+    block: Rows  # inverses of the diagonal blocks [1/kg], shape (node, 6) or (0, 6)
     unknown: Floats  # right-hand side and solution, shape (3 free,)
-    scratch: Floats  # shape (4, 3 node) or (0, 0)
+    scratch: Rows  # shape (4, 3 node) or (0, 0)
     at: Floats  # positions that S was made at [m], shape (3 node,)
     speed: Floats  # velocities that S was made at [m/s], shape (3 node,)
     # q of S [s], 0 without one; worst contraction of the step; 1 if S is to be made again
@@ -179,32 +203,32 @@ class Solver(NamedTuple):
 class Work(NamedTuple):
     """State and scratch of one run; halves 0 and 1 hold a step's start and end in turn."""
 
-    x: Floats  # positions [m], shape (2, 3 node)
-    v: Floats  # velocities [m/s], shape (2, 3 node)
-    a: Floats  # accelerations [m/s²], shape (2, 3 node)
-    ledger: Floats  # work and dissipated energy so far [J], shape (2, 2)
+    x: Rows  # positions [m], shape (2, 3 node)
+    v: Rows  # velocities [m/s], shape (2, 3 node)
+    a: Rows  # accelerations [m/s²], shape (2, 3 node)
+    ledger: Rows  # work and dissipated energy so far [J], shape (2, 2)
     origin: Floats  # positions at the start of the run [m], shape (3 node,)
-    rows: Floats  # velocity / step, then the stage accelerations, shape (row, 3 node)
-    power: Floats  # of work and of dissipation at the stages [W], shape (row, 2)
+    rows: Rows  # velocity / step, then the stage accelerations, shape (row, 3 node)
+    power: Rows  # of work and of dissipation at the stages [W], shape (row, 2)
     trial_x: Floats  # shape (3 node,)
     trial_v: Floats  # shape (3 node,)
     trial_ledger: Floats  # shape (2,)
     zero: Floats  # shape (3 node,)
     each: Floats  # scratch of measures of errors, which leave out tools, shape (node,)
     moving: Floats  # scratch of measures of motion, which leave out hidden nodes as well
-    tableau: Floats  # coefficients of the method, shape (combination, row)
-    dense_x: Floats  # positions within the step: powers of its part, shape (power, row)
-    dense_v: Floats  # the same for velocities
-    weights: Floats  # shape (2, row)
-    tension: Floats  # three looks at the springs [N], shape (3, spring) or (3, 0)
-    booked: Floats  # two estimates of the error of the ledger [J], shape (2, 2)
+    tableau: Rows  # coefficients of the method, shape (combination, row)
+    dense_x: Rows  # positions within the step: powers of its part, shape (power, row)
+    dense_v: Rows  # the same for velocities
+    weights: Rows  # shape (2, row)
+    tension: Rows  # three looks at the springs [N], shape (3, spring) or (3, 0)
+    booked: Rows  # two estimates of the error of the ledger [J], shape (2, 2)
     trend: Floats  # rates of both powers in the last step [W/s], NaN if unknown, shape (2,)
     # Evaluations, factorisations, solutions and stalls of steps so far, and evaluations for
     # looks inside of steps, shape (5,)
     effort: Integers
     pieces: Integers  # that the powers of the step are integrated on, 0: by stages, shape (1,)
-    inner: Floats  # scratch of that: x, v and a within the step, shape (3, 3 node)
-    sides: Floats  # of corners of laws at two looks, shape (2, 3, spring) or (2, 3, 0)
+    inner: Rows  # scratch of that: x, v and a within the step, shape (3, 3 node)
+    sides: Stack  # of corners of laws at two looks, shape (2, 3, spring) or (2, 3, 0)
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
     rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
@@ -263,9 +287,9 @@ class Buffer(NamedTuple):
 
     times: Floats  # of all samples of the run [s], shape (sample of the run,)
     time: Floats  # shape (sample,)
-    position: Floats  # shape (sample, 3 node)
-    velocity: Floats  # shape (sample, 3 node)
-    ledger: Floats  # shape (sample, 2)
+    position: Rows  # shape (sample, 3 node)
+    velocity: Rows  # shape (sample, 3 node)
+    ledger: Rows  # shape (sample, 2)
     error: Floats  # of positions, as estimated [m], shape (sample,)
 
 

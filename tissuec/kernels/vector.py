@@ -53,6 +53,8 @@ class VectorNet:
         watched: Whether springs may break.
         crushed: Whether they do so under pressure, too.
         ledger: Whether work and dissipation are integrated.
+        touched: Whether there are instruments or threads that touch.
+        cornered: Whether some laws have corners.
     """
 
     def __init__(
@@ -81,6 +83,8 @@ class VectorNet:
         watched: bool,
         crushed: bool,
         ledger: bool,
+        touched: bool,
+        cornered: bool,
     ):
         component = np.arange(3)[:, None]
         springs, nodes = len(low), len(inverse_mass)
@@ -102,6 +106,7 @@ class VectorNet:
         self.giving = np.zeros(0)  # how fast springs give way
         self.lost = 0.0  # the power of that [W]
         self.watched, self.crushed, self.ledger = watched, crushed, ledger
+        self.touched, self.cornered = touched, cornered
         self.linear, self.viscous = behaviour.is_linear, behaviour.is_viscous
         self.r, self.w = np.empty((3, springs)), np.empty((3, springs))
         self.end = np.empty((3, springs))

@@ -41,6 +41,6 @@ def kernels(laws: tuple[Law, ...], constants: int, *, compiled: bool = True) -> 
     """
     replaced: dict[str, Any] = dict(functions(laws, constants))
     replaced["CURVED"] = len(laws) > 1
-    binder = Binder(replaced, OPERATIONS if compiled else ())
+    binder = Binder(replaced, compiled=compiled)
     both = vars(sensitivity) | vars(explicit)
     return Kernels(**{name: binder.bind(both[name]) for name in OPERATIONS})

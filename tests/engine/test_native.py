@@ -1,0 +1,86 @@
+"""Records in the memory of compiled code: what is read there is what was put in."""
+
+import numba
+import numpy as np
+import pytest
+
+from tissuec.engine.native import Native, RecordType, layout
+from tissuec.kernels import records
+
+
+def filled(record, rng):
+    """Return a record of random arrays, each of another shape, and numbers."""
+    values = {}
+    for name, (_, kind, dtype) in layout(record)[0].items():
+        if isinstance(kind, RecordType):
+            values[name] = filled(kind.record, rng)
+        elif dtype is not None:
+            values[name] = rng.integers(1, 99, rng.integers(1, 4, kind.ndim)).astype(dtype)
+        else:
+            values[name] = {"float64": 2.5, "int64": -3, "bool": True}[str(kind)]
+    return record(**values)
+
+
+def total(value):
+    """Return a number that tells arrays and records of other numbers and shapes apart."""
+    if isinstance(value, tuple):
+        return sum(total(each) for each in value)
+    if isinstance(value, np.ndarray):
+        return float(value.flat[0]) + 1000.0 * value.shape[0] + value.strides[0]
+    return float(value)
+
+
+def reader(record, path):
+    """Return source that adds up what ``total`` does, in compiled code."""
+    terms = []
+    for name, (_, kind, dtype) in layout(record)[0].items():
+        here = f"{path}.{name}"
+        if isinstance(kind, RecordType):
+            terms += reader(kind.record, here)
+        elif dtype is not None:
+            first = ", ".join("0" * kind.ndim)
+            terms.append(f"{here}[{first}] + 1000.0 * {here}.shape[0] + {here}.strides[0]")
+        else:
+            terms.append(f"1.0 * {here}")
+    return terms
+
+
+@pytest.mark.parametrize("record", [records.Touches, records.Work])
+def test_compiled_code_reads_what_a_record_holds(record):
+    lines = "".join(f"    found += {term}\n" for term in reader(record, "record"))
+    names = {}
+    exec(f"def read(record):\n    found = 0.0\n{lines}    return found\n", names)
+    made = filled(record, np.random.default_rng(3))
+    assert numba.njit(names["read"])(Native(made)) == total(made)
+
+
+def test_compiled_code_writes_into_the_arrays_of_a_record():
+    made = filled(records.Buffer, np.random.default_rng(4))
+
+    @numba.njit
+    def write(buffer):
+        buffer.position[0, 0] = 7.0
+
+    write(Native(made))
+    assert made.position[0, 0] == 7.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [np.zeros(3, dtype=np.float32), np.zeros((3, 3)), np.zeros(6)[::2]],
+    ids=["numbers", "axes", "gaps"],
+)
+def test_an_array_that_is_not_as_its_record_says_is_refused(wrong):
+    made = filled(records.Buffer, np.random.default_rng(5))
+    with pytest.raises(TypeError, match=r"Buffer\.time is not array"):
+        Native(made._replace(time=wrong))
+
+
+def test_what_a_scene_has_nothing_of_is_none():
+    made = filled(records.Net, np.random.default_rng(6))._replace(jets=None)
+
+    @numba.njit
+    def read(net):
+        return net.internal.slot.sum() + net.drag
+
+    assert read(Native(made)) == made.internal.slot.sum() + made.drag
