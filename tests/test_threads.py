@@ -9,6 +9,7 @@ from tissuec import mechanics
 from tissuec.core.errors import CompileError
 from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.measures.moment import Moment
+from tissuec.shapes.crossing import crossings
 from tissuec.shapes.nearest import CAPSULE
 
 PIECES, RADIUS, STIFFNESS = 24, 10e-3, 2000.0
@@ -521,3 +522,53 @@ def test_moments_of_a_batch_have_their_own_rest_lengths():
     assert moment.tension[:, 0] == pytest.approx([0.0, 2.5, 5.0])
     assert moment.pick(np.array([1, 2])).tension[:, 0] == pytest.approx([2.5, 5.0])
     assert moment.energies.elastic == pytest.approx([0.0, 4 * 0.5 * 2.5**2 / 1e3, 0.05])
+
+
+# --- through surfaces -----------------------------------------------------------------------
+
+SHEET = """language 1
+tissue silk {{ spring constant = 1000 N/m; viscosity = 0.5 N*s/m; mass = 0.5 g }}
+body sheet {{
+  mesh is sheet {{ corner = (-5, -5, 0) mm; first edge = (10, 0, 0) mm
+                  second edge = (0, 10, 0) mm; columns = 5; rows = 5; diagonals is one }}
+  tissue is silk
+}}
+body strand {{
+  mesh is thread {{ line from (-3, 0.6, 2) mm to (3, 0.6, 4) mm; pieces = 4
+                   thickness = 0.4 mm }}
+  tissue is silk
+}}
+{joint}
+environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only }}
+script {{
+  at 0 s: {{ fix sheet; fix strand }}
+  from 0 s to 10 ms: move strand by (0, 0, {by}) mm using smooth profile
+  from 10 ms to 20 ms: move strand by (0, 0, -0.1) mm using smooth profile
+}}
+simulate {{ duration = 30 ms }}
+"""
+SEWN = "joint seam { springs from strand to sheet; reach = 5 mm; tissue is silk }"
+
+
+@pytest.mark.parametrize(
+    ("by", "joint", "noted"), [(-2.8, "", [0.01]), (-1, "", []), (-2.8, SEWN, [])]
+)
+def test_a_thread_that_goes_through_a_surface_is_noted_once(by, joint, noted):
+    """Held nodes go where they are moved to, whatever touches them."""
+    _, _, outcome = ran(SHEET.format(by=by, joint=joint), tier="interpreted")
+    found = [time for time, note in outcome.happenings if "goes through" in note.cause]
+    assert found == noted
+
+
+def test_a_segment_goes_through_a_triangle_where_barycentric_coordinates_say_so():
+    random = np.random.default_rng(3)
+    segments, triangles = random.normal(size=(60, 2, 3)), random.normal(size=(50, 3, 3))
+    expected = []
+    for row, (start, end) in enumerate(segments):
+        for column, (a, b, c) in enumerate(triangles):
+            # start + s (end - start) = a + u (b - a) + v (c - a)
+            s, u, v = np.linalg.solve(np.stack([start - end, b - a, c - a], axis=1), start - a)
+            if 0.0 < s < 1.0 and min(u, v, 1.0 - u - v) > 0.0:
+                expected.append([row, column])
+    assert len(expected) > 100
+    assert crossings(segments, triangles).tolist() == expected

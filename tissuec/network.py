@@ -286,6 +286,15 @@ class Network:
         inside = (self.skin >= body.nodes.start) & (self.skin < body.nodes.stop)
         return self.skin[inside.all(axis=1)].astype(np.int64)
 
+    def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
+        """Return whether springs of joints lead from one body to another."""
+        ends = self.ends[self.body_springs :]
+        first, second = (
+            ((ends >= body.nodes.start) & (ends < body.nodes.stop)).any(axis=1)
+            for body in (one, other)
+        )
+        return bool((first & second).any())
+
     def owner(self, spring: int) -> BodyPart | JointPart:
         """Return what a spring belongs to."""
         return next(part for part in self.parts if spring < part.springs.stop)

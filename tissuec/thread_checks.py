@@ -28,7 +28,8 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
     others = [body for body in network.bodies if body.thread is None]
     for body in threads:
         for other in others:
-            if _are_sewn(network, body, other) or not _are_close(network, body, other):
+            # A thread that is sewn to a body goes into it on purpose.
+            if network.are_joined(body, other) or not _are_close(network, body, other):
                 continue
             if compiled.plan.contact is None:
                 text = f"contact is off: {body.name} passes through {other.name}"
@@ -37,16 +38,6 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
                 gap, hint = found
                 text = f"{body.name} can pass between the nodes of {other.name}: {gap}"
                 yield Diagnostic("W411", text, body.span, hint)
-
-
-def _are_sewn(network: Network, thread: BodyPart, other: BodyPart) -> bool:
-    """Return whether a joint joins both: such a thread goes into the body on purpose."""
-    stitches = network.ends[network.body_springs :]
-    sides = [
-        (stitches >= body.nodes.start) & (stitches < body.nodes.stop)
-        for body in (thread, other)
-    ]
-    return bool((sides[0].any(axis=1) & sides[1].any(axis=1)).any())
 
 
 def _are_close(network: Network, thread: BodyPart, other: BodyPart) -> bool:

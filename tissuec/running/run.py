@@ -173,6 +173,7 @@ class _Loop:
             self.stage.leave(*sums)
             if reason.kind == "reached":
                 self.stage.look_at_rest()
+                self.stage.look_at_threads()
             true = self.true if reason.kind == "triggered" else None
             self.true = []
             if self.stage.happen(ruptured=reason.springs, true=true):

@@ -11,6 +11,7 @@ from tissuec.enclosures import Enclosure
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
+from tissuec.running.crossing import crossed_surfaces
 from tissuec.running.failing import explain_action
 from tissuec.running.recording import Recorder
 from tissuec.running.resting import unstable_rest
@@ -108,6 +109,11 @@ class Stage:
         """Note it if the net rests at an unstable equilibrium, before anything happens."""
         found = unstable_rest(self.standing, self.plan.simulation.span)
         if found is not None:
+            self._log(found)
+
+    def look_at_threads(self) -> None:
+        """Note threads that have got into a body, before anything happens."""
+        for found in crossed_surfaces(self.standing):
             self._log(found)
 
     def moment(self) -> Moment:
