@@ -285,7 +285,7 @@ def load_all(path: Path, _: Path) -> None:
                 repr(array), array[:], array[-1:]
         for name in PROPERTIES:
             getattr(run, name)
-        for log in (*run.logs.values(), run.energies, run.errors, run.twin):
+        for log in (*run.logs.values(), run.energies, run.errors, run.companion):
             if log is not None:
                 repr(log), log.time, log.value
         for surface in run.surfaces.values():

@@ -33,7 +33,7 @@ SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 CHECKPOINT_EVERY, LONGEST_WAIT = 0.03, 0.01
 BY_CLOCK = ("wall_time", "begun", "statistics")
 OF_COMPANION = ("promise",)
-NOT_COMPARED = ("tissuec/checkpoint", "tissuec/checksums", "tissuec/twin")
+NOT_COMPARED = ("tissuec/checkpoint", "tissuec/checksums", "tissuec/companion")
 MODES = ("off", "inline", "process")  # of companions
 SAID = "said.txt"  # what the last command printed, in the folder of the results
 DEADLINE = 300.0  # of one run [s]
@@ -115,7 +115,9 @@ def same(first: Path, second: Path) -> None:
 def check_companion(path: Path) -> None:
     """Raise Wrong unless the error estimate has rows in order, once each."""
     with h5py.File(path, "r") as file:
-        times = file["tissuec/twin/time"][()] if "tissuec/twin" in file else np.zeros(0)
+        times = (
+            file["tissuec/companion/time"][()] if "tissuec/companion" in file else np.zeros(0)
+        )
     if (np.diff(times) <= 0.0).any():
         raise Wrong("the companion's rows are not in the order of time")
 

@@ -24,9 +24,10 @@ from tissuec.compiling.script import Script, ScriptReader
 from tissuec.compiling.threads import idle_knots, renumbered
 from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.errors import counted
+from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.integrators import INTEGRATORS
-from tissuec.lang.syntax import Expect, key_of
+from tissuec.lang.syntax import Expect
 from tissuec.laws import LINEAR, is_open
 from tissuec.laws.evaluation import Behaviour
 from tissuec.lesson import Lesson

@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tissuec.core.names import key_of
 from tissuec.core.units import FREQUENCY, NUMBER, Dimension, si_unit
-from tissuec.lang.syntax import key_of
 from tissuec.scene.parameters import Parameter
 
 #: A text as in a scene, such as "0.9 s"; or one number or three, in SI units.

@@ -183,7 +183,7 @@ def simulate(
             finished = outcome.kind == "done"
             estimate = beside.estimate(stop) if finished else None
             if estimate is not None and len(estimate.times):
-                writer.twin(estimate.times, estimate.apart[:, None])
+                writer.companion(estimate.times, estimate.apart[:, None])
             facts = _facts(plan, outcome, estimate)
             written = writer.close(outcome.message, finished, facts)
             views = writer.views

@@ -295,7 +295,7 @@ def test_errors_are_those_of_the_file_below_what_is_allowed(result, strip):
     assert set(lines) == {"estimated", "companion run", "allowed by 1e-05"}
     unit = {"µm": 1e6, "nm": 1e9}[axes.get_ylabel()[-3:-1]]
     assert data(lines["estimated"])[1] == pytest.approx(unit * strip.errors.value[:, 0])
-    assert data(lines["companion run"])[1] == pytest.approx(unit * strip.twin.value[:, 0])
+    assert data(lines["companion run"])[1] == pytest.approx(unit * strip.companion.value[:, 0])
     moved = np.linalg.norm(strip.position[:] - strip.network.position, axis=2).max(axis=1)
     reach = np.maximum(np.maximum.accumulate(moved), 1e-6 * 0.03)
     assert data(lines["allowed by 1e-05"])[1] == pytest.approx(unit * 1e-5 * reach)

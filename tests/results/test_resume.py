@@ -109,11 +109,11 @@ def test_what_a_companion_said_is_forgotten_where_a_run_killed_at_its_end_goes_o
 ):
     with example.open(tmp_path / "a.vtkhdf", method="dop853") as writer:
         example.write(writer, last=20, checkpoints=CHECKPOINTS)
-        writer.twin([0.1, 0.2], [[1e-6], [2e-6]])
+        writer.companion([0.1, 0.2], [[1e-6], [2e-6]])
         path = writer.close("done", finished=False, facts={"promise": {"state": "kept"}})
     result = go_on(example, path)
     with Trajectory.open(result) as read:
-        assert read.twin is None and read.promise.state == "not checked"
+        assert read.companion is None and read.promise.state == "not checked"
 
 
 def test_a_cut_that_no_frame_has_shown_is_not_forgotten(tmp_path, example):

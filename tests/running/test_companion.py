@@ -129,7 +129,7 @@ def test_a_result_holds_the_same_promise_whoever_steps_the_companion(tmp_path, m
     with h5py.File(result.path) as file:
         steps = file["/tissuec/errors/value"][:, 0]
         assert len(steps) == 51 and (np.diff(steps) >= 0.0).all() and steps[-1] > 0.0
-        assert file["/tissuec/twin/value"][-1, 0] == result.estimate.apart[-1]
+        assert file["/tissuec/companion/value"][-1, 0] == result.estimate.apart[-1]
 
 
 def test_a_process_that_is_refused_is_replaced_by_this_one(tmp_path, monkeypatch):

@@ -80,7 +80,7 @@ def command(
 
 def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
     """Return the tissue asked for; otherwise those that are used, or all where none is."""
-    from tissuec.lang.syntax import key_of
+    from tissuec.core.names import key_of
     from tissuec.provenance import used_tissues
 
     if name is None:

@@ -125,7 +125,7 @@ def command(
 
 def _chosen(lessons: Sequence["Lesson"], name: str | None, scene: Path) -> Sequence["Lesson"]:
     """Return the learn blocks that are meant."""
-    from tissuec.lang.syntax import key_of
+    from tissuec.core.names import key_of
 
     if not lessons:
         raise click.UsageError(f'"{scene}" has no learn block')

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissuec.comparing.sides import Side
-from tissuec.lang.syntax import key_of
+from tissuec.core.names import key_of
 from tissuec.network import Indices, Network
 
 

@@ -10,7 +10,7 @@ from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.compiling.tables import ExplicitBody, read_tables
 from tissuec.compiling.threads import knot_pairs, thread_of
 from tissuec.core.errors import Note, counted
-from tissuec.lang.syntax import key_of
+from tissuec.core.names import key_of
 from tissuec.meshes import Mesh, Threaded
 from tissuec.meshes.imported import Imported, MeshFileError
 from tissuec.network import Floats, Thread

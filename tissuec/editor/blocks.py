@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
+from tissuec.core.names import key_of
 from tissuec.editor.structure import Statement
 from tissuec.editor.terms import Block
-from tissuec.lang.syntax import key_of
 from tissuec.scene.declarations import NAMED, SINGLE
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from tissuec.core import units
+from tissuec.core.names import key_of
 from tissuec.core.units import Dimension, parse_unit
 from tissuec.editor import terms as t
 from tissuec.editor.blocks import block_of
@@ -17,7 +18,6 @@ from tissuec.editor.lexemes import KEYWORD, NUMBER, SIGN, STRING, UNIT, Lexeme
 from tissuec.editor.orders import CHANGED, DIMENSIONS, PLACEHOLDERS, forms_of
 from tissuec.editor.structure import Statement
 from tissuec.editor.terms import Block, Term, Terms
-from tissuec.lang.syntax import key_of
 from tissuec.lang.words import JOINING_WORDS, RESERVED, TIME_WORDS
 from tissuec.measures import MEASURES
 from tissuec.scene.declarations import NAMED, TOP_LEVEL

@@ -8,7 +8,7 @@ ignores spans and the spelling of numbers, so that ``parse(fmt(x)) == parse(x)``
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from tissuec.core.names import key_of as key_of
+from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 
 

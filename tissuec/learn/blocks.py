@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissuec.compiler import Compiled
-from tissuec.lang.syntax import key_of
+from tissuec.core.names import key_of
 from tissuec.learn.changing import Place
 from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
 from tissuec.network import Floats, Indices, Network

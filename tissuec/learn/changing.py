@@ -6,7 +6,7 @@ from typing import Any
 
 from tissuec.compiler import Compiled, compile_scene
 from tissuec.compiling.laws_adjusted import force_with_params
-from tissuec.lang.syntax import key_of
+from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw

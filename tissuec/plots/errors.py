@@ -18,7 +18,7 @@ from tissuec.plots.options import Start, Stop
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Log, Trajectory
 
-ESTIMATE, TWIN = "estimated", "companion run"
+ESTIMATE, COMPANION = "estimated", "companion run"
 
 
 @PLOTS.member("errors")
@@ -37,7 +37,7 @@ class Errors:
 
     def panel(self, trajectory: "Trajectory") -> Panel:
         """Return the curves that the result has."""
-        held = {ESTIMATE: trajectory.errors, TWIN: trajectory.twin}
+        held = {ESTIMATE: trajectory.errors, COMPANION: trajectory.companion}
         curves = [
             self._curve(name, log, number)
             for number, (name, log) in enumerate(held.items())

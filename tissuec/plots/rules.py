@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.looks import AMOUNT, GRID, INK
+from tissuec.core.names import key_of
 from tissuec.core.units import show
 from tissuec.drawing.page import Picture, Sheet
 from tissuec.drawing.partition import scale_along
@@ -21,7 +22,6 @@ from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.conditions import atoms
 from tissuec.fuzzy.hedges import hedged
 from tissuec.fuzzy.inference import Inference
-from tissuec.lang.syntax import key_of
 from tissuec.network import Floats
 from tissuec.plots import PLOTS
 from tissuec.plots.options import Option, reader

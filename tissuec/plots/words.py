@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.names import key_of
 from tissuec.drawing.page import Picture, Sheet
 from tissuec.drawing.partition import draw_partition
 from tissuec.drawing.subjects import Subject
-from tissuec.lang.syntax import key_of
 from tissuec.plots import PLOTS
 from tissuec.plots.options import Option
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core.errors import alternatives
-from tissuec.lang.syntax import key_of
+from tissuec.core.names import key_of
 from tissuec.network import Indices, Network
 from tissuec.results.recording import NamedGroup
 

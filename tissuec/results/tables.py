@@ -18,7 +18,7 @@ EVENTS = "/tissuec/events"
 JUMPS = "jumps"
 ENERGY_PATH = "/tissuec/energies"
 ERROR_PATH = "/tissuec/errors"
-TWIN_PATH = "/tissuec/twin"
+COMPANION_PATH = "/tissuec/companion"
 
 
 class LogTable:
@@ -164,10 +164,10 @@ def error_table(store: Store) -> LogTable:
     return LogTable(store, ERROR_PATH, LogChannel("errors", ("steps",), "m", text))
 
 
-def twin_table(store: Store) -> LogTable:
-    """Return the table of distances from the twin of the run."""
+def companion_table(store: Store) -> LogTable:
+    """Return the table of distances from the companion run."""
     text = "largest distance of a node from where it is in a run with smaller steps"
-    return LogTable(store, TWIN_PATH, LogChannel("twin", ("distance",), "m", text))
+    return LogTable(store, COMPANION_PATH, LogChannel("companion", ("distance",), "m", text))
 
 
 def read_channels(file: Group) -> dict[str, str]:

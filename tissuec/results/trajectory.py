@@ -32,7 +32,7 @@ from tissuec.results.parts import read_cells
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, Judged, NamedGroup
 from tissuec.results.surface_series import Surfaces
-from tissuec.results.tables import ENERGY_PATH, ERROR_PATH, TWIN_PATH, read_events
+from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports]
@@ -332,9 +332,9 @@ class Trajectory:
         return Promise.of(self.manifest)
 
     @property
-    def twin(self) -> Log | None:
+    def companion(self) -> Log | None:
         """How far the run was from one with smaller steps until a time [m]; None without."""
-        return Log(self._file, TWIN_PATH) if TWIN_PATH in self._file else None
+        return Log(self._file, COMPANION_PATH) if COMPANION_PATH in self._file else None
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

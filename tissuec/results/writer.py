@@ -43,15 +43,15 @@ from tissuec.results.recording import Event, NamedGroup, Recording
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import (
-    TWIN_PATH,
+    COMPANION_PATH,
     EventTable,
     JumpTable,
     LogTable,
+    companion_table,
     energy_tables,
     error_table,
     jump_tables,
     log_tables,
-    twin_table,
 )
 from tissuec.results.views import check_views, write_views
 
@@ -146,8 +146,8 @@ class ResultWriter:
 
     def _take_up(self, store: Store, checkpoint: Checkpoint) -> None:
         """Set up all that a file holds; what a run that had ended said is left out."""
-        if TWIN_PATH in store.file:
-            store.remove(TWIN_PATH)
+        if COMPANION_PATH in store.file:
+            store.remove(COMPANION_PATH)
         remove_views(store.file)
         source = Source(store.path.name, access.text(store.content, SCENE))
         network, recording = read_network(store.content, source), read_recording(store.content)
@@ -309,10 +309,10 @@ class ResultWriter:
         self._errors.append(time, rows)
         self._flush_if_due()
 
-    def twin(self, time: ArrayLike, rows: ArrayLike) -> None:
-        """Add how far the run had come from its twin until a time [m], shape (moment, 1)."""
+    def companion(self, time: ArrayLike, rows: ArrayLike) -> None:
+        """Add how far the companion run was from this one [m], shape (moment, 1)."""
         self._check_open()
-        twin_table(self._store).append(time, rows)
+        companion_table(self._store).append(time, rows)
 
     def event(
         self, time: float, kind: str, springs: Sequence[int], cause: str, place: str

@@ -5,8 +5,8 @@ from math import isclose
 from pathlib import Path
 
 from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.names import key_of
 from tissuec.core.source import Source
-from tissuec.lang.syntax import key_of
 from tissuec.learn.writing.drafts import Draft, Number
 from tissuec.learn.writing.laws import changed_constants
 from tissuec.learn.writing.tissues import WHOLE

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from tissuec.core.names import key_of
 from tissuec.core.units import Dimension
-from tissuec.lang.syntax import key_of
 from tissuec.learn.outcome import Estimates, Learnt
 from tissuec.learn.words.used import used_tissues
 from tissuec.scene.model import Body, Scene, Tissue
