@@ -220,3 +220,25 @@ def test_jumps_leave_the_motion_as_it_is(integrator):
     plain, kept = (cut_at(0.37, **given, **options).frame_arrays() for given in ({}, watched()))
     for one, other in zip(plain, kept, strict=True):
         assert np.array_equal(one, other)
+
+
+def test_a_rupture_jumps_from_the_force_that_the_spring_bears():
+    """The mass flies off at 0.6 m/s: a force of 1.8 N sin(3 t) reaches 0.9 N at pi / 18 s."""
+    network = chain(2, stiffness=9.0, strength=0.9, velocity=(0.6, 0.0, 0.0))
+    events = [event(0.0, "fix left", {"left": [0]})]
+    _, recording = carry_out(network, make_plan(network, 1.0, events, **watched()))
+    times, before, after = recording.jump_arrays("force of left")
+    assert times == pytest.approx([np.pi / 18.0], abs=1e-8)
+    assert before[0, 0] == pytest.approx(-0.9, abs=1e-9)
+    assert not after.any()
+
+
+def test_settling_jumps_to_the_equilibrium():
+    network = chain(2, stiffness=9.0, rest=0.8)
+    groups = {"left": [0], "right": [1]}
+    events = [event(0.0, "fix left", groups), event(0.37, "settle right", groups)]
+    _, recording = carry_out(network, make_plan(network, 1.0, events, **watched()))
+    times, before, after = recording.jump_arrays("position of right")
+    assert times.tolist() == [0.37]
+    assert before[0, 0] == pytest.approx(0.8 + 0.2 * np.cos(3.0 * 0.37), abs=1e-8)
+    assert after[0, 0] == pytest.approx(0.8, abs=1e-8)
