@@ -315,7 +315,8 @@ def _plan(
             shaped = all(tool.entries is not None for tool in scene.tools.values())
             held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
             findings.extend(held)
-        for action in (event.action for event in _events(script)):
+        actions = {id(event.action): event.action for event in _events(script)}
+        for action in actions.values():  # each once, however often it is repeated
             if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
                 findings.add("TIS309", flaw, action.span)
     contact = None
