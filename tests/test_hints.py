@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import groupby, pairwise
+from itertools import pairwise
 
 import pytest
 
@@ -21,10 +21,6 @@ from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 from tissuec.pipeline import Request, check_request
 
 BY_NAME = {path.stem: path for path in BAD}
-#: By what they begin with; nothing is read before a test needs it.
-SUBJECTS = {
-    subject: list(names) for subject, names in groupby(BY_NAME, lambda name: name.split("_")[0])
-}
 
 #: Texts that a hint proposes as they stand.
 PROPOSAL = re.compile(r'(?:did you mean|^write|: write|^type) "?(?!\w+ … |…)([^"…]+)"')
@@ -91,40 +87,44 @@ def kinds(findings: Iterable[Diagnostic]) -> Counter:
     return Counter((finding.code, finding.message) for finding in findings)
 
 
-@pytest.mark.parametrize("subject", SUBJECTS)
-def test_an_edit_makes_its_finding_go_away(subject):
-    for name in SUBJECTS[subject]:
-        before = found(name)
-        for finding, edit in ((one, edit) for one in before for edit in one.edits):
-            after = edited(name, [edit])
-            told = f"{finding}\n\n{edit.text!r} leads to\n\n" + "\n".join(map(str, after))
-            kind = finding.code, finding.message
-            assert kinds(after)[kind] < kinds(before)[kind], told
-            assert weight(after) < weight(before), told
+@pytest.mark.parametrize("name", BY_NAME)
+def test_hints_lead_out_of_a_mistake(name):
+    findings = found(name)
+    for finding in findings:
+        for edit in finding.edits:
+            goes_away(finding, edit, name)
+        assert finding.edits or not PROPOSAL.search(finding.hint), "a text is no edit"
+        for form in FORM.findall(finding.hint):
+            can_be_read(form)
+        if LISTED.search(finding.hint):
+            can_be_chosen(finding, name)
+    if findings and all(finding.edits for finding in findings):
+        leave_no_error(findings, name)
 
 
-@pytest.mark.parametrize("subject", SUBJECTS)
-def test_edits_of_all_findings_together_leave_no_error(subject):
-    for name in SUBJECTS[subject]:
-        edits = [finding.edits[0] for finding in found(name) if finding.edits]
-        places = sorted((edit.span.start, edit.span.end) for edit in edits)
-        apart = all(one[1] <= two[0] and one != two for one, two in pairwise(places))
-        if edits and apart and len(edits) == len(found(name)):
-            after = edited(name, edits)
-            assert weight(after)[0] == 0, "\n".join((name, *map(str, after)))
+def goes_away(finding: Diagnostic, edit: Edit, name: str) -> None:
+    """Make sure that an edit removes its finding, and leaves less to do."""
+    before, after = found(name), edited(name, [edit])
+    told = f"{finding}\n\n{edit.text!r} leads to\n\n" + "\n".join(map(str, after))
+    kind = finding.code, finding.message
+    assert kinds(after)[kind] < kinds(before)[kind], told
+    assert weight(after) < weight(before), told
 
 
-def test_a_text_that_a_hint_proposes_is_an_edit():
-    every = [finding for name in BY_NAME for finding in found(name)]
-    assert not [one for one in every if PROPOSAL.search(one.hint) and not one.edits]
+def leave_no_error(findings: Sequence[Diagnostic], name: str) -> None:
+    """Make sure that the first edits of all findings together leave no error."""
+    edits = [finding.edits[0] for finding in findings]
+    places = sorted((edit.span.start, edit.span.end) for edit in edits)
+    apart = all(one[1] <= two[0] and one != two for one, two in pairwise(places))
+    after = edited(name, edits) if apart else ()
+    assert weight(after)[0] == 0, "\n".join(map(str, after))
 
 
-def test_a_form_that_a_hint_shows_can_be_read():
-    hints = {finding.hint for name in BY_NAME for finding in found(name)}
-    for form in {form for hint in hints for form in FORM.findall(hint)}:
-        for text in re.split(r" or: | or (?=data|hold)|, or with gentle.*|, and no more", form):
-            if text:
-                parse(normalise(f"language 1\n{filled(text)}\n", "form.tis"))
+def can_be_read(form: str) -> None:
+    """Make sure that a form that a hint shows is part of the language."""
+    for text in re.split(r" or: | or (?=data|hold)|, or with gentle.*|, and no more", form):
+        if text:
+            parse(normalise(f"language 1\n{filled(text)}\n", "form.tis"))
 
 
 def filled(form: str) -> str:
@@ -135,21 +135,19 @@ def filled(form: str) -> str:
     return f"a {form}" if form.split(" ")[0] in (*JOINING_WORDS, *TIME_WORDS[1:]) else form
 
 
-@pytest.mark.parametrize("subject", SUBJECTS)
-def test_a_choice_that_a_hint_lists_can_be_made(subject):
-    """It can be refused for what it needs, but not for what it is."""
-    for name, finding in ((key, one) for key in SUBJECTS[subject] for one in found(key)):
-        listed = LISTED.search(finding.hint)
-        wrong = re.findall(r'"([^"]+)"', finding.message)[-1:]
-        if listed is None or not wrong or wrong[0] not in finding.span.text:
-            continue
-        codes = ("TIS305", "TIS306") if "using" in listed[1] else ("TIS305",)
-        for choice in re.sub(", or .*", "", listed[2]).split(", "):
-            edit = Edit(choice, old=wrong[0]).at(finding.span)
-            end = edit.span.start + len(choice)
-            refused = [
-                one
-                for one in edited(name, [edit])
-                if one.code in codes and one.span.start < end <= one.span.end
-            ]
-            assert not refused, (choice, *refused)
+def can_be_chosen(finding: Diagnostic, name: str) -> None:
+    """Make sure that no choice of a list is refused for what it is, but for what it needs."""
+    listed = LISTED.search(finding.hint)
+    wrong = re.findall(r'"([^"]+)"', finding.message)[-1:]
+    if listed is None or not wrong or wrong[0] not in finding.span.text:
+        return
+    codes = ("TIS305", "TIS306") if "using" in listed[1] else ("TIS305",)
+    for choice in re.sub(", or .*", "", listed[2]).split(", "):
+        edit = Edit(choice, old=wrong[0]).at(finding.span)
+        end = edit.span.start + len(choice)
+        refused = [
+            one
+            for one in edited(name, [edit])
+            if one.code in codes and one.span.start < end <= one.span.end
+        ]
+        assert not refused, (choice, *refused)
