@@ -68,10 +68,9 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
         if fresh:
             renew(q, work.x[current], work.v[current], work, net)
         made[1] = 0.0
-        stage = 1
-        while stage < stages and made[0] == q:
-            near |= solve_stage(time, h, stage, current, work, net)
-            stage += 1
+        for stage in range(1, stages):
+            if made[0] == q:
+                near |= solve_stage(time, h, stage, current, work, net)
         if made[0] == q or fresh:
             break
         fresh = True
