@@ -1,13 +1,16 @@
 """What tests share: where the repository is, and a browser."""
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from tests.browser import browser as browser
 from tests.browser import page as page
+from tissuec.core.resources import library
+from tissuec.pipeline import Request, Result, compile_request, simulate
 
 SLOW = Path(__file__).with_name("slow.txt")
 
@@ -30,6 +33,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def repository() -> Path:
     return Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]:
+    """Return what gives the result of a shipped scene, which is run once; nobody changes it."""
+
+    @cache
+    def run(stem: str) -> Result:
+        request = Request.file(library() / "scenes" / f"{stem}.tis")
+        compiled, _ = compile_request(request)
+        path = tmp_path_factory.mktemp(stem) / f"{stem}.vtkhdf"
+        return simulate(compiled, path, request=request, companion="off")
+
+    return run
 
 
 @pytest.fixture

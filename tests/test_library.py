@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -49,11 +48,6 @@ PUBLISHED = (
 
 def name(path: Path) -> str:
     return path.stem
-
-
-def run_into(folder: Path, request: Request) -> Result:
-    compiled, _ = compile_request(request)
-    return simulate(compiled, folder / "result.vtkhdf", request=request)
 
 
 # --- every file -----------------------------------------------------------------------------
@@ -189,27 +183,15 @@ def test_between_the_words_a_slider_never_turns_back(
 # --- scenes ---------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]:
-    """Return what gives the result of a scene, which is run once."""
-
-    @cache
-    def run(stem: str) -> Result:
-        path = library() / "scenes" / f"{stem}.tis"
-        return run_into(tmp_path_factory.mktemp(stem), Request.file(path))
-
-    return run
-
-
 @pytest.mark.parametrize(
     "path",
     [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in LONG)) for path in SCENES],
     ids=name,
 )
 def test_scene_runs_and_all_that_it_expects_holds(
-    path: Path, result: Callable[[str], Result]
+    path: Path, shipped: Callable[[str], Result]
 ) -> None:
-    outcome = result(path.stem).outcome
+    outcome = shipped(path.stem).outcome
     assert outcome.kind == "done", outcome.message
     assert not outcome.failures
     assert len(re.findall(r"^expect ", path.read_text(encoding="utf-8"), re.MULTILINE)) >= 5
@@ -238,8 +220,10 @@ def test_expectations_tell_a_small_change(
 ) -> None:
     text = (library() / "scenes" / f"{scene}.tis").read_text(encoding="utf-8")
     assert written in text
-    changed = Source(f"{scene}.tis", text.replace(written, instead))
-    assert run_into(tmp_path, Request(changed)).outcome.failures
+    request = Request(Source(f"{scene}.tis", text.replace(written, instead)))
+    compiled, _ = compile_request(request)
+    path = tmp_path / "result.vtkhdf"
+    assert simulate(compiled, path, request=request, companion="off").outcome.failures
 
 
 # --- the published sterilisation ------------------------------------------------------------
@@ -265,9 +249,9 @@ def test_the_published_words_make_a_plausible_tube(oviduct: Compiled) -> None:
 
 
 def test_sterilisation_parts_the_tube_and_the_stumps_draw_apart(
-    result: Callable[[str], Result],
+    shipped: Callable[[str], Result],
 ) -> None:
-    with Trajectory.open(result("sterilisation").path) as run:
+    with Trajectory.open(shipped("sterilisation").path) as run:
         gap = run.logs["gap of oviduct"]
         time, width = gap.time, gap.value[:, 0]
         cuts = [event for event in run.events if event.kind == "cut"]
@@ -283,9 +267,9 @@ def test_sterilisation_parts_the_tube_and_the_stumps_draw_apart(
 
 
 def test_the_forceps_feel_the_tube_from_grasp_to_release(
-    result: Callable[[str], Result],
+    shipped: Callable[[str], Result],
 ) -> None:
-    with Trajectory.open(result("sterilisation").path) as run:
+    with Trajectory.open(shipped("sterilisation").path) as run:
         log = run.logs["force of forceps A"]
         time, force = log.time, np.linalg.norm(log.value, axis=1)
     held = (time > 0.2) & (time < 1.4)

@@ -6,19 +6,15 @@ import h5py
 import numpy as np
 import pytest
 
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import Request, compile_request
 from tissuec.results.trajectory import Trajectory
 
 CUT = 0.7
 
 
-@pytest.fixture(scope="module")
-def result(repository, tmp_path_factory):
-    request = Request.file(repository / "library" / "scenes" / "sterilisation.tis")
-    compiled, warnings = compile_request(request)
-    assert not warnings
-    path = tmp_path_factory.mktemp("run") / "sterilisation.vtkhdf"
-    return simulate(compiled, path, request=request)
+@pytest.fixture
+def result(shipped):
+    return shipped("sterilisation")
 
 
 def test_all_expectations_hold_and_nothing_ruptures(result):

@@ -7,21 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tissuec.core.resources import library
 from tissuec.network import Network
-from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 
 
 @pytest.fixture(scope="session")
-def sterilisation(tmp_path_factory) -> Path:
+def sterilisation(shipped) -> Path:
     """The result of the sterilisation that is shipped."""
-    request = Request.file(library() / "scenes" / "sterilisation.tis")
-    compiled, _ = compile_request(request)
-    folder = tmp_path_factory.mktemp("sterilisation")
-    return simulate(compiled, folder / "sterilisation.vtkhdf", request=request).path
+    return shipped("sterilisation").path
 
 
 def grid(rows: int, columns: int, *, size: float = 0.1) -> Network:
