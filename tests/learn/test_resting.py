@@ -221,7 +221,7 @@ adjust start position of left along (1, 0, 0); adjust start position of right"""
 )
 def test_derivatives_are_those_of_the_predictions(model, script):
     text = NET + f"script {{ {script} }}\nlearn gum {{ {FITS} {EVERYTHING} }}\n"
-    found, _ = model(text, csv([0.3, 1.0, 1.0, 1.7, 3.0]))
+    found, _ = model(text, csv([0.3, 1.7, 1.7, 3.0]))  # before, between and behind what happens
     assert_derived(found, 0.05 * np.random.default_rng(1).standard_normal(found.shaping.size))
 
 
