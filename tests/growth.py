@@ -1,0 +1,33 @@
+"""How effort grows with what is long, whatever the speed of the computer."""
+
+import gc
+from collections.abc import Callable
+from time import process_time
+
+LONGER = 4
+MOST = 8.0  # times the effort for what is LONGER times as long; its square would take 16 times
+NOTHING = 0.1  # of the processor's time [s]: less is not told from chance
+ATTEMPTS = 3  # of which chance may spoil two
+
+
+def effort(work: Callable[[], object]) -> float:
+    """Return the processor's time that work takes [s]."""
+    gc.collect()
+    begin = process_time()
+    work()
+    return process_time() - begin
+
+
+def grows_in_proportion(work: Callable[[int], Callable[[], object]], length: int) -> bool:
+    """Tell whether effort grows as a length does, and not as its square.
+
+    Args:
+        work: Makes what is timed, of a length.
+        length: The greater one.
+    """
+    work(LONGER)()  # imports and caches
+    long, short = work(length), work(length // LONGER)
+    return any(
+        (taken := effort(long)) < NOTHING or taken < MOST * effort(short)
+        for _ in range(ATTEMPTS)
+    )
