@@ -284,8 +284,10 @@ def tried(tier: str, scene: str, mutant: Mutant) -> str:
 
 
 def prepare(tier: str) -> None:
-    """Choose a tier for this process."""
+    """Choose a tier for this process, in which no earlier run has bound what will change."""
     os.environ["TISSUEC_TIER"] = tier
+    tiers.bound_drive.cache_clear()
+    tiers.bound_inside.cache_clear()
     if tier == "compiled":
         as_if_compiled()
 
