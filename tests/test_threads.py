@@ -556,7 +556,7 @@ SEWN = "joint seam { springs from strand to sheet; reach = 5 mm; tissue is silk 
 def test_a_thread_that_goes_through_a_surface_is_noted_once(by, joint, noted):
     """Held nodes go where they are moved to, whatever touches them."""
     _, _, outcome = ran(SHEET.format(by=by, joint=joint), tier="interpreted")
-    found = [time for time, note in outcome.happenings if "goes through" in note.cause]
+    found = [time for time, note in outcome.happenings if "passes through" in note.cause]
     assert found == noted
 
 

@@ -73,7 +73,7 @@ def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W302",
                 f"{body.name} has {counted(loose, 'node')} without springs",
                 body.span,
-                "what no spring holds moves freely; leave it out, or add springs",
+                "a node without springs moves freely; remove it, or add springs",
             )
 
 
@@ -104,9 +104,9 @@ def floppy(
             yield Diagnostic(
                 "W303",
                 f"{body.name} has {counted(modes.count, 'floppy mode')}: "
-                "it can fold without any spring being stretched",
+                "it can deform without stretching any spring",
                 body.span,
-                "add diagonals or interior springs, a longer reach of the lattice, "
+                "add diagonals or interior springs, a larger reach of the lattice, "
                 "or prestress",
             )
 
@@ -138,10 +138,10 @@ def unstable(
     body = next(body for body in network.bodies if node < body.nodes.stop)
     yield Diagnostic(
         "W307",
-        f"{body.name} is drawn at an unstable equilibrium: the least disturbance makes it "
-        f"buckle, above all node {network.node_ids[node]}",
+        f"{body.name} starts in an unstable equilibrium: any disturbance makes it "
+        f"buckle, mainly at node {network.node_ids[node]}",
         body.span,
-        'let it settle ("at 0 s: settle"), push it a little to one side, or press it less',
+        'let it settle ("at 0 s: settle"), push it slightly to one side, or compress it less',
     )
 
 
@@ -171,7 +171,7 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
                 f"{body.name} has {counted(len(zero), 'spring')} between nodes at one place "
                 f"(id {ids}{more})",
                 body.span,
-                "a spring without a length has no direction: no force until its ends part",
+                "a spring of length zero has no direction and no force until its ends separate",
             )
 
 
@@ -182,7 +182,7 @@ def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
             if given.how == "otherwise":
                 yield Diagnostic(
                     "W203",
-                    f"no rule gives the {name} of {tissue.name}; otherwise holds",
+                    f"no rule gives the {name} of {tissue.name}, so otherwise applies",
                     tissue.span,
                     f"write {name} = … in the tissue if you know it",
                     (Note("the otherwise", given.span),),
@@ -198,7 +198,7 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W501",
                 f'the param "{declared.name.text}" is never used',
                 declared.name.span,
-                "use it, or leave it out: setting it would change nothing",
+                "use it or remove it; setting it has no effect",
             )
 
 
@@ -210,7 +210,7 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W502",
                 f'the set "{declared.name.text}" is never used',
                 declared.name.span,
-                "use it, or leave it out",
+                "use it or remove it",
             )
 
 
@@ -246,7 +246,7 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
             f"step {show(simulation.step, TIME)} exceeds the stability estimate "
             f"{show(limit, TIME)}: {_stiffest(compiled)}",
             simulation.span,
-            "write a smaller step, or a tolerance instead of it",
+            "write a smaller step, or a tolerance instead",
         )
 
 
@@ -312,7 +312,7 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W202",
                 "no tissue in use can make this rule fire" + (f", nor {more}" if more else ""),
                 silent[0],
-                "describe a tissue so that it does, or leave the rule out",
+                "describe a tissue so that it fires, or remove the rule",
                 tuple(Note("another one", span) for span in silent[1:]),
             )
 
@@ -329,9 +329,9 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
         if name := buried_in(network, network.position, opening):
             yield Diagnostic(
                 "W408",
-                f"the tip of {tool.name} is inside {name}, where its jet pushes no surface",
+                f"the tip of {tool.name} is inside {name}, where its jet has no effect",
                 tool.span,
-                "draw the tip outside, or move the nozzle before it irrigates",
+                "place the tip outside, or move the nozzle before it irrigates",
             )
 
 
@@ -348,7 +348,7 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
             case Cut() as cut if _goes_by(cut, situation, moved):
                 yield Diagnostic(
                     "W410",
-                    f"as {cut.group.name} is drawn, the blade is away from it: nothing is cut",
+                    f"the blade does not reach {cut.group.name} as drawn: nothing is cut",
                     cut.span,
                     extents(situation.position[_ends_of(cut, situation)]),
                 )

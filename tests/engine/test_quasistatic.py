@@ -95,7 +95,7 @@ def test_a_net_that_nothing_holds_gets_stuck_at_a_node():
     )
     outcome, _ = carry_out(network, plan)
     assert outcome.kind == "stuck"
-    assert "nothing holds against" in outcome.message
+    assert "no support balances" in outcome.message
     assert "node 100 of net" in outcome.message
 
 

@@ -56,7 +56,7 @@ def test_swinging_spring_is_crushed_at_the_known_time_and_said_to_be():
     ((time, happening),) = broken(outcome)
     assert time == pytest.approx(TIME, rel=1e-8)
     assert (happening.kind, happening.springs) == ("crush", (0,))
-    assert happening.cause == "the pressure exceeded the crushing force"
+    assert happening.cause == "the compression exceeded the crushing force"
     assert happening.span.one_line == "crushing force = 60 mN"
     assert outcome.failures == ()
 

@@ -329,7 +329,7 @@ def test_default_error_per_step_is_far_below_the_promise():
 def test_solver_that_cannot_go_on_says_where():
     network = lonely()
     push = event(0.2, "push it", {"it": [0]}, **{"with": (np.nan, 0.0, 0.0)})
-    with pytest.raises(ReferenceFailure, match=r"SciPy's DOP853 could not go on at 0\.2 s"):
+    with pytest.raises(ReferenceFailure, match=r"SciPy's DOP853 failed at 0\.2 s"):
         reference(network, make_plan(network, 1.0, [push]), times_until(1.0))
 
 

@@ -34,7 +34,7 @@ def call(tmp_path):
 def test_kept_promise_is_a_table_on_stdout_and_talk_on_stderr(call):
     code, out, err = call(rod())
     assert code == 0
-    headings = ["quantity", "error", "promised", "relative", "to", "worst", "at"]
+    headings = ["quantity", "error", "limit", "relative", "to", "worst", "at"]
     assert out.splitlines()[0].split() == headings
     for expected in ("position", "energy balance", "velocity", "force of right"):
         assert expected in out
@@ -83,28 +83,28 @@ def test_broken_promise_ends_with_one(call, monkeypatch):
     code, out, _ = call(rod())
     assert code == 1
     assert "FAIL: errors exceed their limits" in out
-    assert "more than the promised 0.0001" in out
+    assert "above the limit 0.0001" in out
 
 
 def test_undecided_promise_ends_with_one(call):
     text = rod(method="integrator is automatic; tolerance = 1e-8")
     code, out, _ = call(text, "--method", "RK23", "--rtol", "1e-4")
     assert code == 1
-    assert "UNDECIDED: errors cannot be judged for the whole run" in out
+    assert "UNDECIDED: errors cannot be checked for the whole run" in out
     assert "position, whole run" in out
 
 
 def test_fixed_step_ends_with_zero(call):
     code, out, _ = call(rod(method="integrator is velocity verlet; step = 0.1 ms"))
     assert code == 0
-    assert "NOT JUDGED: fixed steps have no limits of errors" in out
+    assert "NOT CHECKED: errors have no limits with a fixed step" in out
 
 
 def test_run_that_diverges_ends_with_three(call):
     text = rod(method="integrator is velocity verlet; step = 20 ms")
     code, out, _ = call(text)
     assert code == 3
-    assert "the run could not go on" in out
+    assert "the run could not continue" in out
     code, out, _ = call(text, "--json")
     document = json.loads(out)
     assert (code, document["ok"], document["verdict"]) == (3, False, "diverged")

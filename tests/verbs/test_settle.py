@@ -51,8 +51,8 @@ def test_a_net_without_equilibrium_ends_the_run_in_a_sentence():
     outcome, _ = carry_out(network, plan)
     assert outcome.kind == "stuck"
     assert outcome.message.startswith(
-        "the run got stuck at 0 s; settle net: there is no equilibrium, because nothing holds "
-        "against 392 mN; node 100 of net"
+        "the run stopped at 0 s; settle net: there is no equilibrium: no support "
+        "balances a force of 392 mN; node 100 of net"
     )
 
 

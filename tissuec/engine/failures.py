@@ -46,10 +46,10 @@ def explain(reason: int, work: Work, progress: Progress, layout: Layout) -> Inte
     if reason == UNDERFLOW and finite:
         jump = (work.a[1 - progress.current] - work.a[progress.current]).reshape(-1, 3)
         node = int(layout.order[np.argmax(np.einsum("nk,nk->n", jump, jump))])
-        message = "the steps became smaller than the time can resolve"
+        message = "the step size fell below the resolution of time in double precision"
         return Interruption("stuck", progress.time, spring=spring, node=node, message=message)
     if reason == UNSOLVED and finite:
-        message = "the equations of an implicit step could not be solved; take smaller steps"
+        message = "Newton's method did not converge in an implicit step; use a smaller step"
         return Interruption("stuck", progress.time, spring=spring, message=message)
     message = "the motion grew without bounds"
     return Interruption("diverged", progress.time, spring=spring, message=message)

@@ -162,7 +162,7 @@ class Companion:
         if self.mode == "off":
             return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
         if not self.is_wanted:
-            return ErrorEstimate.unchecked("nothing is recorded after 0 s", self.allowed)
+            return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
         ran, self._began = clock.monotonic() - self._began, clock.monotonic()
         other = self._rows(interrupt)
         until = clock.monotonic() + max(PATIENCE * ran, LEAST_PATIENCE)
@@ -219,18 +219,22 @@ class Companion:
         asked = known & (self.times >= since)
         both = asked & np.isfinite(finest).all(axis=(1, 2))
         if not both.any():
-            return "unknown", "whether smaller steps help was not found out in time", since
+            return "unknown", "the test with smaller steps did not finish in time", since
         own, _ = self._apart(self._own, finest, both)
         left, _ = self._apart(other, finest, both)
         small = np.maximum(FALLEN * own, 0.1 * self.allowed)
         if not (left <= small).all():
-            return "unknown", "smaller steps lead elsewhere: the motion is chaotic", since
+            return (
+                "unknown",
+                "the result does not converge with smaller steps: the motion is chaotic",
+                since,
+            )
         beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
         if len(beyond):
             since = float(self.times[both][beyond[0]])
             return "broken", f"write tolerance = {self.allowed / FINER:.2g}", since
         if not np.array_equal(both, asked):
-            return "unknown", "whether smaller steps help was not found out in time", since
+            return "unknown", "the test with smaller steps did not finish in time", since
         return "kept", "", None
 
     def __enter__(self) -> Self:

@@ -26,8 +26,8 @@ def crossed_surfaces(standing: Standing) -> Iterator[Happening]:
         surface = _surface(situation, body)
         for thread in threads:
             text = (
-                f"{thread.name} goes through the surface of {body.name}: contact does not keep "
-                "it off there; more pieces, a greater thickness or contact stiffness do"
+                f"{thread.name} passes through the surface of {body.name}: contact does not "
+                "hold it off there; use more pieces, or a larger thickness or contact stiffness"
             )
             if text in told or network.are_joined(thread, body):
                 continue

@@ -18,7 +18,7 @@ def explain(failure: "Interruption", situation: Situation) -> str:
         failure: With the culprit's number in the network, if there is one.
         situation: The last good state.
     """
-    verb = "diverged" if failure.kind == "diverged" else "got stuck"
+    verb = "diverged" if failure.kind == "diverged" else "stopped"
     parts = [f"the run {verb} at {show(failure.time, TIME, digits=6)}"]
     if failure.message:
         parts.append(failure.message)
@@ -33,10 +33,10 @@ def explain_action(failure: Failed, situation: Situation) -> str:
     """Return which order could not be carried out, where, when and why."""
     time = show(situation.time, TIME, digits=6)
     parts = [
-        f"the run got stuck at {time}",
+        f"the run stopped at {time}",
         failure.message,
         describe_node(situation, failure.node),
-        f"ordered in {failure.span.place}",
+        f"requested in {failure.span.place}",
     ]
     return "; ".join(parts)
 

@@ -33,9 +33,9 @@ def notes(
 
 def _stalls(statistics: "Statistics") -> str:
     return (
-        f"{statistics.method} stalled in {counted(statistics.stalls, 'step')}: forces rose "
-        f"however small the steps became, down to a floor; "
-        f"{counted(statistics.evaluations, 'evaluation')} of the forces for "
+        f"{statistics.method} stalled in {counted(statistics.stalls, 'step')}: the forces rose "
+        f"even at the smallest step size; "
+        f"{counted(statistics.evaluations, 'force evaluation')} for "
         f"{counted(statistics.accepted, 'frame')}"
     )
 
@@ -51,6 +51,6 @@ def _growth(situation: Situation, ledger: Ledger) -> list[str]:
     verb, part = ("added", "to") if surplus > 0.0 else ("took", "from")
     return [
         f"the steps {verb} {show(abs(surplus), ENERGY)} {part} the energy of the net, which is "
-        f"{show(float(energies.kinetic + energies.elastic), ENERGY)} at the end; smaller ones "
-        "would do less"
+        f"{show(float(energies.kinetic + energies.elastic), ENERGY)} at the end; smaller steps "
+        "reduce this"
     ]

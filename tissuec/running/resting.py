@@ -29,7 +29,7 @@ def unstable_rest(standing: Standing, span: Span) -> Happening | None:
     network = standing.situation.network
     where = f"node {network.node_ids[node]}{of_body(network, node)}"
     text = (
-        "the net rests at an unstable equilibrium: any disturbance makes it buckle, above all "
-        f"{where}; `settle` finds the buckled shape"
+        "the net is at rest in an unstable equilibrium: any disturbance makes it buckle, "
+        f"mainly at {where}; `settle` finds the buckled shape"
     )
     return Happening("note", (), text, span)

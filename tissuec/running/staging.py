@@ -22,18 +22,17 @@ from tissuec.verbs.tie import seized, slipped
 #: How springs break by themselves: the array of the limit, and the cause in words.
 _BROKEN = {
     "rupture": ("strength", "the tension exceeded the fraction force"),
-    "crush": ("crush", "the pressure exceeded the crushing force"),
+    "crush": ("crush", "the compression exceeded the crushing force"),
 }
 
 
 def _leaking(enclosure: Enclosure, cells: int) -> str:
     """Return what it means that some cells of an enclosure are torn."""
     if enclosure.cell_count == 1:
-        return f"the surface of {enclosure.name} is torn: it keeps no pressure any more"
-    verb, who = ("is", "it keeps") if cells == 1 else ("are", "they keep")
-    return (
-        f"{counted(cells, 'cell')} of {enclosure.name} {verb} torn: {who} no pressure any more"
-    )
+        return f"the surface of {enclosure.name} is torn and no longer holds pressure"
+    torn = counted(cells, "cell")
+    verb, holds = ("is", "holds") if cells == 1 else ("are", "hold")
+    return f"{torn} of {enclosure.name} {verb} torn and no longer {holds} pressure"
 
 
 class Stage:

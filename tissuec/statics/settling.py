@@ -47,7 +47,7 @@ class Remark:
     node: int | None = None
 
 
-UNKNOWN = Remark("whether the equilibrium is stable could not be found out")
+UNKNOWN = Remark("the stability of this equilibrium could not be determined")
 
 
 def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
@@ -99,9 +99,9 @@ def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
             return x, (*remarks, *free)
         node = mode.node(balance)
         if mode.resists > -LOOSE:
-            text = "the net is a mechanism here, which could move without any force"
+            text = "the net is a mechanism here: it can move without any force"
             return x, (*remarks, *free, Remark(text, node))
-        remarks = (Remark("the net buckled, to one side of several", node),)
+        remarks = (Remark("the net buckled to one of several possible sides", node),)
         x = _equilibrium(balance, _pushed_off(balance, x, mode))
     return x, (Remark("this equilibrium is unstable", node),)
 
@@ -113,9 +113,9 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
     held = all(freedom.pivot is not None for freedom in neutral.freedoms)
     who = "the net" if len(neutral.freedoms) == 1 else counted(len(neutral.freedoms), "piece")
     text = (
-        f"{who} can turn about what holds it without any force; it was not turned"
+        f"{who} can rotate about its support without any force; its orientation is unchanged"
         if held
-        else f"nothing holds {who}: the centre of mass stays where it was"
+        else f"nothing holds {who}: the centre of mass is unchanged"
     )
     return (Remark(text),)
 
@@ -131,7 +131,7 @@ def _equilibrium(balance: Balance, x: Floats) -> Floats:
     force = balance.force(balance.bars(x))
     worst = int(np.argmax((force**2).sum(axis=1)))
     left = show(float(np.linalg.norm(force[worst])), FORCE)
-    text = f"no equilibrium was found, a force of {left} is left"
+    text = f"no equilibrium was found: a residual force of {left} remains"
     raise Unsettled(text, int(balance.free[worst]))
 
 
@@ -162,5 +162,5 @@ def refuse_falling(balance: Balance) -> None:
     if falling.any():
         piece = int(np.argmax(falling))
         acting = show(float(np.linalg.norm(total[piece])), FORCE)
-        text = f"there is no equilibrium, because nothing holds against {acting}"
+        text = f"there is no equilibrium: no support balances a force of {acting}"
         raise Unsettled(text, int(balance.free[np.argmax(labels == piece)]))

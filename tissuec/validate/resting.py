@@ -54,8 +54,8 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
     left, most = float(np.abs(field.force(moved)).max()), field.largest(moved)
     if not left <= BALANCED * most + field.noise:
         raise ReferenceFailure(
-            f"SciPy's minimiser found no equilibrium at {situation.time:g} s: "
-            f"{left:.2g} N are left of {most:.2g} N"
+            f"SciPy's minimiser found no equilibrium at {situation.time:g} s: the residual "
+            f"force is {left:.2g} N, the largest force {most:.2g} N"
         )
     situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
     situation.velocity[field.free] = 0.0

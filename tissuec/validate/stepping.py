@@ -131,9 +131,7 @@ class Stepper:
             message = solver.step()
         if solver.status == "failed" or not np.isfinite(solver.y).all():
             reason = f" ({message})" if message else ""
-            raise ReferenceFailure(
-                f"SciPy's {self._method} could not go on at {solver.t:g} s{reason}"
-            )
+            raise ReferenceFailure(f"SciPy's {self._method} failed at {solver.t:g} s{reason}")
 
     def _solver(
         self, time: float, y: Floats, stop: float, scales: Scales, first: float | None

@@ -14,17 +14,17 @@ from tissuec.validate.compare import dimension_of
 HEADINGS = {
     "kept": "errors are within their limits",
     "broken": "errors exceed their limits",
-    "undecided": "errors cannot be judged for the whole run",
-    "nothing promised": "fixed steps have no limits of errors",
-    "diverged": "the run could not go on",
+    "undecided": "errors cannot be checked for the whole run",
+    "nothing promised": "errors have no limits with a fixed step",
+    "diverged": "the run could not continue",
 }
 WORDS = {
     "kept": "PASS: ",
     "broken": "FAIL: ",
     "undecided": "UNDECIDED: ",
-    "nothing promised": "NOT JUDGED: ",
+    "nothing promised": "NOT CHECKED: ",
 }
-COLUMNS = ("quantity", "error", "promised", "relative to", "worst at")
+COLUMNS = ("quantity", "error", "limit", "relative to", "worst at")
 REMARK = "(…): no limit is set; what a position error at the limit could cause"
 
 Document = Mapping[str, Any]
@@ -100,9 +100,9 @@ def efforts(document: Document) -> list[str]:
     return [
         f"run: {run['method']}, {run['accepted']} steps, {run['wall_time']:.2f} s",
         f"reference: SciPy {reference['method']}, rtol {reference['rtol']:.0e}, "
-        f"{reference['steps']} steps, {reference['wall_time']:.2f} s; known to "
+        f"{reference['steps']} steps, {reference['wall_time']:.2f} s; accurate to "
         f"{_number(reference['uncertainty']):.1e} "
-        f"(against rtol {reference['compared_with']['rtol']:.0e})",
+        f"(compared with rtol {reference['compared_with']['rtol']:.0e})",
         f"compared at {compared}{every} output times",
     ]
 
@@ -119,7 +119,7 @@ def verdict(document: Document) -> str:
     until = document["judged_until"]
     if until is None or not math.isfinite(until):
         return f"{text}: at no time"
-    return f"{text}: within them until {show(until, TIME)}"
+    return f"{text}: within limits until {show(until, TIME)}"
 
 
 def _number(value: float | None) -> float:

@@ -19,7 +19,7 @@ def reasons(compiled: Compiled, judge: Judge, run: Observed, known: Known) -> li
     """Return what a reader must know beside the numbers."""
     sentences: list[str] = []
     if judge.tolerance is None:
-        sentences.append("a fixed step promises nothing, so that the errors are only told")
+        sentences.append("a fixed step has no tolerance, so errors are reported without limits")
     sentences += [
         _breach(quantity) for quantity in judge.quantities if quantity.is_kept is False
     ]
@@ -28,14 +28,14 @@ def reasons(compiled: Compiled, judge: Judge, run: Observed, known: Known) -> li
     sentences += _several([_trigger(miss, compiled) for miss in judge.triggers.misses])
     for kind, matching in (("springs", judge.ruptures), ("triggers", judge.triggers)):
         if not matching.in_order and not matching.misses:
-            sentences.append(f"the same {kind} came in another order than in the reference")
+            sentences.append(f"the same {kind} occurred in another order than in the reference")
     return sentences
 
 
 def _breach(quantity: Quantity) -> str:
     return (
-        f"{quantity.name} is wrong by {quantity.error:.2g} at {show(quantity.time, TIME)}, "
-        f"more than the promised {quantity.bound:g}"
+        f"the error of {quantity.name} is {quantity.error:.2g} at {show(quantity.time, TIME)}, "
+        f"above the limit {quantity.bound:g}"
     )
 
 
@@ -43,33 +43,33 @@ def _doubts(known: Known, tolerance: float | None) -> list[str]:
     """Return what is not known of the reference itself."""
     error = known.uncertainty[-1]
     if tolerance is None:
-        return [f"the reference itself is known to {error:.1e} of the largest displacement"]
+        return [f"the reference itself is accurate to {error:.1e} of the largest displacement"]
     horizon = known.horizon(tolerance)
     if horizon >= known.reference.times[-1]:
         return []
     since = f"after {show(horizon, TIME)} " if np.isfinite(horizon) else ""
     sentences = [
-        f"{since}the reference itself is only known to {error:.1e} of the largest "
-        f"displacement; to judge a promise of {tolerance:g} it must be {BETTER:g} times better"
+        f"{since}the reference itself is accurate to only {error:.1e} of the largest "
+        f"displacement; checking {tolerance:g} needs a reference {BETTER:g} times more accurate"
     ]
     if known.is_sensitive:
         sentences.append(
-            "finer steps do not bring references together: the motion amplifies errors of the "
-            "size of rounding, as where something buckles, folds or is chaotic; no solver in "
-            "double precision can keep or check such a promise, and more viscosity tames it"
+            "references do not converge with smaller steps: the motion amplifies rounding "
+            "errors, as in buckling, folding or chaos; no solver in double precision can keep "
+            "or check such a tolerance; more viscosity makes the motion less sensitive"
         )
     elif known.reference.rtol > FINEST:
-        sentences.append("a smaller --rtol or another --method may know it better")
+        sentences.append("a smaller --rtol or another --method may be more accurate")
     return sentences
 
 
 def _rupture(miss: Miss, run: Observed) -> str:
     here, there = ("run", "reference") if miss.in_run else ("reference", "run")
-    why = "a near tie" if miss.is_tie else "too far for an error within the promise"
+    why = "a near tie" if miss.is_tie else "more than an error within the limit explains"
     return (
         f"{describe_spring(run.outcome.situation, miss.number)}, breaks at "
-        f"{show(miss.time, TIME, digits=6)} in the {here} only; in the {there} it came to "
-        f"{100.0 * miss.strain:.6g} % of what breaks it, {why}"
+        f"{show(miss.time, TIME, digits=6)} in the {here} only; in the {there} it reached "
+        f"{100.0 * miss.strain:.6g} % of its limit, {why}"
     )
 
 
