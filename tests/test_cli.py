@@ -262,7 +262,7 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
     refused = tissuec("run", scene, "--out", "broken", "--resume", cwd=scene.parent)
     assert refused.returncode == 2
     assert 'it was run with --set "pull=0.999 mm"; without --resume the' in refused.stderr
-    (again,) = (line for line in said.splitlines() if "go on with: " in line)
+    (again,) = (line for line in said.splitlines() if "resume with: " in line)
     words = shlex.split(again.partition(": ")[2])
     assert words[:2] == ["tissuec", "run"] and words[-4:] == options[2:]
     resumed = tissuec(*words[1:], *options[:2], cwd=scene.parent)

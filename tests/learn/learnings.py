@@ -76,7 +76,7 @@ def learnt(lesson, every, **changes):
         "stepping_error": 2.1e-5,
         "passes": 3,
         "evaluations": 40,
-        "reason": "the error falls no further",
+        "reason": "the error no longer decreases",
         "converged": True,
         "wall_time": 1.5,
     }

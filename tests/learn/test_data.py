@@ -193,17 +193,17 @@ def test_a_first_column_of_something_else_is_refused(folder):
         ("t_s,force_N,force_N\n0,1,2\n", 'bench.csv has 2 columns "force_N"; '),
         (
             "t_s,force_N\n\n0,1\n1,soft\n",
-            'line 4 of bench.csv, column "force_N": "soft" is no finite number; '
+            'line 4 of bench.csv, column "force_N": "soft" is not a finite number; '
             "a gap is left empty, or is written nan, NA or -; remarks begin with #",
         ),
         (
             "t_s,force_N\n0,1\n1,1e999\n",
-            'line 3 of bench.csv, column "force_N": "1e999" is no finite number; '
+            'line 3 of bench.csv, column "force_N": "1e999" is not a finite number; '
             "a gap is left empty, or is written nan, NA or -; remarks begin with #",
         ),
         (
             "t_s,force_N\n0,1_0\n",
-            'line 2 of bench.csv, column "force_N": "1_0" is no finite number; '
+            'line 2 of bench.csv, column "force_N": "1_0" is not a finite number; '
             "a gap is left empty, or is written nan, NA or -; remarks begin with #",
         ),
         (
@@ -294,7 +294,7 @@ def test_every_missing_column_is_told(folder):
 
 def test_a_fit_without_columns_is_refused_in_a_table(folder):
     (told,) = refused(folder, CART, fit("force"))
-    assert told.startswith("bench.csv is a table; which column holds force(net) is not written")
+    assert told.startswith("bench.csv is a table; the column of force(net) is not given")
 
 
 def test_a_missing_file_is_told_with_one_like_it(tmp_path):

@@ -271,7 +271,7 @@ def test_an_hdf5_file_of_something_else_is_refused(tmp_path):
     with h5py.File(tmp_path / "x.h5", "w") as file:
         file["numbers"] = np.arange(3)
     (told,) = refused(tmp_path / "x.h5", POSITIONS)
-    assert told.startswith("x.h5 is an HDF5 file, but no result of tissuec and no H5MD")
+    assert told.startswith("x.h5 is an HDF5 file, but neither a result of tissuec nor H5MD")
 
 
 @pytest.mark.parametrize("change", [remove, retype, replaced, regroup, reshape, attribute])

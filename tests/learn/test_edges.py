@@ -56,26 +56,27 @@ def test_a_number_at_its_limit_is_told(tmp_path):
     entries = "adjust spring constant of line from 9.9 N/m to 10.1 N/m\n"
     notes = learn(*begin(tmp_path, MOVED, entries)).notes
     assert (
-        "at a limit, of which the interval takes no account: spring constant of line" in notes
+        "at a limit, which the interval does not take into account: spring constant of line"
+        in notes
     )
 
 
 def test_a_number_that_begins_outside_its_limits_is_told(tmp_path):
     entries = "adjust spring constant of line from 11 N/m to 1 kN/m\n"
     notes = learn(*begin(tmp_path, MOVED, entries)).notes
-    expected = "in the scene outside of its limits, and begun with at the nearer one: "
+    expected = "outside of its limits, so the fit starts at the nearer limit: "
     assert f"{expected}spring constant of line" in notes
 
 
 def test_a_first_motion_without_numbers_is_told_in_a_sentence(tmp_path):
     entries = ADJUST + "integrator is velocity verlet; step = 100 ms\n"
-    with pytest.raises(Unlearnable, match="the motion has no numbers after"):
+    with pytest.raises(Unlearnable, match="the motion is not finite after"):
         learn(*begin(tmp_path, MOVED.replace("0.05,", "0.5,"), entries, c="1e80"))
 
 
 def test_a_first_error_beyond_all_measure_is_told_in_a_sentence(tmp_path):
     far = MOVED + "0.05,2,1e200,0,0\n"
-    with pytest.raises(Unlearnable, match="too far from what was measured"):
+    with pytest.raises(Unlearnable, match="too far from the data"):
         learn(*begin(tmp_path, far, ADJUST + "error is absolute\n"))
 
 

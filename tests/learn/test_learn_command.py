@@ -71,7 +71,7 @@ def call(monkeypatch, capsys):
 def test_what_was_learnt_is_told_and_written(here, call):
     code, out, err = call(Learner(), "scene.tis")
     assert code == 0
-    assert out.startswith("learn gum: the error falls no further\n")
+    assert out.startswith("learn gum: the error no longer decreases\n")
     assert err == "expectations: 1 of 1 hold\nwrote learned/gum.tis\n"
     assert check_request(Request.file(here / "learned/gum.tis", strict=True)) == (None, ())
     assert not (here / "learned/gum.tis.learning").exists()
@@ -101,7 +101,7 @@ def test_what_is_no_answer_exits_with_1_and_is_not_written(here, call):
     learner = Learner(failure="the error is 98 %, and so on")
     code, _, err = call(learner, "scene.tis")
     assert code == 1 and not (here / "learned/gum.tis").exists()
-    assert "FAILED: the error is 98 %, and so on, and so nothing is written" in err
+    assert "FAILED: the error is 98 %, and so on; nothing is written" in err
     code, out, _ = call(learner, "scene.tis", "--anyway", "--json")
     document = json.loads(out)
     assert code == 1 and document["failure"] == "the error is 98 %, and so on"
@@ -124,12 +124,12 @@ def test_an_interrupted_learning_says_how_to_go_on(here, call):
     arguments = ("scene.tis", "gum", "-o", "my preset.tis", "--anyway", "--fresh")
     code, out, err = call(learner, *arguments)
     assert code == 130 and out == ""
-    again = err.splitlines()[-1].removeprefix("  go on with: ")
+    again = err.splitlines()[-1].removeprefix("  resume with: ")
     # Whoever goes on does not begin anew.
     assert shlex.split(again) == ["tissuec", "learn", *arguments[:-1]]
     learner.error = None
     code, _, err = call(learner, *shlex.split(again)[2:])
-    assert code == 0 and "goes on from my preset.tis.learning" in err
+    assert code == 0 and "resumes from my preset.tis.learning" in err
     assert learner.calls[0][1:] == (Path("my preset.tis.learning"), True)
     assert learner.calls[1][1:] == (Path("my preset.tis.learning"), False)
 
@@ -139,12 +139,12 @@ def test_wrong_data_exits_with_2_and_what_cannot_be_computed_with_3(here, call):
     learner.error = CompileError([Diagnostic("TIS604", "no such file", None)])
     code, _, err = call(learner, "scene.tis")
     assert code == 2 and "TIS604" in err
-    learner.error = Unlearnable("the motion has no numbers after 0.3 s")
+    learner.error = Unlearnable("the motion is not finite after 0.3 s")
     code, _, err = call(learner, "scene.tis")
-    assert code == 3 and err.endswith("error: the motion has no numbers after 0.3 s\n")
+    assert code == 3 and err.endswith("error: the motion is not finite after 0.3 s\n")
     code, out, err = call(learner, "scene.tis", "--json")
     assert code == 3 and err == ""
-    assert json.loads(out)["error"] == "the motion has no numbers after 0.3 s"
+    assert json.loads(out)["error"] == "the motion is not finite after 0.3 s"
 
 
 def test_a_wrong_text_exits_with_2(here, call):

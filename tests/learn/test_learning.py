@@ -133,8 +133,8 @@ def test_without_any_force_only_ratios_are_told(truth, tmp_path):
     )
     learnt = learn(*lesson(tmp_path, FIT + every))
     assert [blind.sentence for blind in learnt.blind] == [
-        "multiplying all masses, spring constants and viscosities by one number changes "
-        "nothing that was measured: only their ratios are known"
+        "multiplying all masses, spring constants and viscosities by the same factor does "
+        "not change the measurements: only their ratios are known"
     ]
     assert learnt.blind[0].advice.startswith("give one mass")
     assert not any(estimate.identified.any() for estimate in learnt.estimates)
@@ -149,7 +149,7 @@ def test_what_has_no_influence_is_named_and_stays(truth, tmp_path):
         *lesson(tmp_path, FIT + "adjust spring constant of line\n  adjust mass of ends\n")
     )
     assert learnt.blind[0].sentence == (
-        "1 number has no influence on what was measured: mass of ends"
+        "1 parameter has no influence on the measurements: mass of ends"
     )
     stiffness, mass = learnt.estimates
     assert stiffness.identified.all() and not mass.identified.any()

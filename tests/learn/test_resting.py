@@ -346,7 +346,7 @@ from 0 s to 1 s: move right by (4, 0, 0) mm using smooth profile"""
     found, _ = model(chain(script, learn, gravity=-G), csv([0.0, 4.0]))
     # Three nodes hang from the moved one.
     assert found.predict(np.zeros(1)) == pytest.approx([2 * MASS * G] * 2, rel=1e-9)
-    told = "at a displacement of 0 m nothing resists a motion of node [01] "
+    told = "at a displacement of 0 m node [01] can move along the forces "
     for derive in (found.jacobian, lambda theta: found.gradient(theta, np.ones(2))):
         with pytest.raises(Diverged, match=told):
             derive(np.zeros(1))

@@ -125,7 +125,7 @@ def test_an_error_like_that_of_knowing_nothing_is_a_failure(truth, tmp_path):
     session = prepare(*lesson(tmp_path, FIT + ADJUST))
     problem, theta = session.problem, np.zeros(5)
     problem.freeze(theta)
-    assert "nothing was learnt" in misfit(problem, theta)
+    assert "the fit explains nothing" in misfit(problem, theta)
 
 
 def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
@@ -133,7 +133,7 @@ def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
     session = prepare(*lesson(tmp_path, FIT + ADJUST, TRUE))
     problem, theta = session.problem, np.full(5, 0.2)
     problem.freeze(theta)
-    assert "a motion of its own" in misfit(problem, theta)
+    assert "not noise" in misfit(problem, theta)
     problem.freeze(np.zeros(5))
     assert misfit(problem, np.zeros(5)) == ""
 

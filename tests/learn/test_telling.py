@@ -30,22 +30,22 @@ def compiled(tmp_path):
 def test_the_whole_text(compiled):
     found = learnt_of(compiled, zeros={"force(pressed)": 1e-4}, notes=("mind the gap",))
     assert as_text(found) == [
-        "learn gum: the error falls no further",
-        "number                  before     learnt        95 % interval                 change",
+        "learn gum: the error no longer decreases",
+        "parameter               before     learnt        95 % interval                 change",
         "spring constant of gum  40 N/m     49.38 N/m     48.89 N/m to 49.88 N/m        "
         "+23.5 %",
         "viscosity of gum        10 mN*s/m  12.35 mN*s/m  12.22 mN*s/m to 12.47 mN*s/m  "
         "+23.5 %",
-        "data                error  numbers  what is left",
-        "one.csv             3.1 %  100      force(pressed) 2 mN",
-        "two.csv (held out)  4.2 %  50       force(pressed) 3 mN",
-        "noise of force(pressed): 2.01 mN (found)",
+        "data                error  points  residuals",
+        "one.csv             3.1 %  100     force(pressed) 2 mN",
+        "two.csv (held out)  4.2 %  50      force(pressed) 3 mN",
+        "noise of force(pressed): 2.01 mN (estimated)",
         "zero of force(pressed): 100 uN",
         "note: mind the gap",
         "error function: 120 before, 0.5 after",
         "method: least squares, forward sensitivities; 3 passes, 40 evaluations, 1.5 s",
-        "steps: velocity verlet, 1000 steps of 50 us; steps half as long differ by 2.1e-05 of "
-        "the range of what was measured",
+        "steps: velocity verlet, 1000 steps of 50 us; halving the step changes predictions by "
+        "2.1e-05 of the range of the data",
     ]
 
 
@@ -56,7 +56,7 @@ def test_what_cannot_be_told_is_said_with_what_would_tell_it(compiled):
     lines = as_text(found)
     assert lines[2].split("  ")[-2:] == ["not identified", "+23.5 %"]
     place = lines.index("not identified: only their ratios are known")
-    assert lines[place + 1] == "  to tell it: give one mass"
+    assert lines[place + 1] == "  to identify it: give one mass"
     assert not is_identified(found)
     assert is_identified(learnt_of(compiled))
     # A common factor of very many numbers shows in none of them alone.
@@ -72,7 +72,7 @@ def test_what_was_zero_changes_by_a_difference(tmp_path):
         one.identified, (),
     )  # fmt: skip
     assert as_lines([changed]) == [
-        "number            before  learnt  95 % interval  change",
+        "parameter         before  learnt  95 % interval  change",
         "prestress of gum  0 %     2 %     unknown        +2 %",
     ]
 
@@ -88,15 +88,15 @@ def test_of_many_numbers_a_summary_is_told(tmp_path):
     names = tuple(f"spring {k}" for k in range(count))
     one = estimates(entry, start, factor=0.5 + part * 10, part=part, names=names, told=told)
     assert as_lines([one]) == [
-        "spring constant per spring of block: 78 numbers",
+        "spring constant per spring of block: 78 parameters",
         "          median  quartiles         range",
         "  before  40 N/m  40 N/m to 40 N/m  40 N/m to 40 N/m",
         "  learnt  32 N/m  28 N/m to 36 N/m  24 N/m to 40 N/m",
-        "  known to 3.03 % (median), 5 % at worst",
+        "  accurate to 3.03 % (median), 5 % (worst)",
         "  not identified: 1 of them",
-        f"  known least: spring 3: {24 + 16 * 3 / 77:.4g} N/m (not identified)",
-        "  known least: spring 77: 40 N/m (38 N/m to 42 N/m)",
-        f"  known least: spring 76: {40 - 16 / 77:.4g} N/m "
+        f"  least accurate: spring 3: {24 + 16 * 3 / 77:.4g} N/m (not identified)",
+        "  least accurate: spring 77: 40 N/m (38 N/m to 42 N/m)",
+        f"  least accurate: spring 76: {40 - 16 / 77:.4g} N/m "
         f"({(40 - 16 / 77) * (0.95 + 0.04 / 77):.4g} N/m to "
         f"{(40 - 16 / 77) * (1.05 - 0.04 / 77):.4g} N/m)",
     ]

@@ -115,7 +115,7 @@ def test_the_origin_is_told_in_comments(tmp_path):
         "# method     least squares, forward sensitivities; velocity verlet, 1000 steps of "
         "50 us",
         "# error      120 before, 0.5 after",
-        "# end        the error falls no further",
+        "# end        the error no longer decreases",
     ]
 
 

@@ -18,7 +18,7 @@ COMMANDS = {
     "explain": "Say where every number of a scene comes from, or what a code means.",
     "words": "List the words of a vocabulary and what they stand for.",
     "validate": "Compare a run with SciPy's solvers.",
-    "learn": "Fit numbers or words of a scene to measured data.",
+    "learn": "Fit parameters or words of a scene to measured data.",
     "compare": "Say what differs between two runs or scenes.",
     "bench": "Measure time against error, beside other solvers.",
     "plot": "Draw results, words and benches, for people.",

@@ -61,20 +61,22 @@ class Wishes:
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Preset to write in the place of what the block says (one block only).",
+    help="Preset to write instead of the one named in the block (one block only).",
 )
 @click.option(
-    "--fresh", is_flag=True, help="Forget what an interrupted learning kept, and begin anew."
+    "--fresh", is_flag=True, help="Discard the state of an interrupted fit and start again."
 )
-@click.option("--anyway", is_flag=True, help="Write also numbers that are no answer.")
-@click.option("--force", is_flag=True, help="Replace files that learning did not write.")
+@click.option("--anyway", is_flag=True, help="Write the preset even if the fit failed.")
+@click.option(
+    "--force", is_flag=True, help="Overwrite files that were not written by learning."
+)
 @click.option(
     "--check-gradient",
     "gradient",
     is_flag=True,
-    help="Learn nothing: hold exact derivatives against differences.",
+    help="Do not fit; compare exact derivatives with finite differences.",
 )
-@click.option("--diff", is_flag=True, help="Print how the text of vocabularies changed.")
+@click.option("--diff", is_flag=True, help="Print the changes of vocabularies as a diff.")
 @scene_options
 def command(
     settings: Settings,
@@ -85,14 +87,14 @@ def command(
     strict: bool,
     **options: Any,
 ) -> int:
-    """Fit numbers or words of SCENE to measured data, as its learn blocks say.
+    """Fit parameters or words of SCENE to measured data, as its learn blocks say.
 
-    NAME is that of one block; without it, all are learnt in their order. What is learnt is told
-    with how sure it is, and written as a preset, which scenes use like any other. After an
-    interruption the same command goes on. Exit code: 0 done; 1 an expectation failed, the
-    passes ran out, or the numbers are no answer (the data does not tell them all, or is not
-    met), and then nothing is written; 2 the text or the data is wrong; 3 the motion could not
-    be computed; 130 interrupted.
+    NAME selects one block; without it, all blocks are fitted in order. The results are printed
+    with confidence intervals and written as a preset, which any scene can use. After an
+    interruption, the same command resumes. Exit code: 0 done; 1 an expectation failed, the
+    passes ran out, or the fit failed (the data does not identify all parameters, or the error
+    is too large), and nothing is written; 2 the text or the data is wrong; 3 the motion could
+    not be computed; 130 interrupted.
     """
     from tissuec.pipeline import Request, compile_request
 
@@ -181,7 +183,7 @@ def _carry_out(
         again = shlex.join(wishes.again)
         if not settings.json:
             echo("interrupted", err=True)
-            settings.say(f"  go on with: {again}")
+            settings.say(f"  resume with: {again}")
         return exit_code(getattr(error, "signal", None)), {
             "error": "interrupted",
             "again": again,
@@ -215,7 +217,9 @@ def _learn(
     state = _state(target, lesson, request)
     state.parent.mkdir(parents=True, exist_ok=True)
     if state.exists() and not wishes.fresh and not settings.json:
-        settings.say(f"goes on from {state}, if texts and data are the same (--fresh: anew)")
+        settings.say(
+            f"resumes from {state} if texts and data are unchanged (--fresh starts again)"
+        )
     shown = not (settings.quiet or settings.json)
     with Passes(f"learn {lesson.name}", shown=shown) as line:
         learnt = learn(
@@ -230,7 +234,7 @@ def _learn(
             click.echo("".join(differences(scene, learnt.words)), nl=False)
     doubt = learnt.failure
     if not doubt and not is_identified(learnt):
-        doubt = "the data does not tell all numbers"
+        doubt = "the data does not identify all parameters"
     may_write = wishes.anyway or not doubt
     document["written"] = _write(
         learnt, compiled, request, target if may_write else None, wishes, settings
@@ -238,7 +242,7 @@ def _learn(
     if may_write:
         state.unlink(missing_ok=True)
     if not may_write and not settings.json:
-        lost = "" if target is None else ", and so nothing is written (--anyway writes it)"
+        lost = "" if target is None else "; nothing is written (--anyway writes it)"
         echo(f"FAILED: {doubt}{lost}", err=True)
     fine = (
         may_write
@@ -303,7 +307,9 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
         failed = sum(not verdict.holds for verdict in verdicts)
         settings.say(f"expectations: {wording.expectations(len(verdicts), failed, 0)}")
     if not learnt.converged:
-        echo(f"FAILED: {learnt.reason}; raise passes, or begin nearer", err=True)
+        echo(
+            f"FAILED: {learnt.reason}; raise passes, or start closer to the solution", err=True
+        )
 
 
 # --- derivatives ------------------------------------------------------------------------------

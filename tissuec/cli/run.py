@@ -52,13 +52,13 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
     help="Folder for results.",
     metavar="DIR",
 )
-@click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
+@click.option("--resume", is_flag=True, help="Resume an interrupted run.")
 @click.option(
     "--companion",
     type=click.Choice(["auto", "process", "inline", "off"]),
     default="auto",
-    help="How a run with finer steps estimates the error: in a process beside this one, after "
-    "it, by the better of both, or not at all.",
+    help="Where the companion run, which has smaller steps, estimates the error: in another "
+    "process, in this one afterwards, in whichever is faster (auto), or nowhere.",
 )
 @click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
@@ -74,10 +74,10 @@ def command(
 ) -> int:
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the current directory.
 
-    The result opens in ParaView, as H5MD and with h5py. It replaces an earlier one when the run
-    has come to its end, and never another file. Exit code: 0 done, 1 an expectation failed or,
-    with --strict, the promised accuracy is not kept, 2 the text or the command line is wrong,
-    3 the run could not go on, 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
+    The result opens in ParaView, as H5MD and with h5py. When the run ends, it replaces an
+    earlier result, but no other file. Exit code: 0 done; 1 an expectation failed or, with
+    --strict, the error exceeds the tolerance or is not known; 2 the text or the command line is
+    wrong; 3 the run could not continue; 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
@@ -174,7 +174,7 @@ def _run_one(
     if not settings.json:
         _tell(path, compiled, result, settings)
         if interrupted:
-            settings.say(f"  go on with: {again}")
+            settings.say(f"  resume with: {again}")
     return code, document
 
 

@@ -49,8 +49,8 @@ CODES = {
     "--rtol",
     type=click.FloatRange(1e-13, 1e-2),
     metavar="X",
-    help="Error per step of SciPy's solver; a thousandth of the tolerance if not given, "
-    "and less if need be.",
+    help="Relative tolerance of SciPy's solver. The default is a thousandth of the tolerance "
+    "of the scene, or less if necessary.",
 )
 @scene_options
 def command(
@@ -62,11 +62,11 @@ def command(
     libraries: tuple[Path, ...],
     strict: bool,
 ) -> int:
-    """Run SCENE, solve it again with SciPy, and hold the errors against the tolerance.
+    """Run SCENE, solve it again with SciPy, and compare the errors with the tolerance.
 
-    Nothing is written. The solution by SciPy is itself checked by a second one. Exit code: 0
-    errors are within their limits, or a fixed step has none; 1 they exceed them, or SciPy's
-    solution is not accurate enough to tell; 2 the text is wrong; 3 the run could not go on.
+    Nothing is written. A second SciPy solution checks the first. Exit code: 0 errors are within
+    their limits, or a fixed step has none; 1 they exceed them, or SciPy's solution is not
+    accurate enough to decide; 2 the text is wrong; 3 the run could not continue.
     """
     from tissuec.pipeline import Request, compile_request
 

@@ -48,10 +48,10 @@ SAME_ERROR, SAME_PLACE = 0.01, 0.1  # two starts that are so close came to the s
 
 
 class Countless(Diverged):
-    """Predictions are so far from what was measured that their error is no number."""
+    """Predictions are so far from the data that their error is not finite."""
 
     def __str__(self) -> str:
-        return "what is predicted is too far from what was measured for any number"
+        return "the prediction is too far from the data: the error is not finite"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -246,7 +246,7 @@ class Search:
             return new
         if self._measures_noise(new):
             return self._weighed(new)
-        return replace(new, reason="the error falls no further", converged=True)
+        return replace(new, reason="the error no longer decreases", converged=True)
 
     def _improved(
         self, theta: Floats, before: float, tolerance: float, reach: float
@@ -302,7 +302,7 @@ class Search:
     def _failed(self, old: SearchState) -> SearchState:
         """Return what follows a motion without numbers: the next start, if there is one."""
         if old.refined:
-            return replace(old, reason="the motion has no numbers")
+            return replace(old, reason="the motion is not finite")
         return self._next_start(replace(old, error=np.inf))
 
     def _is_good(self, theta: Floats) -> bool:
@@ -322,7 +322,7 @@ class Search:
 
     def _ended(self, state: SearchState) -> SearchState:
         """Return the end of a search whose passes are over, at the best that it found."""
-        state = replace(state, reason=f"{state.passes} passes are over")
+        state = replace(state, reason=f"stopped after {state.passes} passes")
         if state.refined:
             return state
         whole = replace(state, horizon=WHOLE)

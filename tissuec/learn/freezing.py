@@ -145,20 +145,20 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
     """Return why the motion, or the net at rest, has no exact derivatives; empty if it has."""
     actions = [event.action for event in _every(plan)]
     if at_rest and plan.triggers:
-        return "a condition is waited for"
+        return "the script waits for a condition"
     for kind, reason in _UNKNOWN.items():
         if at_rest and kind == "settle":
             continue
         if any(type(action).__module__ == f"tissuec.verbs.{kind}" for action in actions):
             return reason
     if plan.contact is not None:
-        return "contact is no smooth function"
+        return "contact is not smooth"
     if network.inelastic is not None:
         return "springs relax or yield"
     if plan.simulation.integrator == RELAXATION:
         return "the net is in equilibrium all the time"
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
-        return "a spin is set on the way"
+        return "a spin is set during the script"
     return ""
 
 
@@ -168,10 +168,10 @@ def _every(plan: Plan) -> Sequence[Event]:
 
 #: Verbs whose effect is not derived, and why, by their modules.
 _UNKNOWN = {
-    "preserve": "volumes are kept by pressure",
-    "irrigate": "jets of fluid act",
-    "tie": "knots hold and slip",
-    "tighten": "threads are drawn in",
-    "settle": "the net settles on the way",
-    "turn": "something is turned",
+    "preserve": "a volume is preserved",
+    "irrigate": "a jet acts",
+    "tie": "knots can slip",
+    "tighten": "a thread is tightened",
+    "settle": "the net settles during the script",
+    "turn": "nodes are turned",
 }

@@ -167,7 +167,7 @@ def _hidden(space: Floats, singular: Floats, names: Sequence[str]) -> list[Blind
     if alone:
         verb = "is" if len(alone) == 1 else "are"
         listed = _listed([names[k] for k in alone])
-        count = counted(len(alone), "number")
+        count = counted(len(alone), "parameter")
         sentences.insert(0, f"{count} {verb} hidden by the noise: {listed}")
     way_out = "measure longer, more precisely or where they act, or give one of them"
     return [Blind(sentence, way_out, float(1.0 / singular.max())) for sentence in sentences]
@@ -208,7 +208,7 @@ def _plain(space: Floats) -> Floats:
 def _alone(names: Sequence[str], spread: float) -> Blind:
     verb = "has" if len(names) == 1 else "have"
     return Blind(
-        f"{counted(len(names), 'number')} {verb} no influence on what was measured: "
+        f"{counted(len(names), 'parameter')} {verb} no influence on the measurements: "
         f"{_listed(names)}",
         "leave them out of adjust, or measure where they act",
         spread,
@@ -226,8 +226,8 @@ def _scale(kinds: Sequence[str], spread: float) -> Blind:
     *first, last = [_PLURALS[kind] for kind in kinds]
     every = f"{', '.join(first)} and {last}" if first else last
     return Blind(
-        f"multiplying all {every} by one number changes nothing that was measured: only their "
-        "ratios are known",
+        f"multiplying all {every} by the same factor does not change the measurements: "
+        "only their ratios are known",
         "give one mass (leave it out of adjust) or fit a measured force",
         spread,
     )
@@ -239,6 +239,6 @@ def _mixture(row: Floats, names: Sequence[str]) -> str:
     shown = ", ".join(f"{names[k]} ({row[k]:+.2f})" for k in parts[:SHOWN])
     more = ", …" if len(parts) > SHOWN else ""
     return (
-        "the data does not tell these apart, whose logarithms can change in this ratio: "
-        f"{shown}{more}"
+        "the data does not distinguish these parameters; their logarithms can change in the "
+        f"ratio {shown}{more}"
     )

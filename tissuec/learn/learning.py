@@ -317,7 +317,7 @@ def _estimates(session: Session, theta: Floats, sureness: Sureness) -> Iterator[
 
 
 def _first_error(problem: Problem) -> float:
-    """Return the error function at the beginning; infinite where the motion has no numbers."""
+    """Return the error function at the beginning; infinite where the motion is not finite."""
     try:
         return problem.error_at(np.zeros(problem.size))
     except Diverged:
@@ -327,7 +327,7 @@ def _first_error(problem: Problem) -> float:
 def _relative(problem: Problem, theta: Floats) -> float:
     """Return what is left of a problem over how far its data deviates from its mean.
 
-    Infinite where the motion has no numbers: it is held-out data that is not met, then.
+    Infinite where the motion is not finite: it is held-out data that is not met, then.
     """
     try:
         problem.freeze(theta)
@@ -394,14 +394,14 @@ def _notes(session: Session, theta: Floats, stepping_error: float) -> Iterator[s
     at_limit = (own <= low + NEAR_LIMIT) | (own >= high - NEAR_LIMIT)
     if at_limit.any():
         names = _first_few(shaping.names, at_limit)
-        yield f"at a limit, of which the interval takes no account: {names}"
+        yield f"at a limit, which the interval does not take into account: {names}"
     outside = (low > 0.0) | (high < 0.0)
     if outside.any():
         names = _first_few(shaping.names, outside)
-        yield f"in the scene outside of its limits, and begun with at the nearer one: {names}"
+        yield f"outside of its limits, so the fit starts at the nearer limit: {names}"
     if stepping_error > 1e-4:
         yield (
-            f"half the steps change what is predicted by {stepping_error:.1g} of its range: "
+            f"halving the step changes predictions by {stepping_error:.1g} of their range: "
             "write a smaller step"
         )
     for trial in (*session.learning, *session.held_out):

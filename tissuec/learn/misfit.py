@@ -29,13 +29,13 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
     error = problem.relative(theta)
     if error >= NOTHING:
         return (
-            f"the error is {percent(error)}, and that of knowing only the mean of the data is "
-            "100 %: nothing was learnt"
+            f"the error is {percent(error)}; a guess that knows only the mean of the data has "
+            "100 %: the fit explains nothing"
         )
     if problem.structure(theta, LIMIT).exceeds(STRUCTURED):
         return (
-            f"the error is {percent(error)}, and what is left is no noise but a motion of its "
-            "own: this is another minimum, or the scene is not what was measured"
+            f"the error is {percent(error)}, and the residuals are correlated, so they are not "
+            "noise: this is a wrong minimum, or the scene does not describe the experiment"
         )
     for one in singles:
         found = one.structure(theta, LIMIT)
@@ -43,8 +43,8 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
         if found.exceeds(NOTHING) and share >= TOLD:
             name = one.trials[0].experiment.name
             return (
-                f"the error of {name} is {percent(found.size)}, and what is left of it is no "
-                "noise: the scene, or what may change in it, is not what was measured"
+                f"the error of {name} is {percent(found.size)}, and its residuals are not "
+                "noise: the scene, with what may change in it, does not describe the experiment"
             )
     return ""
 
@@ -55,9 +55,9 @@ def remark(problem: Problem, theta: Floats) -> str:
     if _is_met(problem, theta) or not found.exceeds(TOLD):
         return ""
     return (
-        f"what is left is no noise: neighbours are correlated by {found.correlation:.2f} "
-        f"({percent(found.size)} without outliers); the scene is not quite what was measured, "
-        "and numbers may be off by more than their intervals"
+        f"the residuals are not noise: their neighbours correlate by {found.correlation:.2f} "
+        f"({percent(found.size)} without outliers); the scene differs from the experiment, "
+        "and parameters may be off by more than their intervals"
     )
 
 
@@ -79,8 +79,8 @@ def units(problem: Problem) -> list[str]:
         ratio = sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0
         if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT:
             found.append(
-                f"{fit.text} was measured {ratio:.1g} times as large as the scene predicts at "
-                "first: is its unit right?"
+                f"the data of {fit.text} is {ratio:.1g} times as large as the first "
+                "prediction: check its unit"
             )
     return found
 

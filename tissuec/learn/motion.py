@@ -27,7 +27,7 @@ class Diverged(Exception):
     """The motion has no numbers any more; the time [s] is its argument."""
 
     def __str__(self) -> str:
-        return f"the motion has no numbers after {show(float(self.args[0]), TIME)}"
+        return f"the motion is not finite after {show(float(self.args[0]), TIME)}"
 
 
 class Samples(NamedTuple):

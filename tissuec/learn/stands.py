@@ -156,9 +156,9 @@ def _settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ..
     except Unsettled as failure:
         node = situation.network.node_ids[failure.node]
         when = show(situation.time, TIME)
-        message = f"at {when} of the script, {failure.message}, above all at node {node}"
+        message = f"at {when} of the script, {failure.message}, mainly at node {node}"
         raise Unbalanced(situation.time, message) from failure
     except np.linalg.LinAlgError as failure:
         when = show(situation.time, TIME)
-        message = f"at {when} of the script, the forces of the net are no numbers"
+        message = f"at {when} of the script, the forces of the net are not finite"
         raise Unbalanced(situation.time, message) from failure

@@ -21,7 +21,7 @@ class Unseen(Diverged):
     def __str__(self) -> str:
         since = show(float(self.args[0]), TIME)
         return (
-            f"{self.args[1]} holds nothing from {since} on, where something was measured of it"
+            f"{self.args[1]} holds nothing from {since} on, but the data has later values of it"
         )
 
 

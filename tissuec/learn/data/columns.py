@@ -160,7 +160,7 @@ def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) ->
         values = [as_number(cell) for cell in cells]
         if None in values:
             bad = values.index(None)
-            raise BadRow(first + bad, place, f'"{cells[bad]}" is no finite number')
+            raise BadRow(first + bad, place, f'"{cells[bad]}" is not a finite number')
         numbers[:, place] = values
         signs |= set("".join(cells)) & {".", ","}
     return Cells(numbers, frozenset(signs))

@@ -25,7 +25,7 @@ def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> 
     path, series = complaints.data.path, list[Series]()
     kind = _kind(path)
     if kind == "other":
-        message = f"{complaints.file} is an HDF5 file, but no result of tissuec and no H5MD"
+        message = f"{complaints.file} is an HDF5 file, but neither a result of tissuec nor H5MD"
         hint = "H5MD has the groups particles or observables"
         complaints.reject("TIS604", message, hint=hint)
     try:

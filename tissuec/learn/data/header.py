@@ -114,7 +114,7 @@ class _Header:
         listed = ", ".join(first_few([one for one in self.names if one]))
         self.complaints.reject(
             "TIS304",
-            f"{self.complaints.file} is a table; which column holds {fit.text} is not written",
+            f"{self.complaints.file} is a table; the column of {fit.text} is not given",
             fit.span,
             hint=f'write behind it: using column "NAME" in UNIT  columns: {listed}',
         )

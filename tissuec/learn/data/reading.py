@@ -72,7 +72,7 @@ def check_times(experiment: Experiment, duration: float) -> None:
         complaints.reject(
             "TIS703",
             f"{name} begins at {show(first, TIME)}, and a run begins at 0 s",
-            hint="leave out what was measured before, or count its times from the start",
+            hint="remove earlier measurements, or count times from the start of the run",
         )
     if last > duration * (1 + _ROUNDING):
         complaints.reject(

@@ -170,8 +170,8 @@ class Resting:
             stand = balanced.stand
             node = stand.leg.network.node_ids[stand.free[failure.args[0]]]
             message = (
-                f"{self._where(stand)} nothing resists a motion of node {node} that forces "
-                "act along, so that no derivatives can be told"
+                f"{self._where(stand)} node {node} can move along the forces without "
+                "resistance, so derivatives are not defined"
             )
             raise Unbalanced(stand.time, message) from failure
 
@@ -189,7 +189,7 @@ class Resting:
         for stand in self._stands:
             ids = stand.leg.network.node_ids
             for remark in stand.remarks:
-                text = f"{remark.message}, above all node {ids[remark.node]}"
+                text = f"{remark.message}, mainly at node {ids[remark.node]}"
                 found.setdefault(remark.message, f"{self._where(stand)}, {text}")
         return tuple(found.values())
 
@@ -199,7 +199,7 @@ def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -
     plan, network = shaping.compiled.plan, shaping.compiled.network
     reason = refusal(plan, network, at_rest=True)
     if not reason and len(looks) < len(series):
-        reason = "not all that is measured is a smooth function of it"
+        reason = "a measured quantity is not a smooth function of it"
     if reason:
         message = f"this cannot be fitted to a net at rest: {reason}"
         hint = "measure over time instead of over a displacement"
@@ -226,7 +226,7 @@ def _rows_of(
                     f"a row has a displacement of {show(displacement, LENGTH, digits=6)}, and "
                     f"the script moves the nodes from 0 m to {there}"
                 )
-                hint = "let the script move them as far, or leave such rows out"
+                hint = "let the script move them as far, or remove such rows"
                 raise CompileError([Diagnostic("TIS703", message, one.fit.span, hint)])
             times[displacement] = time
     known = np.unique(list(times.values()))

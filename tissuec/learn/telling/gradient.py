@@ -6,7 +6,7 @@ from tissuec.core.errors import counted
 from tissuec.learn.learning import Compared
 from tissuec.learn.telling.rows import aligned
 
-HEADINGS = ("derivative by", "exact", "by differences", "apart", "differences are good to")
+HEADINGS = ("derivative by", "exact", "by differences", "relative difference", "accuracy")
 BETTER = 10.0  # times the doubt in differences: what is less is no sign of a mistake
 
 
@@ -29,7 +29,7 @@ def as_lines(lesson: str, found: Sequence[Compared], allowed: float) -> list[str
     lines = [*aligned([HEADINGS, *rows]), f"learn {lesson}: derivatives are {verdict}: {last}"]
     if verdict == "good" and worst > allowed:
         lines.append(
-            "differences are no better than that here: the motion is so sensitive that no step "
-            "suits them"
+            "finite differences are no more accurate than that here: the motion is too "
+            "sensitive for any step size"
         )
     return lines

@@ -11,7 +11,7 @@ from tissuec.learn.telling.rows import aligned
 from tissuec.lesson import START_POSITION, START_VELOCITY
 from tissuec.network import Floats
 
-HEADINGS = ("number", "before", "learnt", "95 % interval", "change")
+HEADINGS = ("parameter", "before", "learnt", "95 % interval", "change")
 MANY = 12  # numbers of one entry, from which on only a summary is shown
 WORST = 3  # of these, those that are known least
 
@@ -67,7 +67,7 @@ def _change(estimates: Estimates, number: int) -> str:
 def _summary(estimates: Estimates) -> Iterator[str]:
     """Yield what many numbers are like, and which of them are known least."""
     adjust, known = estimates.adjust, estimates.identified
-    count = counted(len(known), "number")
+    count = counted(len(known), "parameter")
     yield f"{adjust.what} per {adjust.per} of {adjust.of}: {count}"
     rows = [
         ("", "median", "quartiles", "range"),
@@ -78,13 +78,13 @@ def _summary(estimates: Estimates) -> Iterator[str]:
     half = uncertainty(estimates)[known]
     if len(half):
         typical, most = float(np.median(half)), float(half.max())
-        yield f"  known to {percent(typical)} (median), {percent(most)} at worst"
+        yield f"  accurate to {percent(typical)} (median), {percent(most)} (worst)"
     if not known.all():
         yield f"  not identified: {int((~known).sum())} of them"
     for number in _worst(estimates):
         value = _shown(estimates, estimates.value[number])
         interval = _interval(estimates, number)
-        yield f"  known least: {estimates.names[number]}: {value} ({interval})"
+        yield f"  least accurate: {estimates.names[number]}: {value} ({interval})"
 
 
 def _spread(estimates: Estimates, values: Floats) -> tuple[str, str, str]:

@@ -10,7 +10,7 @@ from tissuec.learn.telling.rows import aligned
 from tissuec.learn.telling.words import sentences
 from tissuec.learn.words.drift import Drift
 
-DATA = ("data", "error", "numbers", "what is left")
+DATA = ("data", "error", "points", "residuals")
 
 
 def as_text(learnt: Learnt, moved: list[Drift] | None = None) -> list[str]:
@@ -48,7 +48,7 @@ def _of_fits(learnt: Learnt) -> Iterator[str]:
     """Yield the noise and the unknown zero of each fit."""
     given = {fit.text for fit in learnt.lesson.fits if fit.noise is not None}
     for text, noise in learnt.noise.items():
-        known = "given" if text in given else "found"
+        known = "given" if text in given else "estimated"
         yield f"noise of {text}: {_of_fit(learnt, text, noise)} ({known})"
     for text, zero in learnt.zeros.items():
         yield f"zero of {text}: {_of_fit(learnt, text, zero)}"
@@ -63,7 +63,7 @@ def _blind(learnt: Learnt) -> Iterator[str]:
     """Yield what the data does not tell, each with what would."""
     for blind in learnt.blind:
         yield f"not identified: {blind.sentence}"
-        yield f"  to tell it: {blind.advice}"
+        yield f"  to identify it: {blind.advice}"
 
 
 def _effort(learnt: Learnt) -> Iterator[str]:
@@ -72,5 +72,5 @@ def _effort(learnt: Learnt) -> Iterator[str]:
     evaluations = counted(learnt.evaluations, "evaluation")
     yield f"method: {learnt.method}; {passes}, {evaluations}, {learnt.wall_time:.1f} s"
     if learnt.stepping:
-        known = f"steps half as long differ by {learnt.stepping_error:.1e}"
-        yield f"steps: {learnt.stepping}; {known} of the range of what was measured"
+        known = f"halving the step changes predictions by {learnt.stepping_error:.1e}"
+        yield f"steps: {learnt.stepping}; {known} of the range of the data"
