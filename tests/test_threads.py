@@ -59,7 +59,8 @@ TIGHTENED = "from 0 s to 0.1 s: tighten sling to 60 mm using smooth profile"
 
 
 def test_tightened_loop_presses_on_a_rod_by_its_tension_over_the_radius():
-    _, _, outcome = ran(around_rod(script=TIGHTENED, duration="0.2 s"))
+    script = TIGHTENED.replace("0.1 s", "0.04 s")
+    _, _, outcome = ran(around_rod(script=script, duration="0.08 s"))
     situation = outcome.situation
     pull = tension(situation)[:PIECES]
     assert situation.rest[:PIECES].sum() == pytest.approx(60e-3, rel=1e-12)
@@ -79,10 +80,12 @@ def test_tightened_loop_presses_on_a_rod_by_its_tension_over_the_radius():
 
 
 def test_energy_of_drawing_in_is_booked_whatever_the_law():
-    script = TIGHTENED + "; from 0.12 s to 0.2 s: loosen sling to 61 mm"
-    law = "spring law is polynomial { linear = 1 kN/m; cubic = 1e10 N/m^3 };"
-    for law in ("", "spring law is tension only;"):
-        _, recording, _ = ran(around_rod(script=script, duration="0.2 s", law=law))
+    script = (
+        TIGHTENED.replace("0.1 s", "25 ms") + "; from 30 ms to 50 ms: loosen sling to 61 mm"
+    )
+    cubic = "spring law is polynomial { square = 100 kN/m^2; cube = 4e7 N/m^3 };"
+    for law in ("", "spring law is tension only;", cubic):
+        _, recording, _ = ran(around_rod(script=script, duration="50 ms", law=law))
         _, rows = recording.energy_arrays()
         kinetic, elastic, gravity, work, lost, switched = rows.T
         size = np.abs(work).max()
@@ -94,21 +97,19 @@ def test_energy_of_drawing_in_is_booked_whatever_the_law():
 
 
 def test_slow_work_of_drawing_in_is_the_elastic_energy_that_it_leaves():
-    text = around_rod(script="from 0 s to 0.6 s: tighten sling to 60 mm using smooth profile",
-                      duration="0.6 s")  # fmt: skip
-    _, recording, outcome = ran(text)
+    _, recording, outcome = ran(around_rod(script=TIGHTENED, duration="0.1 s"))
     _, rows = recording.energy_arrays()
     _, elastic, _, work, _, _ = rows[-1]
     # What dampers take of it falls with the time that it takes.
-    assert work == pytest.approx(elastic, rel=0.05)
+    assert work == pytest.approx(elastic, rel=0.02)
     stretch = tension(outcome.situation)[:PIECES] / STIFFNESS
     springs = 0.5 * STIFFNESS * (stretch**2).sum()
     assert springs < elastic  # the rest is that of the contact
 
 
 def test_tightening_agrees_with_scipy():
-    script = TIGHTENED.replace("0.1 s", "0.05 s") + "; at 0.052 s: loosen sling to 61 mm"
-    found = validated(around_rod(script=script, duration="0.055 s"), rtol=1e-6)
+    script = TIGHTENED.replace("0.1 s", "20 ms") + "; at 22 ms: loosen sling to 61 mm"
+    found = validated(around_rod(script=script, duration="25 ms"), rtol=1e-6)
     assert quantity(found, "position").is_kept
     assert quantity(found, "energy balance").is_kept
 
@@ -353,16 +354,16 @@ def test_the_log_of_a_loop_that_is_not_tied_has_its_pieces_alone():
 def test_a_knot_slips_at_the_located_time():
     # Slowly, both strands are chains of two equal springs: T = c (D / 2 - a).
     script = """at 0 s: tie sling with square knot of 2 N
-      from 0 s to 0.5 s: move right by (12, 0, 0) mm using smooth profile
+      from 0 s to 0.25 s: move right by (12, 0, 0) mm using smooth profile
       at 0 s: settle middle
-      from 0.7 s to 20.7 s: move right by (6, 0, 0) mm using constant speed"""
-    text = knot(script=script, duration="1.8 s").replace("1e-6", "1e-5")
+      from 0.35 s to 5.35 s: move right by (6, 0, 0) mm using constant speed"""
+    text = knot(script=script, duration="0.65 s").replace("1e-6", "1e-5")
     _, _, outcome = ran(text, tier="interpreted")
     (time,) = [t for t, h in outcome.happenings if h.kind == "slip"]
     piece = 10e-3 * np.sqrt(2.0)
     apart = 2.0 * (piece + 2.0 / 1000.0)
-    expected = (apart - 32e-3) / 6e-3 * 20.0 + 0.7
-    assert time == pytest.approx(expected, abs=0.01)  # drag lets the middle lag behind
+    expected = (apart - 32e-3) / 6e-3 * 5.0 + 0.35
+    assert time == pytest.approx(expected, abs=1e-3)  # drag lets the middle lag behind
 
 
 def test_slipping_knots_agree_with_scipy():
