@@ -91,12 +91,12 @@ def teach(name: str) -> Taught:
 def measured(cart: Learnt) -> Iterator[tuple[str, str]]:
     """Yield the rows of the table."""
     yield (
-        "Gradient by all 1990 numbers of the tube over 1000 steps, in runs of the motion alone",
+        "Cost of the gradient by all 1990 parameters of the tube over 1000 steps, in runs",
         f"{cost_of_gradient():.1f}",
     )
     apart = apart_from_long_doubles(tube(), DIRECTIONS)
     yield (
-        f"The same against differences of long doubles, worst of {DIRECTIONS} directions",
+        f"Its error against differences of long doubles, worst of {DIRECTIONS} directions",
         f"{apart.max():.1e}",
     )
     with tempfile.TemporaryDirectory() as folder:
@@ -106,7 +106,7 @@ def measured(cart: Learnt) -> Iterator[tuple[str, str]]:
     one, last = cart.fitted
     (left,), (unseen,) = one.left.values(), last.left.values()
     yield (
-        "The cart, 871 pictures: what is left of the first three quarters, and of the last",
+        "The cart, 871 pictures: residual of the first three quarters, and of the last",
         f"{1e3 * left:.2f} px, {1e3 * unseen:.2f} px",
     )
 
@@ -153,8 +153,8 @@ def hidden_nodes(folder: Path) -> tuple[str, str]:
     moved = np.linalg.norm(true - true[0], axis=2)
     hidden = np.setdiff1d(np.arange(rings * sides), seen)
     return (
-        f"The same tube, {len(seen)} of {rings * sides} nodes seen: largest error of the place "
-        "of an unseen one, over the largest displacement",
+        f"The same tube, {len(seen)} of {rings * sides} nodes seen: largest error of the "
+        "position of an unseen node, relative to the largest displacement",
         f"{100 * apart[:, hidden].max() / moved[:, hidden].max():.2g} %",
     )
 
@@ -165,8 +165,8 @@ def scatter(folder: Path) -> tuple[str, str]:
     scene, _ = compile_request(Request(Source("true.tis", text)))
     ratio, _ = known.scatter((scene, *motion(scene, 10e-3)), folder, 50)
     return (
-        "Scatter of five numbers over 50 repeats with other noise, over what the bound of "
-        "Cramér and Rao says (50 repeats are known to 10 %)",
+        "Scatter of five parameters over 50 repeats with other noise, divided by the "
+        "Cramér-Rao bound (50 repeats are accurate to 10 %)",
         f"{ratio.min():.2f} to {ratio.max():.2f}",
     )
 

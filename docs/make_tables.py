@@ -244,8 +244,8 @@ def run(text: str) -> Trajectory:
 
 def scenes() -> str:
     """Return what ``tissuec validate`` measures on the shipped scenes."""
-    heads = ("scene", "promised", "error of positions", "energy balance", "forces felt",
-             "SciPy known to", "steps, ours : SciPy", "promise")  # fmt: skip
+    heads = ("scene", "tolerance", "error of positions", "energy balance", "forces felt",
+             "SciPy accurate to", "steps, ours : SciPy", "verdict")  # fmt: skip
     return table(heads, [scene_row(name, validated(name)) for name in SCENES])
 
 
@@ -253,9 +253,7 @@ def scene_row(name: str, found: dict) -> tuple[str, ...]:
     """Return one line of the table."""
     errors = {quantity["name"]: quantity["error"] for quantity in found["quantities"]}
     forces = [value for key, value in errors.items() if key.startswith("force")]
-    promised = (
-        "nothing (fixed step)" if found["tolerance"] is None else f"{found['tolerance']:g}"
-    )
+    tolerance = "none (fixed step)" if found["tolerance"] is None else f"{found['tolerance']:g}"
     verdict = "" if found["tolerance"] is None else found["verdict"]
     if verdict == "undecided":
         verdict = f"kept until {found['judged_until']:g} s"
@@ -263,7 +261,7 @@ def scene_row(name: str, found: dict) -> tuple[str, ...]:
     steps = f"{found['run']['accepted']} : {found['reference']['steps']}"
     print(f"{name}: {found['verdict']}")
     numbers = (errors["position"], errors["energy balance"], max(forces), known)
-    return (name, promised, *(f"{number:.1e}" for number in numbers), steps, verdict)
+    return (name, tolerance, *(f"{number:.1e}" for number in numbers), steps, verdict)
 
 
 def validated(name: str) -> dict:
