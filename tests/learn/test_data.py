@@ -223,11 +223,11 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s,force_N\n0,1\n0.5,1\n0.5,1\n",
             "lines 3 and 4 of bench.csv have the same time, 500 ms; "
-            "leave one of them out; for a row per node, name the column of the nodes too",
+            "remove one of them; for one row per node, name the column of the nodes too",
         ),
         (
             "t_s,force_N\n0,\n1,NA\n",
-            "bench.csv holds no value of force(net); every cell of its column is a gap",
+            "bench.csv holds no value of force(net); every cell of its column is empty",
         ),
         (
             "t_s;force_N\n0;1,5\n1;1.5\n",
@@ -341,7 +341,7 @@ def test_positions_of_one_node_need_no_column_of_nodes(folder):
     assert one.values.shape == (2, 1, 3)
     np.testing.assert_array_equal(one.nodes, [2])
     (told,) = refused(folder, VECTORS, fit("positions", "x", "y", "z"))
-    assert told.startswith("positions(net) is about 4 nodes; x, y and z are those of one")
+    assert told.startswith("positions(net) has 4 nodes, but x, y and z describe one node")
 
 
 @settings(max_examples=examples(60), deadline=None)

@@ -111,7 +111,7 @@ def test_what_a_result_does_not_hold_is_told(result):
     assert refused(result, fit("positions", nodes=[1])) == [hidden.format(1)]
     assert refused(result, fit("position", nodes=[1, 2])) == [hidden.format(2)]
     (told,) = refused(result, fit("force", of="pressed"), moved=[3])
-    assert told.startswith("bench.h5 has times, and rows are sorted by a displacement here")
+    assert told.startswith("bench.h5 has times, but this block uses a displacement")
 
 
 def test_a_damaged_file_is_told(result):
@@ -245,7 +245,7 @@ def test_what_an_h5md_file_does_not_hold_is_told(foreign):
         ((0, 4, 3), TIME[:0], None, "holds no values"),
         ((4, 4, 3), TIME[:2], None, "do not ascend"),
         ((4, 4, 3), TIME * np.nan, None, "do not ascend"),
-        ((4, 4, 3), TIME, [100, 101], "has not one id for each particle"),
+        ((4, 4, 3), TIME, [100, 101], "does not have one id per particle"),
         ((4, 4, 3), 0.0, None, "do not ascend"),
     ],
 )

@@ -196,7 +196,7 @@ def test_what_can_be_written_is_known_before_anything_is_learnt(tmp_path, call, 
     learner = Learner()
     code, _, err = call(learner, "scene.tis", "-o", "preset.tis")
     assert code == 2 and not learner.calls
-    assert '"words.tis" was not written by learning and would be lost' in err
+    assert '"words.tis" was not written by learning and would be overwritten' in err
     code, _, err = call(learner, "scene.tis")
     assert code == 0 and len(learner.calls) == 1, err
 

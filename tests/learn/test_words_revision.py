@@ -118,8 +118,8 @@ def test_a_rule_that_is_missing_is_added():
     (change,) = revise(scene, "simple", judged(scene, truth), most=1)
     assert change.kind == "add" and change.text == text_of(truth)
     assert change.sentence.startswith(
-        'the rule "if "use of it" is often then viscosity is high" is added, '
-        "because little is said of sample f: "
+        'the rule "if "use of it" is often then viscosity is high" is added: '
+        "no rule applies strongly to sample f: "
     )
 
 

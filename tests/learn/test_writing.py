@@ -309,7 +309,9 @@ def test_only_what_learning_wrote_is_replaced(tmp_path):
         place(preset, force=False)
     mine = 'language 1\n# of my own; Learned by tissuec\nuse "tissues/fat"\n'
     target.write_text(mine)
-    with pytest.raises(TissueError, match="was not written by learning and would be lost"):
+    with pytest.raises(
+        TissueError, match="was not written by learning and would be overwritten"
+    ):
         place(preset, force=False)
     assert target.read_text() == mine
     place(preset, force=True)

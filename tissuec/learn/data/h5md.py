@@ -143,7 +143,7 @@ class _Reader:
         if "id" in group:
             ids = access.array(group, "id/value" if changing else "id")
             if ids.shape[-1] != count or (changing and len(ids) <= rows[-1]):
-                self.reject(f"{self.complaints.file} has not one id for each particle")
+                self.reject(f"{self.complaints.file} does not have one id per particle")
             return ids[rows] if changing else np.broadcast_to(ids, (len(rows), count))
         # Without ids they are those of the set, or of its body, in their order.
         bodies = [np.arange(b.nodes.start, b.nodes.stop) for b in owners(self.network, nodes)]

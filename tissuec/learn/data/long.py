@@ -73,9 +73,9 @@ def _numbers(
         names = " and ".join(body.name for body in owners(network, wanted))
         rows.table.complaints.reject(
             "TIS313",
-            f"the id {listed[twice[0]]} is that of several nodes of {fit.text}",
+            f"the id {listed[twice[0]]} belongs to several nodes of {fit.text}",
             fit.span,
-            hint=f"fit the positions of {names} each for itself, from files of their own",
+            hint=f"fit the positions of {names} separately, from separate files",
         )
     place = np.minimum(np.searchsorted(listed, ids), len(listed) - 1)
     hit = listed[place] == ids

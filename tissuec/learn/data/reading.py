@@ -78,8 +78,8 @@ def check_times(experiment: Experiment, duration: float) -> None:
         complaints.reject(
             "TIS703",
             f"{name} ends at {show(last, TIME)}, and the run at {show(duration, TIME)}",
-            hint=f"write in simulate: duration = {show(last, TIME, digits=6)}, or leave out "
-            "what was measured later",
+            hint=f"write in simulate: duration = {show(last, TIME, digits=6)}, or remove "
+            "later measurements",
         )
 
 
@@ -96,7 +96,7 @@ def _read_hdf5(
     if axis.nodes is not None:
         complaints.reject(
             "TIS313",
-            f"{complaints.file} has times, and rows are sorted by a displacement here",
+            f"{complaints.file} has times, but this block uses a displacement",
             hint="measure over time, or give a table of displacements",
         )
     from tissuec.learn.data.hdf5 import read_hdf5  # late: tables need no h5py
@@ -109,5 +109,5 @@ def _empty(one: Series, complaints: Complaints) -> Diagnostic:
     message = f"{complaints.file} holds no value of {one.fit.text}"
     if one.fit.columns:
         span = one.fit.columns[0].span.to(one.fit.columns[-1].span)
-        return Diagnostic("TIS313", message, span, "every cell of its column is a gap")
+        return Diagnostic("TIS313", message, span, "every cell of its column is empty")
     return Diagnostic("TIS313", message, one.fit.span)

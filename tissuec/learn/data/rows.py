@@ -97,7 +97,7 @@ class Rows:
         before, behind = self.places[row], self.places[row + 1]
         if before == behind:
             problem = f"have the same time, {self._shown(row)}"
-            hint = "leave one of them out; for a row per node, name the column of the nodes too"
+            hint = "remove one of them; for one row per node, name the column of the nodes too"
         else:
             problem = f"do not ascend: {show(behind, TIME)} comes after {show(before, TIME)}"
             hint = "sort the rows by time, each time once"

@@ -107,7 +107,7 @@ def _series(
         if len(nodes) != 1:
             rows.table.complaints.reject(
                 "TIS313",
-                f"{fit.text} is about {len(nodes)} nodes; x, y and z are those of one",
+                f"{fit.text} has {len(nodes)} nodes, but x, y and z describe one node",
                 fit.columns[0].span.to(fit.columns[-1].span),
                 hint=f'write a row for each node and time, and: using columns "{LONG}"',
             )

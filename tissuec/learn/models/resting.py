@@ -199,7 +199,7 @@ def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -
     plan, network = shaping.compiled.plan, shaping.compiled.network
     reason = refusal(plan, network, at_rest=True)
     if not reason and len(looks) < len(series):
-        reason = "a measured quantity is not a smooth function of it"
+        reason = "a measured quantity is not a smooth function of the positions"
     if reason:
         message = f"this cannot be fitted to a net at rest: {reason}"
         hint = "measure over time instead of over a displacement"

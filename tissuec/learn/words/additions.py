@@ -34,7 +34,7 @@ def added(texts: RuleTexts, key: str) -> Iterator[Candidate]:
             for rule, tissue in _rules(texts, use, quantity):
                 if rule not in seen:
                     seen.add(rule)
-                    what = f'the rule "{rule}" is added, because little is said of {tissue}'
+                    what = f'the rule "{rule}" is added: no rule applies strongly to {tissue}'
                     yield Candidate("add", appended(texts, rule), what)
 
 

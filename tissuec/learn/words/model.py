@@ -217,4 +217,4 @@ def _named(vocabulary: Vocabulary, key: str) -> NamedScale:
 
 
 def _silence(use: Use, quantity: str) -> str:
-    return f"with words moved so far, no rule speaks for the {quantity} of {use.key}"
+    return f"with these words, no rule gives the {quantity} of {use.key}"

@@ -99,7 +99,7 @@ def _part(body: Body, text: str) -> tuple[str, Tissue]:
     regions = {key_of(region.name): region for region in body.regions}
     region = regions.get(key_of(name))
     tissue = (region.tissue if region else None) or body.tissue
-    assert tissue is not None, "what has no tissue has nothing that could be adjusted"
+    assert tissue is not None, "a body without a tissue has nothing to adjust"
     return (region.name if region else ""), tissue
 
 

@@ -19,8 +19,8 @@ def refuse_others(paths: Iterable[Path]) -> None:
             raise TissueError(f'"{path}" is a folder; name a file')
         if path.exists() and not is_ours(path):
             raise TissueError(
-                f'"{path}" was not written by learning and would be lost; '
-                "name another file with -o, or say --force"
+                f'"{path}" was not written by learning and would be overwritten; '
+                "name another file with -o, or use --force"
             )
 
 

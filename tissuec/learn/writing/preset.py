@@ -95,7 +95,7 @@ class _Composer:
         problem = self.problem
         if isinstance(problem, tuple):
             problem = CompileError(problem)
-        raise TissueError(f"what was learnt cannot be written as {self.target}:\n{problem}")
+        raise TissueError(f"the result cannot be written as {self.target}:\n{problem}")
 
     def _best(self, draft: Draft) -> str:
         """Return the first form of a tissue that is right by itself."""
