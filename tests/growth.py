@@ -6,16 +6,22 @@ from time import process_time
 
 LONGER = 4
 MOST = 8.0  # times the effort for what is LONGER times as long; its square would take 16 times
-NOTHING = 0.1  # of the processor's time [s]: less is not told from chance
+NOTHING = 0.02  # of the processor's time [s]: less is not told from chance
 ATTEMPTS = 3  # of which chance may spoil two
 
 
 def effort(work: Callable[[], object]) -> float:
-    """Return the processor's time that work takes [s]."""
-    gc.collect()
-    begin = process_time()
-    work()
-    return process_time() - begin
+    """Return the processor's time that work takes [s].
+
+    Garbage collection during the work passes over the objects that other tests left.
+    """
+    gc.freeze()
+    try:
+        begin = process_time()
+        work()
+        return process_time() - begin
+    finally:
+        gc.unfreeze()
 
 
 def grows_in_proportion(work: Callable[[int], Callable[[], object]], length: int) -> bool:

@@ -65,6 +65,7 @@ CASES = {
 }
 
 
+@pytest.mark.parametrize("length", [LONG // 2, pytest.param(LONG, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", CASES)
-def test_effort_for_what_is_long_grows_as_its_length(name):
-    assert grows_in_proportion(CASES[name], LONG)
+def test_effort_for_what_is_long_grows_as_its_length(name, length):
+    assert grows_in_proportion(CASES[name], length)
