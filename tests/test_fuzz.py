@@ -244,7 +244,16 @@ def test_absurd_repetitions_are_refused(order: str) -> None:
     assert answer(scene(rest=f"script {{ {order} }}"))
 
 
-@pytest.mark.parametrize("order", BUSY)
+@pytest.mark.parametrize(
+    "order",
+    # "hold" is checked as "release" is, and "turn" as "move" is.
+    [
+        pytest.param(
+            order, marks=pytest.mark.slow if "hold" in order or "turn" in order else ()
+        )
+        for order in BUSY
+    ],
+)
 def test_busy_scripts_are_answered(order: str) -> None:
     answer(scene(rest=f"script {{ {order} }}"))
 
@@ -255,6 +264,7 @@ def test_absurd_rates_are_answered(every: str) -> None:
 
 
 DEEP = 20_000
+DEPTHS = [40, DEEP // 4, pytest.param(DEEP, marks=pytest.mark.slow)]
 NESTED = {
     "round": ("(", "1 mm", ")"),
     "square": ("[", "1 mm", "]"),
@@ -267,7 +277,7 @@ NESTED = {
 
 
 @pytest.mark.parametrize("kind", NESTED)
-@pytest.mark.parametrize("count", [40, DEEP])
+@pytest.mark.parametrize("count", DEPTHS)
 def test_deep_expressions_are_answered(kind: str, count: int) -> None:
     opening, inner, closing = NESTED[kind]
     text = opening * count + inner + closing * count
@@ -275,13 +285,13 @@ def test_deep_expressions_are_answered(kind: str, count: int) -> None:
     answer(scene(rest=f"set deep = nodes of vessel where {text} < x"))
 
 
-@pytest.mark.parametrize("count", [40, DEEP])
+@pytest.mark.parametrize("count", DEPTHS)
 def test_deep_blocks_are_answered(count: int) -> None:
     answer(scene(rest="script " + "{ at 0 s: " * count + "fix vessel" + "}" * count))
     answer(scene(rest="from 0 s to 1 s: { " * count + "}" * count))
 
 
-@pytest.mark.parametrize("count", [60, 2000])
+@pytest.mark.parametrize("count", [60, 500, pytest.param(2000, marks=pytest.mark.slow)])
 def test_long_chains_of_definitions_are_answered(count: int) -> None:
     lets = [f"let a{'b' * (i % 7)}{chr(97 + i % 26)} = {i}" for i in range(count)]
     answer(scene(rest="\n".join(lets)))

@@ -138,11 +138,12 @@ def test_every_beginning_of_a_text_is_borne(path):
     prefixes(path, step=1)
 
 
+@pytest.mark.parametrize("count", [1, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
-def test_a_text_that_lacks_a_line_is_borne(path):
+def test_a_text_that_lacks_a_line_is_borne(path, count):
     lines = path.read_text(encoding="utf-8").split("\n")
     chance, desk = random.Random(path.stem), Desk()
-    for number in chance.sample(range(len(lines)), 4):
+    for number in chance.sample(range(len(lines)), count):
         text = "\n".join(lines[:number] + lines[number + 1 :])
         ask_everything(desk, path, text, len("\n".join(lines[:number])), chance)
         check(desk, path, thorough=False)

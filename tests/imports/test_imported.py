@@ -74,10 +74,20 @@ def test_every_format_gives_the_same_organ(name, tmp_path):
     assert found > 0
 
 
-@pytest.mark.parametrize("filling", FILLINGS)
-def test_an_organ_of_twenty_thousand_triangles_is_filled(filling, tmp_path):
-    position, triangles = blob(5)
-    assert len(triangles) == 20480
+LARGE = 20480  # triangles
+
+
+@pytest.mark.parametrize(
+    ("filling", "count"),
+    [
+        (FILLINGS[0], LARGE),
+        *((filling, LARGE // 4) for filling in FILLINGS[1:]),
+        *(pytest.param(filling, LARGE, marks=pytest.mark.slow) for filling in FILLINGS[1:]),
+    ],
+)
+def test_an_organ_of_up_to_twenty_thousand_triangles_is_filled(filling, count, tmp_path):
+    position, triangles = blob(5 if count == LARGE else 4)
+    assert len(triangles) == count
     write_obj(tmp_path / "liver.obj", position, triangles)
     start = time.process_time()
     mesh = imported(tmp_path / "liver.obj", filling=filling, cell=0.008)
