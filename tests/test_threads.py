@@ -79,21 +79,30 @@ def test_tightened_loop_presses_on_a_rod_by_its_tension_over_the_radius():
     )
 
 
-def test_energy_of_drawing_in_is_booked_whatever_the_law():
+CUBIC = "spring law is polynomial { square = 100 kN/m^2; cube = 4e7 N/m^3 };"
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param("", marks=pytest.mark.slow, id="linear"),
+        pytest.param("spring law is tension only;", marks=pytest.mark.slow, id="tension only"),
+        pytest.param(CUBIC, id="cubic"),
+    ],
+)
+def test_energy_of_drawing_in_is_booked_whatever_the_law(law):
     script = (
         TIGHTENED.replace("0.1 s", "25 ms") + "; from 30 ms to 50 ms: loosen sling to 61 mm"
     )
-    cubic = "spring law is polynomial { square = 100 kN/m^2; cube = 4e7 N/m^3 };"
-    for law in ("", "spring law is tension only;", cubic):
-        _, recording, _ = ran(around_rod(script=script, duration="50 ms", law=law))
-        _, rows = recording.energy_arrays()
-        kinetic, elastic, gravity, work, lost, switched = rows.T
-        size = np.abs(work).max()
-        assert size > 1e-4
-        # A tenth of the tolerance of 1e-4 is what balances are held to.
-        assert kinetic + elastic + gravity - work + lost - switched == pytest.approx(
-            elastic[0], abs=1e-5 * size
-        )
+    _, recording, _ = ran(around_rod(script=script, duration="50 ms", law=law))
+    _, rows = recording.energy_arrays()
+    kinetic, elastic, gravity, work, lost, switched = rows.T
+    size = np.abs(work).max()
+    assert size > 1e-4
+    # A tenth of the tolerance of 1e-4 is what balances are held to.
+    assert kinetic + elastic + gravity - work + lost - switched == pytest.approx(
+        elastic[0], abs=1e-5 * size
+    )
 
 
 def test_slow_work_of_drawing_in_is_the_elastic_energy_that_it_leaves():

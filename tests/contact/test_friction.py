@@ -215,7 +215,7 @@ environment {{
   contact is tools only; friction = {friction}
   contact stiffness = 3 kN/m; contact layer = 0.05 mm; contact damping = 1 s/m
 }}
-simulate {{ duration = 0.2 s; tolerance = 1e-6 }}
+simulate {{ duration = 0.2 s; tolerance = 1e-5 }}
 output {{ trajectory every 2 ms; energy every 2 ms }}
 """
 

@@ -172,7 +172,9 @@ def test_millimetres_that_are_read_as_metres_are_told(truth, tmp_path):
     measure((scene, times, 1e3 * positions), tmp_path / "measured.csv")
     learnt = learn(*lesson(tmp_path, FIT + "adjust spring constant of line\n"))
     assert learnt.failure or learnt.blind
-    assert any("was measured 1e+03 times as large" in note for note in learnt.notes)
+    assert any(
+        "is 1e+03 times as large as the first prediction" in note for note in learnt.notes
+    )
 
 
 def test_an_experiment_that_is_not_met_is_a_failure_however_well_others_are(truth, tmp_path):

@@ -13,14 +13,15 @@ from tissuec.validate.validation import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
 SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
-LONG = {"tubal_ligation"}  # scenes whose beginnings take long, too
+LONG = {"ligature", "tubal_ligation"}  # scenes whose beginnings take long, too
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
     "bladder": 0.02,
     "indentation": 0.05,
     "ligature": 0.01,
-    "liver": 0.05,
-    "palpation": 0.05,
+    "liver": 0.03,
+    "palpation": 0.02,
+    "rupture": 0.05,
 }
 NO_OUTPUT = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
 

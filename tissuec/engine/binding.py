@@ -127,8 +127,8 @@ def _jit(function: FunctionType, role: Role) -> Function:
             _nrt=False,
             no_cpython_wrapper=role != "entry",
             no_cfunc_wrapper=role != "linked",
-            # Laws are written in memory: there is no file to tell their age by.
-            cache=folder is not None and not function.__code__.co_filename.startswith("<"),
+            # What is written in memory, as laws are, has no file to tell its age by.
+            cache=folder is not None and os.path.isfile(function.__code__.co_filename),
         )(function)
     finally:
         config.CACHE_DIR = before
