@@ -15,18 +15,34 @@ def scene():
     return lambda text: of_scene(Request(Source("scene", text)))
 
 
+@pytest.fixture(scope="session")
+def first_run():
+    """Return a function that gives the run of a text, the same one for all tests."""
+    runs = {}
+
+    def of(text):
+        return runs.get(text) or runs.setdefault(text, tissuec.run(text))
+
+    yield of
+    for one in runs.values():
+        one.close()
+
+
 @pytest.fixture
-def compared(scene):
+def compared(scene, first_run):
     """Compare texts: what they compile to, or with ``run`` what comes of them."""
     runs = []
 
-    def side(text, run):
-        if not run:
-            return scene(text)
+    def second_run(text):
         runs.append(tissuec.run(text))
-        return of_result(runs[-1])
+        return runs[-1]
 
-    yield lambda a, b, *, run=False: compare(side(a, run), side(b, run))
+    def of(a, b, *, run=False):
+        if not run:
+            return compare(scene(a), scene(b))
+        return compare(of_result(first_run(a)), of_result(second_run(b)))
+
+    yield of
     for one in runs:
         one.close()
 

@@ -76,7 +76,7 @@ def test_between_frames_a_cubic_meets_a_parabola(compared, told):
     assert "between them nodes are on cubics" in told(found)
 
 
-@pytest.mark.parametrize("milliseconds", [5.0, 7.0, 13.0])
+@pytest.mark.parametrize("milliseconds", [5.0, 7.0, pytest.param(13.0, marks=pytest.mark.slow)])
 def test_between_frames_a_cubic_is_as_far_from_a_cosine_as_its_bound_says(
     compared, milliseconds
 ):
@@ -116,7 +116,7 @@ def test_frames_in_single_precision_are_known_as_well_as_they_are_kept(compared)
 
 
 def test_a_fixed_step_promises_nothing(compared, told):
-    fixed = "integrator is velocity verlet; step = 0.1 ms"
+    fixed = "integrator is velocity verlet; step = 1 ms"
     found = compared(OSCILLATOR, OSCILLATOR.replace("tolerance = 1e-6", fixed), run=True)
     assert found.motion.verdict == "nothing promised"
     assert "b promises nothing, since its step is fixed" in told(found)

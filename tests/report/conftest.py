@@ -1,5 +1,14 @@
-"""What tests of other parts share: a made-up result."""
+"""What tests of reports share: a made-up result, and pages without pictures."""
+
+import pytest
 
 from tests.results.conftest import example
+from tissuec.report import pictures
 
 __all__ = ["example"]
+
+
+@pytest.fixture
+def without_pictures(monkeypatch):
+    """Pictures take time, and have tests of their own."""
+    monkeypatch.setattr(pictures, "lacking", lambda: "there is no time for pictures")

@@ -9,7 +9,8 @@ from tests.report.runs import BARE, UNSTABLE, Page, run
 from tests.validate.scenes import rod
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
-from tissuec.report import pictures
+
+pytestmark = pytest.mark.usefixtures("without_pictures")
 
 
 def command(*words):
@@ -32,12 +33,6 @@ def folder(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
-
-
-@pytest.fixture(autouse=True)
-def without_pictures(monkeypatch):
-    """Pictures take time, and have tests of their own."""
-    monkeypatch.setattr(pictures, "lacking", lambda: "there is no time for pictures")
 
 
 def test_a_page_is_named_after_the_result_and_lies_in_the_present_folder(folder):

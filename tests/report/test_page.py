@@ -235,6 +235,7 @@ def test_a_killed_run_is_unfinished(tmp_path, example):
     assert "cut" in page.section("events").text
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_an_older_result_tells_what_it_has(tmp_path, result, monkeypatch):
     """Files of earlier versions have neither expectations nor a beginning in the manifest."""
     with Trajectory.open(result) as trajectory:
@@ -251,6 +252,7 @@ def test_an_older_result_tells_what_it_has(tmp_path, result, monkeypatch):
     assert "at a time that the file does not tell" in page.root.all("p", "made")[0].text
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_changed_text_is_told(result):
     with Trajectory.open(result) as trajectory:
         trajectory.__dict__["text"] = trajectory.text.replace("20 0 0", "21 0 0")
@@ -281,6 +283,7 @@ OBJ = "v 0 0 0\nv 10 0 0\nv 5 5 0\nv 5 2 5\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n
 CSV = "time,x,y,z\n0,0,0,0\n0.1,1,0,0\n"
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_files_that_are_absent_are_named_and_the_rest_is_there(tmp_path):
     (tmp_path / "rod.obj").write_text(OBJ)
     (tmp_path / "path.csv").write_text(CSV)
@@ -361,6 +364,7 @@ def test_long_texts_show_their_beginning_and_what_is_led_to():
     assert list(stretches(3000, {5})) == [(1, 3001, True)]
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
     result, monkeypatch
 ):
@@ -373,6 +377,7 @@ def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
         assert ROD in [source.text for source in trajectory.sources.values()]
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkeypatch):
     from tissuec.pipeline import Request, compile_request, simulate
     from tissuec.running import run as running

@@ -5,14 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.hand_net import chain, order, span, start, table
 from tissuec.running.checkpoint import read_state, write_state
 from tissuec.verbs.motion import EndMotion
 
 
+@settings(max_examples=examples(100))
 @given(st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
     lambda inner: st.lists(inner) | st.tuples(inner, inner) | st.dictionaries(st.text(), inner),

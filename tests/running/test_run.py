@@ -386,7 +386,10 @@ def uninterrupted(request):
     return network, plan, *carry_out(network, plan)
 
 
-@pytest.mark.parametrize("count", [1, 3, 6])
+@pytest.mark.parametrize(
+    "count",
+    [pytest.param(1, marks=pytest.mark.slow), 3, pytest.param(6, marks=pytest.mark.slow)],
+)
 def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(uninterrupted, count):
     network, plan, whole, undisturbed = uninterrupted
     first, before = carry_out(network, plan, interrupt=AfterAsking(count))
