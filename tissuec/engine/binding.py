@@ -29,6 +29,7 @@ SOURCES = (
     "kernels/*.py",
     "laws/code.py",
 )
+OF_LAWS = " of laws>"  # how the files end that functions of ``laws.code`` seem to come from
 #: What this process has compiled or loaded: from which function, and under which name.
 _COMPILED: dict[tuple[Function, str], Function] = {}
 
@@ -43,6 +44,8 @@ class Binder:
 
     def __init__(self, replaced: Mapping[str, Any], *, compiled: bool = False):
         self._replaced, self._compiled = replaced, compiled
+        # The folder of the cache tells versions of our own sources apart, and no others.
+        self._cached = all(_is_ours(each) for each in replaced.values() if callable(each))
         self._bound: dict[tuple[Function, Role], tuple[Function, frozenset[str]]] = {}
 
     def bind(self, function: Function, role: Role = "entry") -> Function:
@@ -74,7 +77,7 @@ class Binder:
         result = copy
         if self._compiled:
             key = function, copy.__qualname__
-            result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role)
+            result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role, self._cached)
         self._bound[function, role] = (result, frozenset(depends))
         return self._bound[function, role]
 
@@ -107,7 +110,14 @@ def kernel_folder() -> Path | None:
     return Path(base) / f"kernels-{digest.hexdigest()[:16]}"
 
 
-def _jit(function: FunctionType, role: Role) -> Function:
+def _is_ours(function: Function) -> bool:
+    """Tell whether a function comes from this package, or from a spring law."""
+    code = getattr(function, "__code__", None)  # what Numba makes of functions has none
+    file = "" if code is None else code.co_filename
+    return not file or file.endswith(OF_LAWS) or Path(file).is_relative_to(PACKAGE)
+
+
+def _jit(function: FunctionType, role: Role, cached: bool) -> Function:
     """Return a function compiled on its first call, or loaded from the cache."""
     import numba
     from numba.core import config as settings
@@ -127,8 +137,10 @@ def _jit(function: FunctionType, role: Role) -> Function:
             _nrt=False,
             no_cpython_wrapper=role != "entry",
             no_cfunc_wrapper=role != "linked",
-            # What is written in memory, as laws are, has no file to tell its age by.
-            cache=folder is not None and os.path.isfile(function.__code__.co_filename),
+            # Laws are written in memory: there is no file to tell their age by.
+            cache=cached
+            and folder is not None
+            and not function.__code__.co_filename.endswith(OF_LAWS),
         )(function)
     finally:
         config.CACHE_DIR = before
