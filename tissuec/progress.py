@@ -126,7 +126,8 @@ class Progress(Line):
         speed = (time - self.first[1]) / max(now - self.first[0], 1e-9)
         left = f", {minutes((self.duration - time) / speed)} left" if speed > 0.0 else ""
         done = f"{show(time, TIME)} of {show(self.duration, TIME)}"
-        return f"{self.name} [{bar:<{WIDTH}}] {done}, {speed:.2g} x real time{left}"
+        # Narrow terminals cut the beginning: the time stands behind the speed.
+        return f"{self.name} [{bar:<{WIDTH}}] {speed:.2g} x real time, {done}{left}"
 
 
 def minutes(seconds: float) -> str:
