@@ -7,8 +7,6 @@ import pytest
 from tissuec.engine.binding import Binder
 from tissuec.engine.native import Native, RecordType, layout
 from tissuec.kernels import records, scalar
-from tissuec.laws import LINEAR
-from tissuec.laws.code import functions
 
 
 def filled(record, rng):
@@ -91,11 +89,11 @@ def test_what_a_scene_has_nothing_of_is_none():
 
 def test_code_that_is_not_of_the_package_is_not_kept_for_other_processes():
     """The folder of compiled code is named after the sources of the package alone."""
-    kept = Binder({"force": scalar.force, **functions((LINEAR,))}, compiled=True)
-    assert kept.bind(scalar.kinetic)._cache.cache_path
 
-    def force(time, x, v, a, power, net):
-        return False
+    def greatest(values):
+        return 0.0
 
-    foreign = Binder({"force": force}, compiled=True)
-    assert foreign.bind(scalar.greatest)._cache.cache_path is None
+    binder = Binder({"greatest": greatest}, compiled=True)
+    assert binder.bind(scalar.kinetic)._cache.cache_path
+    assert binder.bind(scalar.distance)._cache.cache_path is None  # for what it calls
+    assert binder.bind(greatest)._cache.cache_path is None

@@ -45,7 +45,9 @@ class Binder:
     def __init__(self, replaced: Mapping[str, Any], *, compiled: bool = False):
         self._replaced, self._compiled = replaced, compiled
         # The folder of the cache tells versions of our own sources apart, and no others.
-        self._cached = all(_is_ours(each) for each in replaced.values() if callable(each))
+        self._foreign = {
+            name for name, each in replaced.items() if callable(each) and not _is_ours(each)
+        }
         self._bound: dict[tuple[Function, Role], tuple[Function, frozenset[str]]] = {}
 
     def bind(self, function: Function, role: Role = "entry") -> Function:
@@ -77,7 +79,8 @@ class Binder:
         result = copy
         if self._compiled:
             key = function, copy.__qualname__
-            result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role, self._cached)
+            cached = _is_ours(function) and not depends & self._foreign
+            result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role, cached)
         self._bound[function, role] = (result, frozenset(depends))
         return self._bound[function, role]
 
