@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.errors import Diagnostic, Edit, Hint
+from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
 from tissuec.lang import syntax as s
@@ -101,7 +102,7 @@ def _middle(lengths: Floats) -> float:
 def _more_pieces(compiled: "Compiled", body: BodyPart, count: int) -> Hint:
     """Return in how many pieces a thread lies closely enough."""
     text = f"pieces = {count}"
-    block = compiled.scene.declarations.of("body")[s.key_of(body.name)].item
+    block = compiled.scene.declarations.of("body")[key_of(body.name)].item
     written = _entry(block, "pieces")
     edits = [] if written is None else [Edit(text, written)]
     return Hint(f"write: {text}", *edits)

@@ -29,7 +29,6 @@ SOURCES = (
     "kernels/*.py",
     "laws/code.py",
 )
-OF_LAWS = " of laws>"  # how the files end that functions of ``laws.code`` seem to come from
 #: What this process has compiled or loaded: from which function, and under which name.
 _COMPILED: dict[tuple[Function, str], Function] = {}
 
@@ -44,9 +43,10 @@ class Binder:
 
     def __init__(self, replaced: Mapping[str, Any], *, compiled: bool = False):
         self._replaced, self._compiled = replaced, compiled
-        # The folder of the cache tells versions of our own sources apart, and no others.
         self._foreign = {
-            name for name, each in replaced.items() if callable(each) and not _is_ours(each)
+            name
+            for name, each in replaced.items()
+            if isinstance(each, FunctionType) and not (_is_shipped(each) or _is_of_law(each))
         }
         self._bound: dict[tuple[Function, Role], tuple[Function, frozenset[str]]] = {}
 
@@ -79,7 +79,8 @@ class Binder:
         result = copy
         if self._compiled:
             key = function, copy.__qualname__
-            cached = _is_ours(function) and not depends & self._foreign
+            # The folder of the cache tells versions of our own sources apart, and no others.
+            cached = _is_shipped(function) and not depends & self._foreign
             result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role, cached)
         self._bound[function, role] = (result, frozenset(depends))
         return self._bound[function, role]
@@ -113,11 +114,14 @@ def kernel_folder() -> Path | None:
     return Path(base) / f"kernels-{digest.hexdigest()[:16]}"
 
 
-def _is_ours(function: Function) -> bool:
-    """Tell whether a function comes from this package, or from a spring law."""
-    code = getattr(function, "__code__", None)  # what Numba makes of functions has none
-    file = "" if code is None else code.co_filename
-    return not file or file.endswith(OF_LAWS) or Path(file).is_relative_to(PACKAGE)
+def _is_shipped(function: FunctionType) -> bool:
+    """Tell whether a function comes from a file of this package."""
+    return Path(function.__code__.co_filename).is_relative_to(PACKAGE)
+
+
+def _is_of_law(function: FunctionType) -> bool:
+    """Tell whether a function was written for spring laws, whose digest is in its name."""
+    return function.__code__.co_filename.endswith(" of laws>")
 
 
 def _jit(function: FunctionType, role: Role, cached: bool) -> Function:
@@ -132,18 +136,15 @@ def _jit(function: FunctionType, role: Role, cached: bool) -> Function:
     try:
         # Only contraction of a b + c: anything more would break the tests for NaN. Kernels
         # allocate nothing, so they need no counting of references, which took a quarter of
-        # the time of stepping a small net.
-        # Nothing has to take Python's objects where only compiled code calls.
+        # the time of stepping a small net. Wrappers that take Python's objects are left out
+        # where only compiled code calls.
         return numba.njit(
             error_model="numpy",
             fastmath={"contract"},
             _nrt=False,
             no_cpython_wrapper=role != "entry",
             no_cfunc_wrapper=role != "linked",
-            # Laws are written in memory: there is no file to tell their age by.
-            cache=cached
-            and folder is not None
-            and not function.__code__.co_filename.endswith(OF_LAWS),
+            cache=cached and folder is not None,
         )(function)
     finally:
         config.CACHE_DIR = before

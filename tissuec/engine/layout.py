@@ -333,11 +333,9 @@ class Layout:
 
     def _asked(self) -> dict[str, Any]:
         """Return what the loop over steps has to do besides stepping."""
+        needed = self.features
         return {
-            "watched": self.watched,
-            "ledger": self.ledger,
-            "touched": self.situation.contact is not None,
-            "cornered": self._cornered,
+            name: getattr(needed, name) for name in ("watched", "ledger", "touched", "cornered")
         }
 
     def acts(self) -> Acts:

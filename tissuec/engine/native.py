@@ -146,30 +146,21 @@ class _Attributes(AttributeTemplate):
 def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: str) -> Any:
     """Read a field; arrays count no references, as their record keeps them."""
     place, kind, dtype = layout(record.record)[0][name]
-    table = builder.bitcast(pointer, WORD.as_pointer())
-
-    def word(index: int) -> Any:
-        loaded = builder.load(builder.gep(table, [WORD(place + index)], source_etype=WORD))
-        # Nobody writes into the table while compiled code runs: loops need not read it again.
-        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
-        return loaded
-
     if isinstance(kind, RecordType):
-        start = builder.gep(table, [WORD(place)], source_etype=WORD)
-        return builder.bitcast(start, cgutils.voidptr_t)
+        return builder.bitcast(_place(builder, pointer, place), cgutils.voidptr_t)
+    value = _word(builder, pointer, place)
     if dtype is None:
-        value = word(0)
         if kind == types.float64:
             return builder.bitcast(value, ir.DoubleType())
         return value if kind == types.int64 else builder.trunc(value, ir.IntType(1))
     axes = cast(types.Array, kind).ndim
-    shape = [word(1 + axis) for axis in range(axes)]
+    shape = [_word(builder, pointer, place + 1 + axis) for axis in range(axes)]
     strides, count = [], WORD(dtype.itemsize)
     for length in reversed(shape):
         strides.insert(0, count)
         count = builder.mul(count, length)
     array = context.make_array(kind)(context, builder)
-    data = builder.inttoptr(word(0), context.get_data_type(kind.dtype).as_pointer())
+    data = builder.inttoptr(value, context.get_data_type(kind.dtype).as_pointer())
     context.populate_array(
         array,
         data=builder.bitcast(data, array.data.type),
@@ -179,6 +170,20 @@ def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: st
         meminfo=None,
     )
     return array._getvalue()
+
+
+def _place(builder: Any, pointer: Any, index: int) -> Any:
+    """Return the address of a word of a table."""
+    table = builder.bitcast(pointer, WORD.as_pointer())
+    return builder.gep(table, [WORD(index)], source_etype=WORD)
+
+
+def _word(builder: Any, pointer: Any, index: int) -> Any:
+    """Read a word of a table."""
+    loaded = builder.load(_place(builder, pointer, index))
+    # Nobody writes into a table while compiled code runs: loops need not read it again.
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return loaded
 
 
 NUMBER, TRUTH, NOTHING = types.float64, types.boolean, types.none
@@ -210,9 +215,7 @@ def caller(name: str) -> Callable[..., Any]:
         kinds = [context.get_value_type(kind) for kind in signature.args]
         result = context.get_value_type(signature.return_type)
         operation = ir.FunctionType(result, kinds).as_pointer()
-        net = arguments[signature.args.index(NET)]
-        table = builder.bitcast(net, WORD.as_pointer())
-        address = builder.load(builder.gep(table, [WORD(place)], source_etype=WORD))
+        address = _word(builder, arguments[signature.args.index(NET)], place)
         return builder.call(builder.inttoptr(address, operation), arguments)
 
     def typed(context: object, *arguments: object) -> tuple[Signature, Any]:

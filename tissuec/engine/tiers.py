@@ -78,14 +78,14 @@ Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
 @cache
 def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
     """Return the loop over steps of an integrator; compiled, it takes records as ``Native``."""
-    binder = _compiling(integrator) if tier == "compiled" else Binder(_method(integrator))
+    binder = _for_method(integrator) if tier == "compiled" else Binder(_method(integrator))
     return cast(Drive, binder.bind(loop.drive))
 
 
 @cache
 def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
     """Return where the compiled operations are that the loop calls for a net."""
-    called = _compiling(integrator).names(loop.drive) & set(Operations._fields)
+    called = _for_method(integrator).names(loop.drive) & set(Operations._fields)
     needed = (name for name in called if name not in NEEDED or getattr(features, NEEDED[name]))
     return operations(frozenset(needed), features)
 
@@ -97,7 +97,7 @@ def operations(names: frozenset[str], features: Features) -> Operations:
 
 
 @cache
-def _compiling(integrator: type[Integrator]) -> Binder:
+def _for_method(integrator: type[Integrator]) -> Binder:
     """Return what compiles the loop over steps of an integrator."""
     from tissuec.engine import native
 
@@ -114,8 +114,13 @@ def _operation(name: str, features: Features) -> int:
 
     solving = banded if features.banded else iterative
     function = getattr(solving if name in ("assemble", "solve") else scalar, name)
-    binder = Binder(constants(features), compiled=True)
-    return native.address_of(binder.bind(function, "linked"), name)
+    return native.address_of(_for_scene(features).bind(function, "linked"), name)
+
+
+@cache
+def _for_scene(features: Features) -> Binder:
+    """Return what compiles the operations on nets for what a scene needs."""
+    return Binder(constants(features), compiled=True)
 
 
 def _shared(features: Features) -> Features:

@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 from tissuec.validate.crossings import Break
-from tissuec.validate.equations import Equations, Scales
+from tissuec.validate.equations import Energies, Equations, Scales, Springs
 from tissuec.validate.stepping import Effort
 
 Holders = tuple[Mapping[str, Indices], ...]
@@ -88,11 +88,18 @@ class Track:
         """Return the time of the first empty row [s]; infinite if all are full."""
         return self.times[self.row] if self.row < len(self.times) else float("inf")
 
-    def measure(self, equations: Equations, time: float, y: Floats) -> None:
-        """Let a state count for the largest displacement, speed and energy so far."""
+    def measure(
+        self, equations: Equations, time: float, y: Floats, springs: Springs | None = None
+    ) -> Energies:
+        """Let a state count for the largest displacement, speed and energy so far.
+
+        Args:
+            springs: What they do, if that is known.
+        """
         moved, velocity = equations.spread(time, y)
-        energies = equations.energies(time, moved, velocity)
+        energies = equations.energies(time, moved, velocity, springs)
         self.scales = self.scales.joined(equations.scales(moved, velocity, energies))
+        return energies
 
     def enter(
         self,
@@ -105,8 +112,7 @@ class Track:
         row = self.row
         moved, velocity = equations.spread(self.due, y)
         springs = equations.pull(self.due, moved, velocity)
-        energies = equations.energies(self.due, moved, velocity, springs)
-        self.scales = self.scales.joined(equations.scales(moved, velocity, energies))
+        energies = self.measure(equations, self.due, y, springs)
         self.position[row] = equations.drawn + moved
         self.velocity[row] = velocity
         self.force[row] = equations.inner_forces(self.due, moved, velocity, springs)
