@@ -37,7 +37,10 @@ def logged(script, *, duration="2 s", friction=0.0, output="grip of clamp every 
     compiled, _ = compile_request(Request(Source("strut.tis", text)))
     memory = MemoryRecording()
     outcome = run(
-        compiled.network, compiled.plan, Recorder(compiled.network, compiled.plan, memory)
+        compiled.network,
+        compiled.plan,
+        Recorder(compiled.network, compiled.plan, memory),
+        tier="compiled",
     )
     assert outcome.kind == "done"
     return memory, outcome
