@@ -55,6 +55,8 @@ class JetForce:
         self._owner = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
         self._shares = np.concatenate([*tables, np.zeros((0, 3))])
         self._parts = np.bincount(self._owner, minlength=len(tables))
+        self._state: tuple[float, Floats, Floats] | None = None
+        self._found: tuple[Beam, Floats]
 
     def _thrust(self, time: float) -> float:
         flow = max(self._jet.flow * self._jet.course.at(time)[0], 0.0)
@@ -77,10 +79,17 @@ class JetForce:
         return ahead, width, beside / width[..., None]
 
     def _forces(self, time: float, position: Floats, velocity: Floats) -> tuple[Beam, Floats]:
-        """Return the beam and the forces on corners of triangles [N], (triangle, 3, 3)."""
-        beam, corners = self._beam(position), position[self._corners]
-        pressed = self._pressed(self._thrust(time), beam, corners, velocity[self._corners])
-        return beam, self._shared(pressed * self._lit(beam, corners)[:, None])
+        """Return the beam and the forces on corners of triangles [N], (triangle, 3, 3).
+
+        The last ones are kept, as force and power are asked of one state.
+        """
+        state = time, position, velocity
+        if self._state is None or not all(map(np.array_equal, self._state, state)):
+            beam, corners = self._beam(position), position[self._corners]
+            pressed = self._pressed(self._thrust(time), beam, corners, velocity[self._corners])
+            self._found = beam, self._shared(pressed * self._lit(beam, corners)[:, None])
+            self._state = time, position.copy(), velocity.copy()
+        return self._found
 
     def _shared(self, pressed: Floats) -> Floats:
         """Return forces on elements as forces on corners [N], shape (triangle, 3, 3)."""
