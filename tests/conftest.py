@@ -50,6 +50,12 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]
 
 
 @pytest.fixture
+def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compile nothing: for problems so small that compiling takes longer than solving."""
+    monkeypatch.setenv("TISSUEC_TIER", "interpreted")
+
+
+@pytest.fixture
 def interruptible() -> Iterator[None]:
     """Have Ctrl-C mean what it does at a prompt; shells make background jobs ignore it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 from tissuec.engine.binding import Binder
+from tissuec.engine.tiers import forced_tier
 from tissuec.kernels import explicit, sensitivity
 from tissuec.laws import Law
 from tissuec.laws.partial import functions
@@ -30,15 +31,23 @@ class Kernels:
 OPERATIONS = tuple(entry.name for entry in fields(Kernels))
 
 
-@cache
-def kernels(laws: tuple[Law, ...], constants: int, *, compiled: bool = True) -> Kernels:
+def kernels(laws: tuple[Law, ...], constants: int, *, compiled: bool | None = None) -> Kernels:
     """Return the functions for the laws of a net.
 
     Args:
         laws: The first is the linear one.
         constants: How many of their constants may change.
         compiled: Whether Numba compiles them; otherwise they are plain Python, for tests.
+            None compiles them unless the environment variable TISSUEC_TIER asks for
+            "interpreted".
     """
+    if compiled is None:
+        compiled = forced_tier() != "interpreted"
+    return _bound(laws, constants, compiled)
+
+
+@cache
+def _bound(laws: tuple[Law, ...], constants: int, compiled: bool) -> Kernels:
     replaced: dict[str, Any] = dict(functions(laws, constants))
     replaced["CURVED"] = len(laws) > 1
     binder = Binder(replaced, compiled=compiled)
