@@ -66,7 +66,7 @@ def located(name):
             return [y[2], y[3], -pull * y[0], -pull * y[1]]
 
         run = solve_ivp(
-            rate, (time, times[-1]), y, method="DOP853", rtol=1e-13, atol=1e-16, max_step=2e-5,
+            rate, (time, times[-1]), y, method="DOP853", rtol=1e-13, atol=1e-16, max_step=1e-4,
             events=[crossing(low, -1.0), crossing(high, 1.0)], dense_output=True,
         )  # fmt: skip
         inside = (times > time) & (times <= run.t[-1])

@@ -41,7 +41,7 @@ def suited_tube(method, duration=0.2, **asked):
 @pytest.mark.parametrize("step", [None, 0.013])
 @pytest.mark.parametrize("method", MEMBERS)
 def test_steps_land_exactly_on_every_time_asked_for(method, step):
-    bench = Bench(pair(), 1.0, method=method, step=step, tolerance=1e-5)
+    bench = Bench(pair(), 1.0, method=method, step=step, tolerance=1e-4)
     for until in (0.1, 0.1 + 1e-15, 1.0 / 3.0, np.nextafter(1.0 / 3.0, 1.0), 0.7, 1.0):
         end = bench.advance(until)
         assert (end.kind, end.time, bench.situation.time) == ("reached", until, until)
@@ -211,7 +211,7 @@ def test_infinite_force_is_reported_as_divergence_with_the_spring_named():
 
 @pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_same_run_gives_the_same_bytes(method, tier):
-    runs = [suited_tube(method, tolerance=1e-2, tier=tier).run() for _ in range(2)]
+    runs = [suited_tube(method, 0.1, tolerance=1e-2, tier=tier).run() for _ in range(2)]
     assert runs[0].position.tobytes() == runs[1].position.tobytes()
     assert runs[0].velocity.tobytes() == runs[1].velocity.tobytes()
     assert runs[0].engine.statistics == runs[1].engine.statistics

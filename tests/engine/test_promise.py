@@ -59,7 +59,11 @@ def ringing(**asked):
     return Bench(chain(16, velocity=velocity), 1.0, fixed=[0, 17], **asked)
 
 
-@pytest.mark.parametrize("scene", [hanging, tumbling, lattice, ringing, lifted_tube])
+def lifted(**asked):
+    return lifted_tube(0.5, **asked)
+
+
+@pytest.mark.parametrize("scene", [hanging, tumbling, lattice, ringing, lifted])
 def test_nets_keep_the_promise(scene):
     exact = scene(tolerance=1e-12, tier="compiled").run()
     reach = exact.largest_displacement[1:]
