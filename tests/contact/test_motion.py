@@ -181,7 +181,13 @@ output {{ trajectory every 0.2 ms; energy every 1 ms }}
     assert next(back) == pytest.approx(next(back), rel=0.01)
 
 
-def struck(*, friction="0", damping="0 s/m", tool="radius = 5 mm; centre = (0, 0, 18) mm"):
+def struck(
+    *,
+    friction="0",
+    damping="0 s/m",
+    tool="radius = 5 mm; centre = (0, 0, 18) mm",
+    forces="50 us",
+):
     """Return the text of a free ball that a probe runs into, a little beside its middle."""
     return f"""language 1
 tissue rubber {{ spring constant = 100 N/m; viscosity = 20 mN*s/m; mass = 1 g }}
@@ -198,7 +204,7 @@ environment {{
 }}
 script {{ from 0 s to 40 ms: move probe by (2, 1, -12) mm using smooth profile }}
 simulate {{ duration = 60 ms; tolerance = 1e-6 }}
-output {{ trajectory every 1 ms; force of probe every 50 us; energy every 1 ms }}
+output {{ trajectory every 1 ms; force of probe every {forces}; energy every 1 ms }}
 """
 
 
@@ -239,7 +245,7 @@ def test_a_body_is_turned_by_the_moment_of_the_probe_about_its_own_place():
     ],
 )
 def test_work_of_a_moved_probe_is_stored_or_lost_and_nothing_else(tool, friction):
-    text = struck(tool=tool, friction=friction, damping="0.5 s/m")
+    text = struck(tool=tool, friction=friction, damping="0.5 s/m", forces="1 ms")
     played = play(text, tier="compiled")
     _, energies = played.energies()
     assert energies["work"].max() > 1e-5
@@ -250,7 +256,7 @@ def test_work_of_a_moved_probe_is_stored_or_lost_and_nothing_else(tool, friction
 def test_work_of_a_turned_plate_and_a_turned_rod_is_stored_or_lost_as_well():
     tools = """tool probe { kind is plane; point = (0, 0, -10.2) mm; normal = (0.1, 0, 1) }
 tool rod { kind is probe; radius = 3 mm; axis from (10, 0, 13) mm to (40, 0, 16) mm }"""
-    text = struck(friction="0.3", damping="0.5 s/m")
+    text = struck(friction="0.3", damping="0.5 s/m", forces="1 ms")
     text = text.replace(
         "tool probe { kind is probe; radius = 5 mm; centre = (0, 0, 18) mm }", tools
     )
@@ -266,9 +272,8 @@ tool rod { kind is probe; radius = 3 mm; axis from (10, 0, 13) mm to (40, 0, 16)
 
 
 def test_both_tiers_move_what_is_touched_alike():
-    text = struck(friction="0.5", damping="0.5 s/m").replace(
-        "duration = 60 ms", "duration = 15 ms"
-    )
+    text = struck(friction="0.5", damping="0.5 s/m", forces="0.5 ms")
+    text = text.replace("duration = 60 ms", "duration = 15 ms")
     text = text.replace("tolerance = 1e-6", "tolerance = 1e-7")
     one, other = (play(text, tier=tier) for tier in TIERS)
     moved = np.abs(one.position - one.position[0]).max()

@@ -21,7 +21,7 @@ PARTS = {
     "ligature": 0.01,
     "liver": 0.03,
     "palpation": 0.02,
-    "rupture": 0.05,
+    "rupture": 0.025,
 }
 NO_OUTPUT = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
 
