@@ -256,7 +256,7 @@ STRIP = """tissue gel {k} {{
 body strip {k} {{
   mesh is sheet {{
     corner = (0, {y}, 0) mm; first edge = (6, 0, 0) mm; second edge = (0, 4, 0) mm
-    columns = 4; rows = 3; diagonals is both
+    columns = 3; rows = 2; diagonals is both
   }}
   tissue is gel {k}
 }}

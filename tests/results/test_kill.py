@@ -84,7 +84,9 @@ def assert_whole(path, at_least):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    "seed", [0, 1, 2, *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 8))]
+)
 def test_a_killed_writer_leaves_every_flushed_frame(tmp_path, seed):
     path = tmp_path / "a.vtkhdf"
     child = start(path)

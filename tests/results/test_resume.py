@@ -76,8 +76,13 @@ def go_on(example, path):
 @pytest.mark.parametrize(
     ("last", "single"),
     [
-        *((last, False) for last in (6, 12, 16, 17, 18, 22, 28, 29, 31, 39)),
-        *((last, True) for last in (6, 17, 31)),
+        *((last, False) for last in (6, 17, 18, 31, 39)),
+        (17, True),
+        *(
+            pytest.param(last, single, marks=pytest.mark.slow)
+            for single, lasts in ((False, (12, 16, 22, 28, 29)), (True, (6, 31)))
+            for last in lasts
+        ),
     ],
 )
 def test_an_interrupted_run_gone_on_with_equals_an_uninterrupted_one(

@@ -190,8 +190,9 @@ def test_frames_are_flushed_in_batches_by_themselves(tmp_path, example, monkeypa
         shown = []
         for frame in range(130):
             writer.frames([frame], *state, example.tension[:1])
-            with Trajectory.open(tmp_path / "a.partial.vtkhdf") as read:
-                shown.append(len(read.times))
+            if frame % 9 == 0 or frame in (62, 64, 127):  # just before and after, and between
+                with Trajectory.open(tmp_path / "a.partial.vtkhdf") as read:
+                    shown.append(len(read.times))
     assert sorted(set(shown)) == [0, 64, 128]
 
 
