@@ -251,7 +251,7 @@ simulate {{ duration = 0.15 s; tolerance = 1e-9 }}
 {more}
 """
 STRIP = """tissue gel {k} {{
-  described in gel; hardness = {h}; viscosity = 2 mN*s/m; mass = 20 mg
+  described in gel; hardness = {h}; viscosity = 2 mN*s/m; mass = 80 mg
 }}
 body strip {k} {{
   mesh is sheet {{
