@@ -13,7 +13,7 @@ from tissuec.laws.code import sides
 from tissuec.laws.formula import apply
 
 STIFFNESS, MASS, REST = 4e4, 5e-3, 10e-3
-DURATION = 0.03
+DURATION = 0.06
 TIMES = np.linspace(0.0, DURATION, 13)
 INF = np.inf
 
@@ -91,22 +91,23 @@ def swinging(formula, *, duration=DURATION, **options):
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", CORNERED)
 def test_a_law_with_corners_keeps_the_promise(name, tolerance):
-    ran = swinging(CORNERED[name][0], tolerance=tolerance)
-    off = np.linalg.norm(ran.position[:, 1, :2] - located(name), axis=1)
+    ran = swinging(CORNERED[name][0], duration=TIMES[6], tolerance=tolerance)
+    off = np.linalg.norm(ran.position[:, 1, :2] - located(name)[: len(ran.time)], axis=1)
     assert (off[1:] < tolerance * ran.largest_displacement[1:]).all()
 
 
 @pytest.mark.parametrize("method", ["esdirk43", "trbdf2", "rkc2"])
 def test_other_methods_keep_it_as_well(method):
     """Steps of order 2 are so small that ten swings through both corners show it."""
-    name, last = "dead band of 0.3 mm", -1 if method == "esdirk43" else 8
+    name, last = "dead band of 0.3 mm", -1 if method == "esdirk43" else 4
     ran = swinging(CORNERED[name][0], duration=TIMES[last], tolerance=1e-3, method=method)
     off = np.linalg.norm(ran.position[:, 1, :2] - located(name)[: len(ran.time)], axis=1)
     assert (off[1:] < 1e-3 * ran.largest_displacement[1:]).all()
 
 
 def test_both_tiers_land_on_corners():
-    runs = [swinging(CORNERED["tension only"][0], tolerance=1e-6, tier=tier) for tier in TIERS]
+    formula, duration = CORNERED["tension only"][0], TIMES[6]
+    runs = [swinging(formula, duration=duration, tolerance=1e-6, tier=tier) for tier in TIERS]
     # Roundings differ, and with them which steps are taken: each within its promise.
     assert np.abs(runs[0].position - runs[1].position).max() < 1e-6 * 14e-3
 
