@@ -159,7 +159,7 @@ def test_the_work_of_a_closed_cycle_is_what_it_dissipates():
     script = """from 0 s to 0.1 s: move bob by (6, 0, 0) mm using smooth profile
       from 0.1 s to 0.3 s: move bob by (-12, 0, 0) mm using smooth profile
       from 0.3 s to 0.4 s: move bob by (6, 0, 0) mm using smooth profile"""
-    found = ran(rod(memory=PLASTIC, script=script, duration="0.4 s", every="0.1 ms"))
+    found = ran(rod(memory=PLASTIC, script=script, duration="0.4 s", every="0.2 ms"))
     kinetic, elastic, _, work, lost, _ = found.energies[-1]
     assert work - elastic - kinetic == pytest.approx(lost, rel=CLAIM)
     # The area of the loop in the recorded forces, by the trapezoidal rule (second order).
