@@ -1,6 +1,7 @@
 """How effort grows with what is long, whatever the speed of the computer."""
 
 import gc
+import sys
 from collections.abc import Callable
 from time import process_time
 
@@ -22,6 +23,23 @@ def effort(work: Callable[[], object]) -> float:
         return process_time() - begin
     finally:
         gc.unfreeze()
+
+
+def calls(work: Callable[[], object]) -> int:
+    """Return how many functions work calls, of Python and of C, at whatever speed."""
+    count = 0
+
+    def look(_frame: object, event: str, _argument: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    sys.setprofile(look)
+    try:
+        work()
+    finally:
+        sys.setprofile(before)
+    return count
 
 
 def grows_in_proportion(work: Callable[[int], Callable[[], object]], length: int) -> bool:

@@ -1,11 +1,11 @@
 """What is found in open texts is what ``check`` says of files, and quickly."""
 
 import random
-import time
 
 import pytest
 
 from tests.editor.desks import BAD, GOOD, LIBRARY, asked
+from tests.growth import calls
 from tissuec.cli.check import _check
 from tissuec.editor import completion, navigation
 from tissuec.editor.colours import tokens
@@ -161,16 +161,16 @@ def test_next_to_nothing_is_borne(text):
 
 
 def test_a_keystroke_is_answered_at_once():
-    """The goal is 0.15 s, of which 0.09 s were measured; computers of others may be busy."""
+    """The goal is 0.15 s, of which 0.09 s were measured, for 143 000 calls."""
     desk, path = Desk(), LIBRARY[0].parent.parent / "scenes" / "liver.tis"
     text = path.read_text(encoding="utf-8")
     desk.put(path, text)
     check(desk, path, thorough=False)
-    taken = []
-    for number in range(3):
-        begin = time.process_time()
+
+    def keystroke(number):
         desk.put(path, f"{text}# {number}")
         completion.complete(view_of(desk, path), len(text) // 2)
         check(desk, path, thorough=False)
-        taken.append(time.process_time() - begin)
-    assert min(taken) < 0.5
+
+    keystroke(0)  # imports and caches
+    assert calls(lambda: keystroke(1)) < 200_000  # 229 000 if nothing is remembered

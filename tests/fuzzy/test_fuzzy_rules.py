@@ -1,10 +1,10 @@
 """Rule bases: what fires, what it concludes, and what is said when nothing can be."""
 
 import math
-import time
 
 import pytest
 
+from tests.growth import calls
 from tissuec.fuzzy.axis import Axis, OutOfRange
 from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical, negations
 from tissuec.fuzzy.hedges import Power, Shift, hedged
@@ -357,18 +357,13 @@ def test_conditions_that_differ_in_order_and_brackets_have_one_key():
     assert canonical(spelled) == canonical(a)
 
 
-def test_the_soft_tissue_rules_answer_well_within_a_millisecond():
+def test_the_soft_tissue_rules_answer_in_less_than_3000_calls():
     rules = base(*PUBLISHED, *OWN)
     assert len(rules.rules) == 15
     facts = dict.fromkeys(UNIT, 0.4)
-
-    def seconds():
-        begin = time.process_time()
-        for _ in range(20):
-            rules.infer(facts)
-        return (time.process_time() - begin) / 20
-
-    assert min(seconds() for _ in range(10)) < 1e-3  # five times what is expected
+    # 1400, which take a fifth of a millisecond; what is prepared once does not count.
+    rules.infer(facts)
+    assert calls(lambda: rules.infer(facts)) < 3000
 
 
 def test_negations_are_told_for_each_part_and_double_ones_cancel():
