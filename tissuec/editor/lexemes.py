@@ -14,7 +14,7 @@ COMMENT, STRING, NUMBER, UNIT, WORD, KEYWORD, SIGN, LINE, ODD = (
 
 #: How numbers, words and signs are written; those of ``grammars/common.lark``.
 NUMBER_PATTERN = r"[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?"
-WORD_PATTERN = r"[^\W\d]\w*"
+WORD_PATTERN = r"[^\W\d]\w*(?:'[^\W\d]\w*)?"
 SIGN_PATTERN = r"[<>=!]=?|[-+*/^,;:(){}\[\]]"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from tissuec.core.source import Span
 from tissuec.lang.words import RESERVED
 
-_WORD = re.compile(r"[^\W\d]\w*")
+_WORD = re.compile(r"[^\W\d]\w*(?:'[^\W\d]\w*)?")
 
 
 def written_name(name: str) -> str:

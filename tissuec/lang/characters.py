@@ -7,8 +7,9 @@ from pathlib import Path
 from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint
 from tissuec.core.source import Source, Span
 
-#: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII.
-SUSPECT = r"[\x00-\x08\x0b-\x1f\x7f$&'?@\\`|~]|[^\x00-\x7f·]"
+#: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII. An
+#: apostrophe has one between two letters, as in "Young's modulus".
+SUSPECT = r"[\x00-\x08\x0b-\x1f\x7f$&?@\\`|~]|(?<![^\W\d_])'|'(?![^\W\d_])|[^\x00-\x7f·]"
 
 #: Signs that people group digits with, and how far to look for those.
 _GROUPING = "'‘’`´\u00a0\u2009\u202f"
@@ -98,8 +99,22 @@ def odd_character(span: Span) -> Diagnostic | None:
         if visible
         else Hint("type an ordinary blank", Edit(" "))
     )
-    hint = _ungrouped(span) or _paired(span) or _REMEDY.get(character, fallback)
+    hint = (
+        _ungrouped(span)
+        or _paired(span)
+        or _apostrophe(span)
+        or _REMEDY.get(character, fallback)
+    )
     return Diagnostic("TIS114", message, span, hint)
+
+
+def _apostrophe(span: Span) -> Hint | str:
+    """Return a hint about a curly apostrophe between two letters, if it is one."""
+    text = span.source.text
+    beside = text[span.start - 1 : span.start] + text[span.end : span.end + 1]
+    if span.text not in "‘’´`" or len(beside) < 2 or not beside.isalpha():
+        return ""
+    return Hint("type ' instead", Edit("'"))
 
 
 def _paired(span: Span) -> str:
