@@ -1,7 +1,7 @@
 """Mesh generators: a member is one file with a dataclass of parameters and its ``build``."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -30,6 +30,7 @@ class Mesh:
         skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
             empty.
         grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
+        volume: Of a solid, what each node stands for [m³], shape (node,); None of surfaces.
         groups: Nodes of the parts that a file names, by name, ascending.
         shares: By what the spring constant and the viscosity that the tissue gives are
             multiplied, shape (spring,); None where each spring gets them as they are.
@@ -45,6 +46,11 @@ class Mesh:
     origin: FileOrigin | None = None
     remarks: tuple[str, ...] = ()
     grid: Grid | None = None
+    volume: NDArray[np.float64] | None = None
+
+    def with_ends(self, ends: NDArray[np.int32]) -> "Mesh":
+        """Return this with other springs."""
+        return replace(self, ends=ends)
 
 
 class Generator(Protocol):

@@ -64,6 +64,10 @@ class Interior:
     def lattice(self, kind: str, reach: str) -> Lattice:
         return Lattice(kind, self.cell, self.box(), reach)
 
+    def site_volume(self, kind: str) -> float:
+        """Return what a site of a lattice stands for [m³]."""
+        return self.cell**3 / len(CRYSTALS[kind].sites)
+
     def with_lattice(self, kind: str, reach: str) -> Filling:
         """Return the sites inside, their bonds, and the springs to the surface."""
         crystal, block = CRYSTALS[kind], self.lattice(kind, reach).build()

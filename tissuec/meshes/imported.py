@@ -19,7 +19,7 @@ from tissuec.meshes.lattice import CRYSTALS, REACH
 from tissuec.meshes.limits import require_limits
 from tissuec.shapes.edges import Edges, Floats
 from tissuec.shapes.repair import Shape, repair
-from tissuec.shapes.sharing import area_shares, volume_shares
+from tissuec.shapes.sharing import area_shares, filled_volumes, node_volumes, volume_shares
 
 TETRAHEDRA = "tetrahedra"
 EVEN, AREA, VOLUME = "even", "area rule", "volume rule"
@@ -129,6 +129,7 @@ class Imported:
             shares=shares,
             origin=FileOrigin(self.file, sha256(self._bytes).hexdigest()),
             remarks=(*shape.remarks, *filling.remarks),
+            volume=self._volume(position, filling),
         )
 
     def _interior(self) -> Interior:
@@ -154,6 +155,18 @@ class Imported:
         if self.filling == TETRAHEDRA:
             return self._interior().with_tetrahedra()
         return self._interior().with_lattice(self.filling, self.reach)
+
+    def _volume(self, position: Floats, filling: Filling) -> Floats | None:
+        """Return what nodes of a solid stand for [m³]; NaN where that is not known."""
+        shape = self.shape
+        if not (shape.is_volume or len(filling.pairs)):
+            return None
+        tetrahedra = np.concatenate([shape.tetrahedra, filling.tetrahedra])
+        if shape.others:
+            return np.full(len(position), np.nan)
+        if len(tetrahedra):
+            return node_volumes(position, tetrahedra)
+        return filled_volumes(position, shape.skin, self._interior().site_volume(self.filling))
 
     def _shares(
         self, position: Floats, ends: NDArray[np.int32], filling: Filling

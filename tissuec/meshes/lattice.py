@@ -155,7 +155,12 @@ class Lattice:
             second = _pairs(number, place, crystal.shells[1:2])
             pairs = np.concatenate((pairs, second[(degree < 2)[second].any(axis=1)]))
         position = self._position(crystal, cells, np.unravel_index(place, number.shape))
-        return Mesh(position, springs(len(place), pairs), _skin(crystal, number))
+        return Mesh(
+            position,
+            springs(len(place), pairs),
+            _skin(crystal, number),
+            volume=_volume(position, *self.corners),
+        )
 
     def cell_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return the nodes of the cubic cells: on their faces, and inside.
@@ -273,3 +278,15 @@ def _skin(crystal: Crystal, number: NDArray[np.int32]) -> NDArray[np.int32]:
         triangles = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in parts])
         found.append(triangles if outward else triangles[:, ::-1])
     return np.concatenate(found).astype(np.int32)
+
+
+def _volume(
+    position: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what each site of a block of cells stands for [m³], shape (node,).
+
+    Sites in a face stand for half as much as those inside, in an edge for a quarter, in a
+    corner for an eighth.
+    """
+    share = np.prod(np.where((position == low) | (position == high), 0.5, 1.0), axis=1)
+    return np.asarray(share * (np.prod(high - low) / share.sum()))

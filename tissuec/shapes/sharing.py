@@ -26,28 +26,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.shapes.edges import Floats, Indices
+from tissuec.shapes.edges import volume as enclosed
 
 
-def area_shares(position: Floats, triangles: Indices, ends: NDArray[np.int32]) -> Floats:
-    """Return the share of each spring by the area rule; 1 where no triangle has it.
+def area_shares(
+    position: Floats, triangles: Indices, ends: NDArray[np.int32], *, elsewhere: float = 1.0
+) -> Floats:
+    """Return the share of each spring by the area rule.
 
     Args:
         position: Nodes [m], shape (node, 3).
         triangles: Corners, shape (triangle, 3).
         ends: Node pair of each spring, lower node first, in ascending order, shape (spring, 2).
+        elsewhere: The share of springs that no triangle has.
     """
     a, b, c = position[triangles].swapaxes(0, 1)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
     total, found = _summed(position, triangles, area, ends)
-    return np.where(found, 2.0 / np.sqrt(3.0) * total, 1.0)
+    return np.where(found, 2.0 / np.sqrt(3.0) * total, elsewhere)
 
 
 def volume_shares(position: Floats, tetrahedra: Indices, ends: NDArray[np.int32]) -> Floats:
     """Return the share of each spring by the volume rule; 1 where no tetrahedron has it."""
-    a, b, c, d = position[tetrahedra].swapaxes(0, 1)
-    volume = np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / 6.0
-    total, found = _summed(position, tetrahedra, volume, ends)
+    total, found = _summed(position, tetrahedra, _volumes(position, tetrahedra), ends)
     return np.where(found, total / total[found].mean(), 1.0)
+
+
+def node_volumes(position: Floats, tetrahedra: Indices) -> Floats:
+    """Return a quarter of the tetrahedra around each node [m³], shape (node,)."""
+    volume = _volumes(position, tetrahedra)
+    return np.bincount(tetrahedra.ravel(), np.repeat(volume / 4.0, 4), len(position))
+
+
+def filled_volumes(position: Floats, triangles: Indices, site: float) -> Floats:
+    """Return what nodes of a filled surface stand for [m³], shape (node,).
+
+    Args:
+        position: Nodes of the surface and behind them those inside [m], shape (node, 3).
+        triangles: The closed surface, shape (triangle, 3). Its nodes share what is left.
+        site: What each node inside stands for [m³].
+    """
+    outer = int(triangles.max()) + 1
+    a, b, c = position[triangles].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    share = np.bincount(triangles.ravel(), np.repeat(area, 3), outer)
+    left = enclosed(position, triangles) - site * (len(position) - outer)
+    return np.concatenate([left * share / share.sum(), np.full(len(position) - outer, site)])
+
+
+def _volumes(position: Floats, tetrahedra: Indices) -> Floats:
+    a, b, c, d = position[tetrahedra].swapaxes(0, 1)
+    return np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / 6.0
 
 
 def _summed(
