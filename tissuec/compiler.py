@@ -38,8 +38,9 @@ from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
-from tissuec.verbs import Demanding
+from tissuec.verbs import Demanding, Group
 from tissuec.verbs.change import ChangeParameter
+from tissuec.verbs.preserve import Preserve
 from tissuec.verbs.tie import Tie
 
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
@@ -117,7 +118,8 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
     expects, of_learning = split_expectations(scene.declarations.expects)
-    plan = _plan(scene, network, conditions, expects, is_whole=is_whole)
+    start = _kept_volumes(network, built)
+    plan = _plan(scene, network, conditions, expects, start, is_whole=is_whole)
     lessons: tuple[Lesson, ...] = ()
     if scene.lessons or of_learning:
         from tissuec.compiling.lessons import compile_lessons  # where something is learnt
@@ -271,6 +273,23 @@ def _events(script: Script) -> list[Event]:
     ]
 
 
+def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Event]:
+    """Return what lets bodies keep their volume as the Poisson's ratio of their tissue asks."""
+    parts = {part.name: np.arange(part.nodes.start, part.nodes.stop) for part in network.bodies}
+    return [
+        Event(
+            0.0,
+            Preserve(
+                Group(one.body.name, parts[one.body.name]),
+                one.poisson.modulus,
+                one.poisson.span,
+            ),
+        )
+        for one in built
+        if one.poisson is not None
+    ]
+
+
 def _can_break(network: Network, script: Script) -> bool:
     """Return whether a spring can rupture, from the start or after a ``change``, or slip."""
     actions = [event.action for event in _events(script)]
@@ -294,6 +313,7 @@ def _plan(
     network: Network,
     conditions: Conditions,
     expects: Sequence[Expect],
+    start: Sequence[Event],
     *,
     is_whole: bool,
 ) -> Plan:
@@ -301,6 +321,7 @@ def _plan(
 
     Args:
         expects: What is expected of the run.
+        start: What happens before all else.
         is_whole: Whether ``network`` has all bodies that the groups of ``conditions`` know.
     """
     groups, findings, duration = conditions.groups, conditions.findings, conditions.duration
@@ -339,7 +360,7 @@ def _plan(
         gravity=scene.environment.gravity,
         drag=scene.environment.drag,
         contact=contact,
-        events=tuple(script.events),
+        events=(*start, *script.events),
         triggers=tuple(script.triggers),
         output=output,
         expectations=tuple(expectations),

@@ -150,6 +150,8 @@ def shown_value(given: Given) -> str:
 
 def belonging(spread: Spread, length: float | None) -> str:
     """Return what stands behind a value to say what it belongs to: "/node", " per 1 mm"."""
+    if spread == "matter":
+        return ""
     if spread == "each spring":
         return "" if length is None else f" per {show(length, LENGTH)}"
     return "/node" if spread == "each node" else "/body"

@@ -11,12 +11,13 @@ from tissuec.compiling.laws_adjusted import Constant, constants_of, uses
 from tissuec.compiling.targets import Target, Targets
 from tissuec.core.errors import alternatives
 from tissuec.core.fields import Measure
+from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.lesson import START_POSITION, START_VELOCITY, WORDS, Adjust, Per
 from tissuec.scene.declarations import without
 from tissuec.scene.given import limits_of
 from tissuec.scene.learn_clauses import Clauses
-from tissuec.scene.learn_entries import BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
+from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import LISTED, QUANTITIES
 
@@ -161,7 +162,7 @@ class AdjustReader:
             return Found(key, tissue.name, "tissue", NONE, limits_of(QUANTITIES[key]))
         constants = constants_of(tissue, self.scene)
         if key not in constants:
-            quantities = (one for one in LISTED if one not in BREAKING)
+            quantities = (one for one in LISTED if key_of(one) in ADJUSTED)
             known = (*quantities, *constants)
             self.findings.pass_over_doubtful(key)
             self.findings.reject(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiling.materials import MaterialReader
+from tissuec.compiling.poisson import Poisson
 from tissuec.compiling.threads import with_slipping
 from tissuec.inelastic import NAMES as INELASTIC
 from tissuec.laws import Law
@@ -43,6 +44,7 @@ class BodyArrays:
     spring_ids: Indices
     bending: int  # how many springs, the last ones, resist bending only
     thread: Thread | None  # numbered within the body
+    poisson: Poisson | None  # of a solid whose cells keep their volume
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -68,6 +70,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         drawing.columns.spring_ids,
         len(drawing.length) - drawing.own,
         drawing.thread,
+        reader.poisson,
     )
 
 

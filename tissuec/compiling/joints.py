@@ -93,6 +93,7 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
         interface="", may_rupture=joint.may_rupture, bending=None, mass=None, mass_span=None,
+        thickness=None, section=joint.section,
         velocity=still, spin=still, is_whole=True, span=joint.span,
     )  # fmt: skip
     part = np.zeros(2 * len(ends), dtype=np.int64)

@@ -15,17 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing
+from tissuec.compiling.matter import SHEARS, Matter, MatterReader
+from tissuec.compiling.poisson import POISSONS_RATIO, Poisson, poisson_of
 from tissuec.core.errors import Hint, Note, insertion
+from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
+from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS
 from tissuec.scene.model import Given, Tissue, WrittenLaws
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import OF_MATTER, QUANTITIES
 
 #: An array of the network and where its numbers are from.
 Explained: TypeAlias = tuple[Floats, Provenance]
@@ -55,6 +59,7 @@ class MaterialReader:
     """
 
     def __init__(self, drawing: Drawing, findings: Findings):
+        self.drawing = drawing
         self.body = body = drawing.body
         self.findings = findings
         self.columns = drawing.columns
@@ -67,6 +72,7 @@ class MaterialReader:
         self.is_typed = ~np.isnan(self.typed)
         self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
         self.shares = drawing.mesh.shares
+        self._shared_out: Matter | None = None
         self.materials = [Material(body.name, body.tissue, None, body.span)]
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
@@ -80,9 +86,9 @@ class MaterialReader:
     def read_springs(self) -> dict[str, Explained]:
         """Return every parameter array of springs, by name."""
         arrays = {
-            "stiffness": self._shared("spring constant"),
+            "stiffness": self.stiffness,
             "damping": self._shared("viscosity"),
-            "rest": self._rest(),
+            "rest": self.rest,
             "strength": self._limit("fraction force"),
             "crush": self._limit("crushing force"),
         }
@@ -234,11 +240,22 @@ class MaterialReader:
             share = {"whole body": len(self.node_part)}
             per_node = [0.0 if g is None else g.value / share.get(g.spread, 1) for g in given]
             values, index = np.array(per_node)[self.node_part], self.node_part
+            for number, one in enumerate(given):
+                if one is not None and one.quantity.is_of_matter:
+                    volume = self._matter(one).volume
+                    values = np.where(index == number, one.value * volume, values)
             origins = [self._origin(g) for g in given]
         provenance = Provenance(index.astype(np.int32), tuple(origins))
         return self._from_table(values, provenance, column, "nodes")
 
-    def _rest(self) -> Explained:
+    @cached_property
+    def stiffness(self) -> Explained:
+        """The spring constant of every spring [N/m]."""
+        return self._shared("spring constant")
+
+    @cached_property
+    def rest(self) -> Explained:
+        """The rest length of every spring [m]."""
         prestress, provenance = self._per_spring("prestress")
         column = self.columns.springs.get("rest length")
         return self._from_table((1.0 - prestress) * self.length, provenance, column, "springs")
@@ -318,8 +335,73 @@ class MaterialReader:
                     self.body.span,
                 )
             scale = (lengths[part] / self.length) ** -quantity.scales
-            ends.append(np.where(is_scaled, values[part] * scale, values[part]))
+            end = np.where(is_scaled, values[part] * scale, values[part])
+            for number, one in enumerate(given):
+                if one is not None and one.quantity.is_of_matter and np.isfinite(one.value):
+                    end = np.where(part == number, one.value * self._of_matter(one), end)
+            ends.append(end)
         return ends[0], ends[1]
+
+    # --- matter -------------------------------------------------------------------------------
+
+    def _of_matter(self, given: Given) -> Floats:
+        """Return what springs get for each unit of a quantity of matter, shape (spring,)."""
+        match key_of(given.quantity.name):
+            case "young's modulus":
+                each = self._matter(given).stiffness
+                each = each if self.poisson is None else each * self.poisson.of_springs
+            case "shear viscosity":
+                each = SHEARS * self._matter(given).stiffness
+            case "retardation time":
+                each = self.stiffness[0]
+            case _:
+                return self._at_strain(given) / given.value
+        return each if self.shares is None else each / self.shares
+
+    @cached_property
+    def poisson(self) -> Poisson | None:
+        """The Poisson's ratio of the body; None where its springs are what they are."""
+        used = np.unique(self.node_part).tolist()
+        said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.materials]
+        ratios = [said[number] for number in used]
+        given = next((one for one in ratios if one is not None), None)
+        if given is None:
+            return None
+        found = self._found("spring constant")
+        return poisson_of(
+            self.body, self._matter(given), ratios, [found[number] for number in used],
+            self.findings,
+        )  # fmt: skip
+
+    def _at_strain(self, given: Given) -> Floats:
+        """Return the force of springs at their breaking strain [N], shape (spring,)."""
+        strain = given.value
+        if key_of(given.quantity.name) == "strength":
+            strain = given.value / self._modulus_beside(given)
+        law, laws = self.laws()
+        constant, rest = self.stiffness[0], self.rest[0]
+        return Behaviour(laws, law, constant, np.zeros_like(constant), rest).pull(strain * rest)
+
+    def _modulus_beside(self, strength: Given) -> float:
+        """Return the Young's modulus of the tissue that a strength belongs to [Pa]."""
+        for material in self.materials:
+            if material.tissue and strength in material.tissue.given.values():
+                modulus = material.tissue.given.get("young's modulus")
+                if modulus is not None:
+                    return modulus.value
+        self.findings.reject(
+            "TIS304",
+            "a strength says nothing without a Young's modulus",
+            strength.span,
+            hint="write a breaking strain, or the fraction force of a spring",
+            notes=(Note(f"used by {self.body.name}", self.body.span),),
+        )
+
+    def _matter(self, given: Given) -> Matter:
+        """Return how the matter of the body is shared out, which a quantity asks for."""
+        if self._shared_out is None:
+            self._shared_out = MatterReader(self.drawing, given.span, self.findings).read()
+        return self._shared_out
 
     @cached_property
     def _first_is_softer(self) -> NDArray[np.bool_]:
@@ -374,7 +456,7 @@ class MaterialReader:
             return [
                 m.prestress or (m.tissue and m.tissue.given.get(name)) for m in self.materials
             ]
-        return [m.tissue and m.tissue.given.get(name) for m in self.materials]
+        return [m.tissue and _said(m.tissue, name) for m in self.materials]
 
     def _missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
         if material.tissue is None:
@@ -390,10 +472,21 @@ class MaterialReader:
             "TIS206",
             f"nothing gives the {name} of tissue {material.tissue.name}: {reason}",
             material.tissue.span,
-            hint=f"write {name} = … in the tissue, a rule for it, "
+            hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
             "or otherwise is … in the vocabulary",
             notes=(Note(f"used by {material.name}", material.span), *notes),
         )
+
+
+def _names(key: str) -> list[str]:
+    """Return what gives a quantity, as it is written."""
+    return [QUANTITIES[one].name for one in (key, *OF_MATTER[key])]
+
+
+def _said(tissue: Tissue, name: str) -> Given | None:
+    """Return a quantity of a tissue, or that of matter from which it follows."""
+    known = (tissue.given.get(key) for key in (name, *OF_MATTER[name]))
+    return next((given for given in known if given is not None), None)
 
 
 def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.bool_]:

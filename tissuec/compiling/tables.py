@@ -6,7 +6,7 @@ has one; lengths without a unit take that of the table (``table nodes of net in 
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -82,7 +82,7 @@ class ExplicitBody:
         mesh, count = self.mesh, len(pairs)
         ids = int(self.spring_ids.max(initial=0)) + 1 + np.arange(count)
         return ExplicitBody(
-            replace(mesh, ends=np.concatenate([mesh.ends, pairs])),
+            mesh.with_ends(np.concatenate([mesh.ends, pairs])),
             self.node_ids,
             np.concatenate([self.spring_ids, ids]),
             self.nodes,

@@ -48,6 +48,7 @@ PRESSURE = FORCE / AREA
 STIFFNESS = FORCE / LENGTH
 VISCOSITY = FORCE / VELOCITY
 SLOWNESS = TIME / LENGTH
+PRESSURE_TIME = PRESSURE * TIME
 
 #: What to call a dimension in messages, and the SI unit to show it in.
 DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
@@ -70,6 +71,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     VISCOSITY: ("force per speed", "N*s/m"),
     SLOWNESS: ("time per length", "s/m"),
     DENSITY: ("a density", "kg/m^3"),
+    PRESSURE_TIME: ("a viscosity of matter", "Pa*s"),
 }
 
 _PREFIXES = {

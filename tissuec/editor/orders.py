@@ -23,7 +23,11 @@ DIMENSIONS: dict[str, Dimension] = {
 }  # fmt: skip
 _CHANGES = ("to NUMBER", "by FACTOR")
 #: What ``change … to`` takes.
-CHANGED = {name: quantity.dimension for name, quantity in QUANTITIES.items()} | {
+CHANGED = {
+    name: quantity.dimension
+    for name, quantity in QUANTITIES.items()
+    if not quantity.is_of_matter
+} | {
     "gravity": units.ACCELERATION, "damping": units.VISCOSITY, "velocity": units.VELOCITY,
     "spin": units.FREQUENCY, "rest length": units.LENGTH,
 }  # fmt: skip

@@ -205,8 +205,9 @@ def _entries_if_any(member: type) -> dict[str, Term]:
 def _of_material(kind: str) -> Terms:
     quantities = {
         name: Term(
-            name, ENTRY, f"{describe(quantity.dimension)}, of {' or '.join(quantity.spreads)}",
-            f"{name} = …", " = ", quantity.dimension,
+            quantity.name, ENTRY,
+            f"{describe(quantity.dimension)}, of {' or '.join(quantity.spreads)}",
+            f"{quantity.name} = …", " = ", quantity.dimension,
             None if quantity.none is None else plain(CHOICE, ["none"], "No such limit."),
         )
         for name, quantity in QUANTITIES.items()
@@ -424,5 +425,6 @@ RUN = plain(CHOICE, ["run"], "The whole run.")
 COLUMNS = plain(ENTRY, ["columns"], 'Which columns the table has: with columns "id x y z".')
 SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
 QUANTITY_TERMS = _by_label(
-    Term(name, CHOICE, describe(quantity.dimension)) for name, quantity in QUANTITIES.items()
+    Term(quantity.name, CHOICE, describe(quantity.dimension))
+    for quantity in QUANTITIES.values()
 )

@@ -107,7 +107,7 @@ def _number(given: Given) -> dict[str, Any]:
         text = f"= {given.value!r} {si_unit(quantity.dimension)}".rstrip()
         text += "" if given.length is None else f" per {given.length!r} m"
     return {
-        "quantity": quantity.name,
+        "quantity": key_of(quantity.name),
         "text": text,
         "value": given.value if isfinite(given.value) else None,
         "shown": shown_value(given),

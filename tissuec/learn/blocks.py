@@ -94,12 +94,12 @@ def _entry_block(adjust: Adjust, network: Network) -> Block:
     if adjust.per == "set":
         group[adjust.members] = 0
         mean = float(np.exp(np.log(values[adjust.members]).mean()))
-        name = f"{adjust.what} of {adjust.of}"
+        name = f"{_called(adjust.what)} of {adjust.of}"
         return Block(adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,))
     group[adjust.members] = np.arange(len(adjust.members))
     ids = network.spring_ids if adjust.per == "spring" else network.node_ids
     names = tuple(
-        f"{adjust.what} of {adjust.per} {ids[m]} of {adjust.of}"
+        f"{_called(adjust.what)} of {adjust.per} {ids[m]} of {adjust.of}"
         for m in adjust.members.tolist()
     )
     start = values[adjust.members].astype(float)
@@ -117,11 +117,13 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
             Place(key_of(tissue.name), (key_of(body.name), key_of(name)))
             for name, tissue in used
         )
-        names = tuple(f"{adjust.what} of {n + ' of ' if n else ''}{body.name}" for n, _ in used)
+        names = tuple(
+            f"{_called(adjust.what)} of {n + ' of ' if n else ''}{body.name}" for n, _ in used
+        )
         tissues, whose = [tissue for _, tissue in used], tuple(name for name, _ in used)
     else:
         tissues, whose = [scene.tissues[key_of(adjust.of)]], (adjust.of,)
-        places, names = (Place(key_of(adjust.of)),), (f"{adjust.what} of {adjust.of}",)
+        places, names = (Place(key_of(adjust.of)),), (f"{_called(adjust.what)} of {adjust.of}",)
     if adjust.what in QUANTITIES:
         start = np.array([t.given[adjust.what].value for t in tissues])
     else:
@@ -130,6 +132,11 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
     return Block(adjust, names, start, scale, places=places, parts=whose)
+
+
+def _called(what: str) -> str:
+    """Return what is adjusted, as it is written."""
+    return QUANTITIES[what].name if what in QUANTITIES else what
 
 
 def _constant_of(tissue: Tissue, name: str, scene: Scene) -> float:

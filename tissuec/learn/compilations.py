@@ -2,8 +2,8 @@
 
 A number of a tissue changes every entry of the arrays that is made of it, whatever shares and
 interfaces do. Compiling is linear in it, so that a small difference gives its derivative to
-rounding, and a net is a sum that nothing is compiled for; or, where the softer of two tissues
-decides, piecewise linear.
+rounding, and a net is a sum that nothing is compiled for. It is not linear where the softer of
+two tissues decides, or where a retardation time is learnt beside a Young's modulus.
 """
 
 from tissuec.compiler import Compiled
@@ -29,6 +29,8 @@ class Compilations:
         # Which of two tissues is the softer decides for all of their springs.
         bodies = compiled.scene.bodies.values()
         self._is_linear = all(body.interface in ("", "mean") for body in bodies)
+        # A retardation time is multiplied by a Young's modulus.
+        self._is_linear &= not {"young's modulus", "retardation time"} <= {w for _, w in first}
         self._columns: dict[tuple[Place, str], Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None

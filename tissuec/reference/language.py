@@ -166,6 +166,7 @@ def quantity_table() -> str:
             _rest(q),
         )
         for q in QUANTITIES.values()
+        if not q.is_of_matter
     ]
     return table(("quantity", "is", "applies to", "per length", "without it"), rows)
 

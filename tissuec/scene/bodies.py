@@ -23,6 +23,14 @@ from tissuec.scene.tables import explicit_tables, tables_of
 EXPLICIT = "explicit"
 INTERFACES = ("mean", "softer", "stiffer")
 
+#: Of nets from tables, and of joints.
+SECTION = schema.Entry(
+    "section",
+    "section",
+    Measure(units.AREA, above=0.0),
+    None,
+    "area of the section of each spring, where they are made of matter",
+)
 #: Entries of a body beside mesh, tissue and regions.
 BODY_ENTRIES: dict[str, schema.Entry] = {
     entry.name: entry
@@ -34,6 +42,14 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
             None,
             "mass of the whole body, shared equally by its nodes",
         ),
+        schema.Entry(
+            "thickness",
+            "thickness",
+            Measure(units.LENGTH, above=0.0),
+            None,
+            "of a sheet or a wall that is made of matter",
+        ),
+        SECTION,
         schema.Entry(
             "interface",
             "interface",
@@ -197,6 +213,8 @@ class _BodyReader:
             bending=self.bending,
             mass=self.rest.get("mass"),
             mass_span=self.once.get("mass"),
+            thickness=self.rest.get("thickness"),
+            section=self.rest.get("section"),
             velocity=self.rest.get("velocity", zero),
             spin=self.rest.get("spin", zero),
             is_whole=is_whole,

@@ -2,17 +2,22 @@
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
+from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Given
 from tissuec.scene.quantities import QUANTITIES, Quantity
 
+LARGEST_POISSON = 0.499  # at 1/2 a solid would keep its volume exactly, and never move
+
 
 def limits_of(quantity: Quantity) -> Measure:
     """Return between which limits a quantity can be written."""
     if quantity.name == "prestress":
         return Measure(quantity.dimension, above=-10.0, at_most=0.99)
+    if key_of(quantity.name) == "poisson's ratio":
+        return Measure(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
     if quantity.may_be_zero:
         return Measure(quantity.dimension, at_least=0.0)
     return Measure(quantity.dimension, above=0.0)
@@ -24,7 +29,7 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
     ``per 1 mm`` behind it makes it a value for springs of that length.
     """
     quantity = QUANTITIES[name]
-    value = schema.read_value(limits_of(quantity), item.value, scope, what=name)
+    value = schema.read_value(limits_of(quantity), item.value, scope, what=quantity.name)
     length = None
     for clause in item.clauses:
         if clause.word != "per" or not quantity.scales:

@@ -10,7 +10,7 @@ from tissuec.core.fields import Measure
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
-from tissuec.scene.bodies import read_rupture, read_tissue
+from tissuec.scene.bodies import SECTION, read_rupture, read_tissue
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Joint, Tissue
@@ -23,7 +23,8 @@ JOINT_ENTRIES: dict[str, schema.Entry] = {
         Measure(units.LENGTH, above=0.0),
         None,
         "nodes that are drawn further apart are not joined",
-    )
+    ),
+    "section": SECTION,
 }
 ENTRIES = ("springs", "tissue", "rupture", *JOINT_ENTRIES)
 _FORM = "springs from SET to SET"
@@ -84,6 +85,7 @@ class _JointReader:
             ends=self.found["springs"],
             reach=self.found.get("reach", inf),
             tissue=self.found["tissue"],
+            section=self.found.get("section"),
             may_rupture=self.found.get("rupture", False),
             span=self.block.head,
         )

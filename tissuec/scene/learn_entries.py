@@ -126,7 +126,7 @@ class LearnSettings:
 
 
 #: What limits forces at which springs break: there is no slope to follow.
-BREAKING = ("fraction force", "crushing force")
+BREAKING = ("fraction force", "crushing force", "breaking strain", "strength")
 #: What a set, body or region can have adjusted, and by what it can be divided.
 PARTED: dict[str, tuple[str, ...]] = {
     "spring constant": ("spring", "region"),
@@ -146,4 +146,8 @@ DIMENSIONS = {
     START_VELOCITY: units.VELOCITY,
 }
 #: What can be adjusted, beside constants of laws and params.
-ADJUSTED = (*(name for name in QUANTITIES if name not in BREAKING), *PLACED, WORDS)
+ADJUSTED = (
+    *(key for key in QUANTITIES if key not in (*BREAKING, "poisson's ratio")),
+    *PLACED,
+    WORDS,
+)

@@ -133,6 +133,8 @@ class Body:
     Attributes:
         mesh: The generator; None for an explicit mesh, which stands in ``tables``.
         tissue: None where tables give everything.
+        thickness, section: Of a wall [m], of the springs of an explicit net [m²]; None if not
+            written.
         mass: Of the whole body [kg], overriding the tissue's; None if not written.
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
@@ -153,6 +155,8 @@ class Body:
     bending: Bending | None
     mass: float | None
     mass_span: Span | None
+    thickness: float | None
+    section: float | None
     velocity: Floats
     spin: Floats
     is_whole: bool
@@ -166,11 +170,13 @@ class Joint:
     Attributes:
         ends: Sets or bodies on either side.
         reach: Drawn length up to which nodes are joined [m]; infinite if not written.
+        section: Of each spring [m²]; None if not written.
     """
 
     name: str
     ends: tuple[s.Name, s.Name]
     reach: float
+    section: float | None
     tissue: Tissue
     may_rupture: bool
     span: Span

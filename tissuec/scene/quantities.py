@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
-from typing import Literal
+from typing import Any, Literal
 
 from tissuec.core import units
+from tissuec.core.names import key_of
 from tissuec.core.units import Dimension
 from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 
-Spread = Literal["each spring", "each node", "whole body"]
+Spread = Literal["each spring", "each node", "whole body", "matter"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,7 @@ class Quantity:
         default: The value that means "none", for quantities that may be left out.
         none: The value of the word "none", for limits that there need not be.
         may_be_zero: Whether zero is a sensible value.
+        instead: Of matter, the quantity of springs or nodes that follows from it, by key.
     """
 
     name: str
@@ -36,6 +38,25 @@ class Quantity:
     default: float | None = None
     none: float | None = None
     may_be_zero: bool = False
+    instead: str = ""
+
+    @property
+    def is_of_matter(self) -> bool:
+        """Return whether it means the same on every mesh."""
+        return self.spreads == ("matter",)
+
+
+def _matter(
+    name: str,
+    dimension: Dimension,
+    instead: str,
+    array: str,
+    *,
+    none: float | None = None,
+    **more: Any,
+) -> Quantity:
+    """Return a quantity of matter, from which one of springs or nodes follows."""
+    return Quantity(name, dimension, array, ("matter",), none=none, instead=instead, **more)
 
 
 def _springs(
@@ -53,7 +74,7 @@ def _branches() -> Iterator[Quantity]:
 
 
 QUANTITIES: dict[str, Quantity] = {
-    quantity.name: quantity
+    key_of(quantity.name): quantity
     for quantity in (
         Quantity(
             "spring constant",
@@ -82,7 +103,29 @@ QUANTITIES: dict[str, Quantity] = {
         *_branches(),
         _springs(LIMIT, units.FORCE, 0, inf, may_be_zero=True),
         _springs(VISCOSITY, units.VISCOSITY, -1, inf),
+        _matter("Young's modulus", units.PRESSURE, "spring constant", "stiffness"),
+        _matter("Poisson's ratio", units.NUMBER, "", ""),
+        _matter("density", units.DENSITY, "mass", "mass"),
+        _matter("retardation time", units.TIME, "viscosity", "damping", may_be_zero=True),
+        _matter(
+            "shear viscosity", units.PRESSURE_TIME, "viscosity", "damping", may_be_zero=True
+        ),
+        _matter("breaking strain", units.NUMBER, "fraction force", "strength", none=inf),
+        _matter("strength", units.PRESSURE, "fraction force", "strength", none=inf),
     )
 }
 #: Those that messages list: of the branches of a spring, the first one stands for all.
-LISTED = tuple(name for name in QUANTITIES if name not in (*CONSTANTS[1:], *TIMES[1:]))
+LISTED = tuple(
+    one.name for key, one in QUANTITIES.items() if key not in (*CONSTANTS[1:], *TIMES[1:])
+)
+#: Quantities of matter from which each one of springs or nodes can follow, by key.
+OF_MATTER: dict[str, tuple[str, ...]] = {
+    name: tuple(key for key, one in QUANTITIES.items() if one.instead == name)
+    for name in QUANTITIES
+}
+
+
+def rivals(key: str) -> tuple[str, ...]:
+    """Return the other quantities that say the same thing of a tissue, by key."""
+    thing = QUANTITIES[key].instead or key
+    return tuple(one for one in (thing, *OF_MATTER[thing]) if one != key)

@@ -75,14 +75,17 @@ class ScaleReader:
                     otherwise = item
                 case _:
                     words.append(item)
-        if applies is None:
+        if quantity.is_of_matter:
+            spread, length = self._of_matter(applies)
+        elif applies is None:
             self.findings.reject(
                 "TIS304",
                 f'quantity {self.name.text} needs "applies to"',
                 self.block.head,
                 hint=schema.missing(f"applies to {quantity.spreads[0]}", self.block.head),
             )
-        spread, length = self._applies(applies)
+        else:
+            spread, length = self._applies(applies)
         named = self._scale(words)
         if named.dimension != quantity.dimension:
             self.findings.reject(
@@ -92,6 +95,17 @@ class ScaleReader:
                 self._range(),
             )
         return QuantityScale(named, spread, length, otherwise)
+
+    def _of_matter(self, applies: s.Sentence | None) -> tuple[Spread, None]:
+        """Return what a quantity of matter belongs to; nothing is to be written of it."""
+        if applies is not None:
+            self.findings.reject(
+                "TIS305",
+                f"{self.name.text} belongs to matter, not to springs or nodes",
+                applies.span,
+                hint='leave out "applies to"',
+            )
+        return "matter", None
 
     def _applies(self, item: s.Sentence) -> tuple[Spread, float | None]:
         quantity = QUANTITIES[self.name.key]

@@ -17,7 +17,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import Fact, Fired, Given, Tissue, WrittenLaw
-from tissuec.scene.quantities import LISTED, QUANTITIES
+from tissuec.scene.quantities import LISTED, QUANTITIES, rivals
 from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word, reading
 
@@ -164,11 +164,28 @@ class TissueReader:
         elif key == "described":
             pass  # read before all others
         elif key in QUANTITIES:
+            self._replace_rivals(item, key, written, entries)
             self._number(item, key, written)
         elif written.rules is not None and key in self.vocabulary.properties:
             written.facts[key] = item
         else:
             self._unknown(item.name, written.rules, declared)
+
+    def _replace_rivals(
+        self, item: s.Sentence | s.Assign, key: str, written: _Written, entries: dict[str, Span]
+    ) -> None:
+        """Leave out inherited numbers that say the same; reject one beside the other."""
+        for rival in rivals(key):
+            if rival in entries:
+                self.findings.reject(
+                    "TIS306",
+                    f'"{QUANTITIES[key].name}" and "{QUANTITIES[rival].name}" say the same of '
+                    "a tissue",
+                    item.span,
+                    hint="write one of them",
+                    notes=(Note("the other one", entries[rival]),),
+                )
+            written.numbers.pop(rival, None)
 
     def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
@@ -278,13 +295,22 @@ class TissueReader:
         missing: dict[str, str],
     ) -> None:
         """Add what the rules conclude where nothing was written."""
+        said = set(given)
         for key, answer in answers.items():
-            if key in given:
+            if said & {key, *rivals(key)}:
                 continue
             if isinstance(answer, NoRule):
                 missing[key] = why(rules, answer)
-            else:
-                given[key] = self._concluded(rules, key, answer)
+                continue
+            given[key] = self._concluded(rules, key, answer)
+            for rival in given.keys() & set(rivals(key)):
+                self.findings.reject(
+                    "TIS306",
+                    f'the rules conclude "{QUANTITIES[rival].name}" and '
+                    f'"{QUANTITIES[key].name}", which say the same thing',
+                    given[key].span,
+                    notes=(Note("the other one", given[rival].span),),
+                )
 
     def _concluded(self, rules: Rules, key: str, answer: Inference) -> Given:
         scale = self.vocabulary.quantities[key]

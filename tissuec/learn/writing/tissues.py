@@ -113,7 +113,7 @@ def _learnt_line(name: str, number: Number, given: Given) -> str:
     text = learnt(
         number.value, number.low, number.high, number.dimension, percent=name in PARTS
     )
-    return f"{name} = {text}{_per(given)}  # {remark(number, name)}"
+    return f"{given.quantity.name} = {text}{_per(given)}  # {remark(number, name)}"
 
 
 def _given_line(given: Given) -> str:

@@ -1,0 +1,223 @@
+"""Matter to springs: what each spring and node of a body is for each pascal and density.
+
+Solids get springs that pass the patch test (``matter.patch``), scaled to the Young's modulus
+that a virtual test in tension finds; surfaces those of ``matter.surface``, times the thickness
+of the body; threads and explicit nets are bars with a section.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import pi
+
+import numpy as np
+
+from tissuec.compiling.drawing import Drawing
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.matter.block import fitted_block
+from tissuec.matter.patch import fitted
+from tissuec.matter.solid import Solid
+from tissuec.matter.surface import surface
+from tissuec.matter.traction import POISSON, measured
+from tissuec.meshes import Mesh, Threaded
+from tissuec.meshes.lattice import Lattice
+from tissuec.network import Floats
+from tissuec.scene.findings import Findings
+
+SHEARS = 2.0 * (1.0 + POISSON)  # Young's modulus of a solid of springs / its shear modulus
+POISSON_OF_SURFACE = 1.0 / 3.0
+UNEVEN = 0.1  # how much the stiffness of a mesh may depend on the direction, untold
+_TESTED = 300_000  # springs of a solid up to which it is tested
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matter:
+    """How a body is shared out among its springs and nodes.
+
+    Attributes:
+        stiffness: Spring constant per Young's modulus [m], shape (spring,).
+        volume: Of each node [m³], shape (node,).
+        poisson: Poisson's ratio that springs alone give; None where there is none.
+        is_solid: Whether Poisson's ratio can be raised by keeping the volume.
+    """
+
+    stiffness: Floats
+    volume: Floats
+    poisson: float | None
+    is_solid: bool = False
+
+
+class _Drawn:
+    """A solid as it is drawn; equal to others that have the same nodes and springs."""
+
+    def __init__(self, mesh: Mesh, solid: Solid, generator: object):
+        self.mesh, self.solid, self.generator = mesh, solid, generator
+        self._bytes = mesh.position.tobytes() + mesh.ends.tobytes() + solid.volume.tobytes()
+
+    def __hash__(self) -> int:
+        return hash(self._bytes)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Drawn) and self._bytes == other._bytes
+
+
+@lru_cache(maxsize=4)  # who learns compiles a scene many times, with other numbers
+def _fitted(drawn: _Drawn) -> Floats:
+    """Return the constants of springs per Young's modulus, before any test [m]."""
+    mesh = drawn.mesh
+    if isinstance(drawn.generator, Lattice):
+        patch = fitted_block(drawn.generator, mesh)
+    else:
+        patch = fitted(mesh.position, mesh.ends, drawn.solid)
+    return patch.constant / SHEARS
+
+
+class MatterReader:
+    """Finds how the matter of one body is shared out.
+
+    Args:
+        span: What needs it, such as a Young's modulus.
+    """
+
+    def __init__(self, drawing: Drawing, span: Span, findings: Findings):
+        self.drawing, self.body, self.span, self.findings = (
+            drawing,
+            drawing.body,
+            span,
+            findings,
+        )
+
+    def read(self) -> Matter:
+        """Return the shares of the body; what is missing is rejected with its place."""
+        mesh = self._own()
+        if isinstance(self.body.mesh, Threaded):
+            self._refuse("thickness", "section")
+            return self._bars(pi * self.body.mesh.thread_radius() ** 2)
+        if mesh.volume is not None:
+            self._refuse("thickness", "section")
+            return self._solid(mesh, mesh.volume)
+        if len(mesh.skin):
+            self._refuse("section")
+            return self._surface(mesh)
+        self._refuse("thickness")
+        if self.body.section is None:
+            self._missing("section", "area of the section of each spring", "section = 1 mm^2")
+        return self._bars(self.body.section)
+
+    def _own(self) -> Mesh:
+        """Return the mesh without springs that knot it or resist bending."""
+        drawing = self.drawing
+        ends = drawing.mesh.ends[: drawing.own]
+        return drawing.mesh.with_ends(ends)
+
+    # --- kinds of bodies ----------------------------------------------------------------------
+
+    def _bars(self, section: float) -> Matter:
+        length = self.drawing.length
+        if not length.all():
+            self.findings.reject(
+                "TIS309", f"a spring of {self.body.name} has no length, and stands for nothing",
+                self.body.span, notes=self._notes(),
+            )  # fmt: skip
+        pieces = slice(None) if self.drawing.thread is None else self.drawing.thread.pieces
+        half = np.repeat(length[pieces] / 2.0, 2)
+        along = np.bincount(
+            self.drawing.mesh.ends[pieces].ravel(), half, len(self.drawing.mesh.position)
+        )
+        return Matter(section / length, section * along, None)
+
+    def _surface(self, mesh: Mesh) -> Matter:
+        if self.body.thickness is None:
+            self._missing("thickness", "thickness of its wall", "thickness = 1 mm")
+        thickness = self.body.thickness
+        try:
+            found = surface(mesh)
+        except ValueError as error:
+            self._impossible(str(error), "choose a mesh whose springs lie in its surface")
+        if found.missed > UNEVEN:
+            self._uneven(
+                "its springs cannot resist shear as they resist tension",
+                "write diagonals is both, and draw cells up to 1.7 times as long as wide",
+            )
+        stiffness = self._with_bending(thickness * found.constant)
+        return Matter(stiffness, thickness * found.area, POISSON_OF_SURFACE)
+
+    def _solid(self, mesh: Mesh, volume: Floats) -> Matter:
+        if not np.all(volume > 0.0):
+            self._impossible(
+                "the volume that its nodes stand for is not known",
+                "use tetrahedra, a lattice, or a closed surface with a filling",
+            )
+        solid = Solid.of(mesh.position, volume, mesh.skin)
+        stiffness = _fitted(_Drawn(mesh, solid, self.body.mesh))
+        if len(mesh.ends) <= _TESTED:
+            stiffness = stiffness * self._correction(mesh, stiffness, solid)
+        return Matter(self._with_bending(stiffness), volume, POISSON, is_solid=True)
+
+    def _correction(self, mesh: Mesh, stiffness: Floats, solid: Solid) -> float:
+        """Return by what springs are to be multiplied for the right Young's modulus."""
+        try:
+            found = measured(mesh.position, mesh.ends, stiffness, solid)
+        except ValueError as error:
+            self._impossible(
+                f"in its mesh, {error}",
+                "use springs that reach further, such as: reach is second neighbours",
+            )
+        mean = float(found.tension.mean())
+        every = np.concatenate([found.tension, found.shear]) / mean
+        if np.abs(every - 1.0).max() > UNEVEN:
+            self._uneven(
+                f"its stiffness is {every.min():.2f} to {every.max():.2f} times what is asked, "
+                "depending on the direction",
+                "use springs that reach further, or smaller cells",
+            )
+        return 1.0 / mean
+
+    def _with_bending(self, stiffness: Floats) -> Floats:
+        """Return spring constants also of springs that resist bending.
+
+        They are as stiff as springs of their length would be that are made like those beside.
+        """
+        bends = self.drawing.bends
+        if not bends.any():
+            return stiffness
+        length, ends, own = self.drawing.length, self.drawing.mesh.ends, self.drawing.own
+        count = len(self.drawing.mesh.position)
+        both = ends[:own].ravel()
+        pull = np.repeat(stiffness * length[:own], 2)
+        mean = np.bincount(both, pull, count) / np.maximum(
+            np.bincount(both, minlength=count), 1
+        )
+        return np.concatenate([stiffness, mean[ends[own:]].mean(axis=1) / length[own:]])
+
+    # --- findings -----------------------------------------------------------------------------
+
+    def _notes(self) -> tuple[Note, ...]:
+        return (Note("needed because of this", self.span),)
+
+    def _missing(self, entry: str, what: str, example: str) -> None:
+        self.findings.reject(
+            "TIS304", f'{self.body.name} needs "{entry}": the {what}', self.body.span,
+            hint=f"for example: {example}", notes=self._notes(),
+        )  # fmt: skip
+
+    def _refuse(self, *entries: str) -> None:
+        """Reject entries that say nothing of a body like this."""
+        for entry in entries:
+            if getattr(self.body, entry) is not None:
+                self.findings.reject(
+                    "TIS306", f'body {self.body.name} can have no "{entry}"', self.body.span,
+                    hint=f"leave out {entry}: its mesh has an extent of its own",
+                )  # fmt: skip
+
+    def _impossible(self, why: str, hint: str) -> None:
+        self.findings.reject(
+            "TIS309", f"body {self.body.name} cannot be made of matter: {why}", self.body.span,
+            hint=hint, notes=self._notes(),
+        )  # fmt: skip
+
+    def _uneven(self, why: str, hint: str) -> None:
+        self.findings.add(
+            "W207", f"the mesh of {self.body.name} is no isotropic body: {why}", self.body.span,
+            hint=hint, notes=self._notes(),
+        )  # fmt: skip

@@ -1,0 +1,107 @@
+"""Poisson's ratio: what springs alone have, and what cells that keep their volume add to it.
+
+Springs have both Lamé's constants alike, μ = λ, so that ν is 1/4 in a solid. A body of
+
+    μ = E / (2 (1 + ν)),    λ = E ν / ((1 + ν) (1 - 2 ν))
+
+is made of springs for μ, and of cells with the bulk modulus K = λ - μ (see ``enclosures``).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tissuec.compiling.matter import SHEARS, Matter
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.matter.traction import POISSON
+from tissuec.meshes import Celled
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body, Given
+
+POISSONS_RATIO = "poisson's ratio"
+_NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
+
+
+@dataclass(frozen=True, slots=True)
+class Poisson:
+    """How a solid has the Poisson's ratio that its tissue says.
+
+    Attributes:
+        of_springs: The part of their constants that springs have then.
+        modulus: Bulk modulus with which cells keep their volume [Pa]; 0 with springs alone.
+        span: What asks for it.
+    """
+
+    of_springs: float
+    modulus: float
+    span: Span
+
+
+def poisson_of(
+    body: Body,
+    matter: Matter,
+    ratios: Sequence[Given | None],
+    moduli: Sequence[Given | None],
+    findings: Findings,
+) -> Poisson | None:
+    """Return how a body has its Poisson's ratio; what it cannot have is rejected.
+
+    Args:
+        ratios: What is said of each part of the body that has nodes, at least once.
+        moduli: What gives the spring constants of each.
+
+    Returns:
+        None where springs have it by themselves.
+    """
+    given = next(one for one in ratios if one is not None)
+    if flaw := _flaw(body, matter, given.value, ratios, moduli):
+        why, hint = flaw
+        findings.reject(
+            "TIS309",
+            f"{body.name} cannot have a Poisson's ratio of {given.value:g}: {why}",
+            given.span,
+            hint=hint,
+            notes=(Note(f"used by {body.name}", body.span),),
+        )
+    young, ratio = moduli[0], given.value
+    if young is None or not matter.is_solid or ratio == POISSON:
+        return None
+    shear = young.value / (2.0 * (1.0 + ratio))
+    modulus = shear * (4.0 * ratio - 1.0) / (1.0 - 2.0 * ratio)
+    return Poisson(SHEARS / (2.0 * (1.0 + ratio)), modulus, given.span)
+
+
+def _flaw(
+    body: Body,
+    matter: Matter,
+    ratio: float,
+    ratios: Sequence[Given | None],
+    moduli: Sequence[Given | None],
+) -> tuple[str, str] | None:
+    """Return why a body cannot have a Poisson's ratio, and what to do; None if it can."""
+    if any(one is None or not one.quantity.is_of_matter for one in moduli):
+        return "its springs are given one by one", "write a Young's modulus as well"
+    if matter.poisson is None:
+        return "its springs are bars, which have none", "leave it out"
+    if not matter.is_solid:
+        if abs(ratio - matter.poisson) <= _NEAR:
+            return None
+        return "springs in a surface have a Poisson's ratio of 1/3", "leave it out"
+    if ratio < matter.poisson:
+        return "springs have a Poisson's ratio of 1/4, and no less", "leave it out"
+    if ratio == matter.poisson:
+        return None
+    if not isinstance(body.mesh, Celled):
+        return (
+            "it takes cells that keep their volume, which only a lattice has",
+            "choose mesh is lattice, or leave it out for a Poisson's ratio of 1/4",
+        )
+    if (
+        len({one and one.value for one in ratios}) > 1
+        or len({m and m.value for m in moduli}) > 1
+    ):
+        return (
+            "all cells of a body keep their volume alike, and its regions differ",
+            "give all its regions the same Young's modulus and Poisson's ratio",
+        )
+    return None

@@ -1,0 +1,136 @@
+"""Spring constants that make a net an isotropic elastic solid, whatever its mesh.
+
+Central springs of constants k, from node to node along unit vectors n, lengths L apart, stand
+for a solid with Poisson's ratio 1/4, as the tensor of their stiffness is symmetric in all four
+indices (Cauchy):
+
+    C_ijkl = μ (δ_ij δ_kl + δ_ik δ_jl + δ_il δ_jk).
+
+Stretched evenly by ε, they pull at a node with Σ k L n_i n_j n_k ε_jk. A solid that is
+stretched evenly rests under the traction C_ijkl ε_jk N_l of its boundary, N being the outward
+area that a node stands for there, and without any inside. So a net passes the patch test of
+finite elements (B. M. Irons and A. Razzaque, 1972) for every ε if
+
+    Σ k L n_i n_j n_k = - μ (δ_ij N_k + δ_ik N_j + δ_jk N_i)    at every node.
+
+These linear equations are solved for k ≥ 0 in the sense of least squares, drawn weakly towards
+springs that share the volume around their ends evenly.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement, permutations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.matter.solid import Solid
+from tissuec.network import Floats
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+Pairs = NDArray[np.int32]
+
+WEIGHT = 1e-3  # of the even share, beside the equations
+ROUNDS = 20  # of choosing the springs that are left out
+#: The entries of a symmetric tensor of three indices, and how often each stands in it.
+TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
+TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """Springs for a solid.
+
+    Attributes:
+        constant: Of each spring per shear modulus [m], shape (spring,).
+        missed: Which part of the traction of the boundary is missed, in the norm.
+    """
+
+    constant: Floats
+    missed: float
+
+
+def fitted(position: Floats, ends: Pairs, solid: Solid) -> Patch:
+    """Return spring constants that pass the patch test, as nearly as they can.
+
+    Args:
+        position: [m], shape (node, 3).
+        ends: Node pair of each spring, shape (spring, 2).
+        solid: What the nodes stand for.
+    """
+    along = position[ends[:, 1]] - position[ends[:, 0]]
+    start = _even(along, ends, solid)
+    matrix, wanted = _equations(along, ends, solid, start)
+    ratio = _not_negative(matrix, wanted)
+    missed = np.linalg.norm(matrix @ ratio - wanted) / np.linalg.norm(wanted)
+    return Patch(start * ratio, float(missed))
+
+
+def _even(along: Floats, ends: Pairs, solid: Solid) -> Floats:
+    """Return constants of springs that share the volume of their nodes evenly, (spring,).
+
+    Of springs that have a volume V, Σ k L² / V is C_iijj = 15 μ.
+    """
+    degree = np.bincount(ends.ravel(), minlength=len(solid.volume))
+    volume = (solid.volume / np.maximum(degree, 1))[ends].sum(axis=1)
+    return np.asarray(15.0 * volume / np.einsum("si,si->s", along, along))
+
+
+def _equations(
+    along: Floats, ends: Pairs, solid: Solid, start: Floats
+) -> tuple["csr_matrix", Floats]:
+    """Return the equations of the patch test for multiples of some spring constants.
+
+    They are divided by the area of what a node stands for, and count by its volume.
+    """
+    from scipy.sparse import csr_matrix
+
+    length = np.linalg.norm(along, axis=1)
+    n = along / length[:, None]
+    i, j, k = TRIPLES.T
+    triple = (start * length)[:, None] * np.sqrt(TIMES) * n[:, i] * n[:, j] * n[:, k]
+    size = solid.volume ** (-1.0 / 6.0)
+    count = len(TRIPLES)
+    rows = (ends.astype(np.int64)[:, :, None] * count + np.arange(count)).ravel()
+    values = np.stack([triple * size[ends[:, :1]], -triple * size[ends[:, 1:]]], axis=1)
+    columns = np.repeat(np.arange(len(ends)), 2 * count)
+    shape = (len(size) * count, len(ends))
+    matrix = csr_matrix((values.ravel(), (rows, columns)), shape=shape)
+    unit, outward = np.eye(3), solid.outward
+    traction = (
+        unit[i, j] * outward[:, k] + unit[i, k] * outward[:, j] + unit[j, k] * outward[:, i]
+    )
+    return matrix, (-traction * np.sqrt(TIMES) * size[:, None]).ravel()
+
+
+def _not_negative(matrix: "csr_matrix", wanted: Floats) -> Floats:
+    """Return x ≥ 0 for which A x is next to b, drawn to 1, by pivoting in blocks.
+
+    (L. F. Portugal, J. J. Júdice, L. N. Vicente, Math. Comp. 63:625, 1994.)
+    """
+    from scipy.sparse.linalg import LinearOperator, cg
+
+    squares = np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel()
+    pull = WEIGHT**2 * squares
+    right = matrix.T @ wanted + pull
+    used = np.ones(matrix.shape[1], dtype=bool)
+    x = np.ones(matrix.shape[1])
+    for _ in range(ROUNDS):
+        inner = matrix[:, used]
+        operator = LinearOperator(
+            (inner.shape[1],) * 2,
+            matvec=lambda y, a=inner, p=pull[used]: a.T @ (a @ y) + p * y,
+        )
+        diagonal = (squares + pull)[used]
+        inverse = LinearOperator(operator.shape, matvec=lambda y, d=diagonal: y / d)
+        found, _ = cg(operator, right[used], x0=x[used], rtol=1e-9, maxiter=5000, M=inverse)
+        x = np.zeros_like(x)
+        x[used] = found
+        slope = matrix.T @ (matrix @ x) + pull * x - right
+        wrong = (used & (x < 0.0)) | (~used & (slope < -1e-9 * (squares + pull)))
+        if not wrong.any():
+            break
+        used ^= wrong
+    return np.maximum(x, 0.0)

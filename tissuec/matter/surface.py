@@ -1,0 +1,105 @@
+"""Spring constants that make a net an isotropic elastic surface, with Poisson's ratio 1/3.
+
+A surface of thickness t and Young's modulus E resists stretching in its plane with
+
+    C_ijkl = μ (δ_ij δ_kl + δ_ik δ_jl + δ_il δ_jk),    μ = 3/8 E t.
+
+In a grid all cells are alike. The springs of a cell, of length L along n, have to make up
+Σ k L² n_i n_j n_k n_l = A C_ijkl for its area A; of a rectangle with sides a and b, diagonals
+
+    k = μ A (a² + b²) / (2 a² b²),    sides along a:  k = μ (3 - a²/b²) b/a,
+
+which are not negative up to a = √3 b. Other triangles follow the area rule (see
+``shapes.sharing``), which is exact for even stretching, and for all strains on average.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.meshes import Mesh
+from tissuec.network import Floats, Grid
+from tissuec.shapes.sharing import area_shares
+
+#: From a node of a grid to others of the same cell, as rows and columns.
+STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+_SHEAR = 3.0 / 8.0  # μ / (E t)
+_SHARE = 3.0**0.5 / 2.0  # k / (E t) of a spring with the share 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """A net as a surface.
+
+    Attributes:
+        area: What each node stands for [m²], shape (node,).
+        constant: Of each spring per Young's modulus and thickness, shape (spring,).
+        missed: Which part of the stiffness of a cell its springs cannot have; 0 where unknown.
+    """
+
+    area: Floats
+    constant: Floats
+    missed: float = 0.0
+
+
+def surface(mesh: Mesh) -> Surface:
+    """Return a mesh with a skin as a surface.
+
+    Raises:
+        ValueError: Some springs lie in no face of the surface.
+    """
+    if mesh.grid is not None:
+        return _of_grid(mesh, mesh.grid)
+    constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
+    if not constant.all():
+        raise ValueError("some of its springs lie in no triangle of its surface")
+    a, b, c = mesh.position[mesh.skin].swapaxes(0, 1)
+    third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+    area = np.bincount(mesh.skin.ravel(), np.repeat(third, 3), len(mesh.position))
+    return Surface(area, constant)
+
+
+def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
+    """Return a grid of equal cells as a surface."""
+    from scipy.optimize import nnls
+
+    rows, columns = np.divmod(mesh.ends.astype(np.int64), grid.columns)
+    down, right = rows[:, 1] - rows[:, 0], columns[:, 1] - columns[:, 0]
+    if grid.closed:  # the shorter way round
+        half = grid.columns // 2
+        right = (right + half) % grid.columns - half
+        right = np.where(down == 0, np.abs(right), right)
+    families = [(down == d) & (right == r) for d, r in STEPS]
+    if not np.any(families, axis=0).all():
+        raise ValueError("some of its springs join nodes that are not neighbours in its wall")
+    side, other = mesh.position[[1, grid.columns]] - mesh.position[0]
+    sides = np.array([side, other])
+    plane = np.linalg.cholesky(sides @ sides.T)  # both sides of a cell, in its own plane
+    area = float(np.linalg.det(plane))
+    there = np.array([family.any() for family in families])
+    vectors = np.array(STEPS)[:, ::-1] @ plane
+    made_of = np.stack([_moments(vector) for vector in vectors], axis=1) * there
+    wanted = _SHEAR * area * np.array([3.0, 0.0, 6.0**0.5, 0.0, 3.0])
+    found, missed = nnls(made_of, wanted)
+    free = (down == 0) & np.isin(rows[:, 0], (0, grid.rows - 1))
+    if not grid.closed:
+        free |= (right == 0) & np.isin(columns[:, 0], (0, grid.columns - 1))
+    constant = found @ np.array(families) * np.where(free, 0.5, 1.0)
+    return Surface(_areas(grid, area), constant, float(missed / np.linalg.norm(wanted)))
+
+
+def _moments(vector: Floats) -> Floats:
+    """Return L² n n n n of a vector in a plane; its squares sum up to the norm of that."""
+    x, y = vector
+    root = np.sqrt([1.0, 4.0, 6.0, 4.0, 1.0])
+    return np.array([x**4, x**3 * y, x**2 * y**2, x * y**3, y**4]) * root / (x * x + y * y)
+
+
+def _areas(grid: Grid, cell: float) -> Floats:
+    """Return what the nodes of a grid stand for [m²], shape (node,)."""
+    along = np.ones(grid.columns)
+    if not grid.closed:
+        along[[0, -1]] = 0.5
+    across = np.ones(grid.rows)
+    across[[0, -1]] = 0.5
+    return np.asarray((cell * across[:, None] * along).ravel())
