@@ -35,7 +35,7 @@ FOLDER = Path(__file__).parent / "mutated"
 #: The fastest first; what these do not tell from the truth, the next ones may.
 SCENES = {
     name: FOLDER / f"{name}.tis"
-    for name in ("springs", "memory", "laws", "thread", "volume", "jet", "contact")
+    for name in ("springs", "memory", "laws", "thread", "volume", "close", "jet", "contact")
 }
 
 #: What computes forces, by tier: modules, and which functions of them, None for all.
@@ -75,6 +75,18 @@ HARMLESS = {
     "sort": "finds triangles near one another; more of them change nothing",
     "cell": "finds triangles near one another; more of them change nothing",
     "before": "lists what may shade a triangle; a longer list changes nothing",
+    "stands_before": "lists what may shade a triangle; a longer list changes nothing",
+    "(face[7] + face[9] + face[11]) / 3.0": "the middle of a triangle, by which it is found",
+    "(face[8] + face[10] + face[12]) / 3.0": "the middle of a triangle, by which it is found",
+    "(face[place] - face[13]) ** 2 + (face[place + 1] - face[14]) ** 2": "finds triangles",
+    "max(reach, far)": "finds triangles near one another; more of them change nothing",
+    "SLACK * sqrt(reach)": "finds triangles near one another; more of them change nothing",
+    "sort(count, jets)": "finds triangles near one another; more of them change nothing",
+    "jets.side[t]": "only its sign counts",
+    "jets.struck[t] and (side == 0 or side * slope < 0.0)": "only whether it is true counts",
+    "0.6": "any two directions across the jet do",
+    "a0 / size": "any two directions across the jet do; a0 is 0",
+    "CUT": "beyond, a jet has 1e-9 of what it has on its axis",
     "SLACK": "finds triangles near one another; more of them change nothing",
     "x[o]": "a closed volume is the same wherever it is seen from",
     "x[o + 1]": "a closed volume is the same wherever it is seen from",
