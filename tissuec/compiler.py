@@ -275,19 +275,13 @@ def _events(script: Script) -> list[Event]:
 
 def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Event]:
     """Return what lets bodies keep their volume as the Poisson's ratio of their tissue asks."""
-    parts = {part.name: np.arange(part.nodes.start, part.nodes.stop) for part in network.bodies}
-    return [
-        Event(
-            0.0,
-            Preserve(
-                Group(one.body.name, parts[one.body.name]),
-                one.poisson.modulus,
-                one.poisson.span,
-            ),
-        )
-        for one in built
-        if one.poisson is not None
-    ]
+    events = []
+    for part, one in zip(network.bodies, built, strict=True):
+        if one.poisson is not None:
+            whole = Group(part.name, np.arange(part.nodes.start, part.nodes.stop))
+            preserve = Preserve(whole, one.poisson.modulus, one.poisson.span)
+            events.append(Event(0.0, preserve))
+    return events
 
 
 def _can_break(network: Network, script: Script) -> bool:

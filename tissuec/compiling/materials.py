@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing
 from tissuec.compiling.matter import SHEARS, Matter, MatterReader
-from tissuec.compiling.poisson import POISSONS_RATIO, Poisson, poisson_of
+from tissuec.compiling.poisson import Poisson, poisson_of
 from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
@@ -29,7 +29,7 @@ from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS
 from tissuec.scene.model import Given, Tissue, WrittenLaws
-from tissuec.scene.quantities import OF_MATTER, QUANTITIES
+from tissuec.scene.quantities import OF_MATTER, POISSONS_RATIO, QUANTITIES, YOUNGS_MODULUS
 
 #: An array of the network and where its numbers are from.
 Explained: TypeAlias = tuple[Floats, Provenance]
@@ -338,14 +338,14 @@ class MaterialReader:
             end = np.where(is_scaled, values[part] * scale, values[part])
             for number, one in enumerate(given):
                 if one is not None and one.quantity.is_of_matter and np.isfinite(one.value):
-                    end = np.where(part == number, one.value * self._of_matter(one), end)
+                    end = np.where(part == number, self._from_matter(one), end)
             ends.append(end)
         return ends[0], ends[1]
 
     # --- matter -------------------------------------------------------------------------------
 
-    def _of_matter(self, given: Given) -> Floats:
-        """Return what springs get for each unit of a quantity of matter, shape (spring,)."""
+    def _from_matter(self, given: Given) -> Floats:
+        """Return what follows for springs from a quantity of matter, shape (spring,)."""
         match key_of(given.quantity.name):
             case "young's modulus":
                 each = self._matter(given).stiffness
@@ -355,7 +355,8 @@ class MaterialReader:
             case "retardation time":
                 each = self.stiffness[0]
             case _:
-                return self._at_strain(given) / given.value
+                return self._at_strain(given)
+        each = given.value * each
         return each if self.shares is None else each / self.shares
 
     @cached_property
@@ -386,7 +387,7 @@ class MaterialReader:
         """Return the Young's modulus of the tissue that a strength belongs to [Pa]."""
         for material in self.materials:
             if material.tissue and strength in material.tissue.given.values():
-                modulus = material.tissue.given.get("young's modulus")
+                modulus = material.tissue.given.get(YOUNGS_MODULUS)
                 if modulus is not None:
                     return modulus.value
         self.findings.reject(

@@ -66,10 +66,10 @@ def _fitted(drawn: _Drawn) -> Floats:
     """Return the constants of springs per Young's modulus, before any test [m]."""
     mesh = drawn.mesh
     if isinstance(drawn.generator, Lattice):
-        patch = fitted_block(drawn.generator, mesh)
+        constant = fitted_block(drawn.generator, mesh)
     else:
-        patch = fitted(mesh.position, mesh.ends, drawn.solid)
-    return patch.constant / SHEARS
+        constant = fitted(mesh.position, mesh.ends, drawn.solid)
+    return constant / SHEARS
 
 
 class MatterReader:
@@ -80,12 +80,8 @@ class MatterReader:
     """
 
     def __init__(self, drawing: Drawing, span: Span, findings: Findings):
-        self.drawing, self.body, self.span, self.findings = (
-            drawing,
-            drawing.body,
-            span,
-            findings,
-        )
+        self.drawing, self.body = drawing, drawing.body
+        self.span, self.findings = span, findings
 
     def read(self) -> Matter:
         """Return the shares of the body; what is missing is rejected with its place."""

@@ -18,7 +18,6 @@ from tissuec.meshes import Celled
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Given
 
-POISSONS_RATIO = "poisson's ratio"
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
 
 

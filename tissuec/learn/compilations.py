@@ -10,6 +10,7 @@ from tissuec.compiler import Compiled
 from tissuec.learn.changing import Numbers, Place, recompiled
 from tissuec.learn.numbers import Order
 from tissuec.network import Floats
+from tissuec.scene.quantities import RETARDATION_TIME, YOUNGS_MODULUS
 
 STEP = 2.0**-20  # of a number, by which what is linear in it is derived
 
@@ -30,7 +31,7 @@ class Compilations:
         bodies = compiled.scene.bodies.values()
         self._is_linear = all(body.interface in ("", "mean") for body in bodies)
         # A retardation time is multiplied by a Young's modulus.
-        self._is_linear &= not {"young's modulus", "retardation time"} <= {w for _, w in first}
+        self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= {w for _, w in first}
         self._columns: dict[tuple[Place, str], Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None

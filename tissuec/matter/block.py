@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.matter.patch import Patch, fitted
+from tissuec.matter.patch import fitted
 from tissuec.matter.solid import Solid
 from tissuec.meshes import Mesh
 from tissuec.meshes.lattice import CRYSTALS, Lattice
@@ -19,16 +19,16 @@ BESIDE = 3  # cells at either end of a side that differ from those between them
 SIDE = 2 * BESIDE + 1
 
 
-def fitted_block(lattice: Lattice, mesh: Mesh) -> Patch:
-    """Return spring constants of a lattice per shear modulus."""
+def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
+    """Return the constants of a lattice's springs per shear modulus [m], shape (spring,)."""
     cells = np.array(lattice.cells())
     kept = np.minimum(cells, SIDE)
     low, _ = lattice.corners
     small = replace(lattice, box=(low, low + kept * lattice.cell))
     sample = small.build()
-    patch = _fitted(sample)
+    constant = _fitted(sample)
     if (kept == cells).all():
-        return patch
+        return constant
     steps = CRYSTALS[lattice.kind].divisions
     fine = np.rint((mesh.position - low) * (steps / lattice.cell)).astype(np.int64)
     first, last = BESIDE * steps, (cells - BESIDE - 1) * steps
@@ -44,12 +44,10 @@ def fitted_block(lattice: Lattice, mesh: Mesh) -> Patch:
     pairs = np.sort(site[tuple(np.moveaxis(ends, 2, 0))], axis=0)
     count = len(sample.position)
     keys = sample.ends.astype(np.int64) @ np.array([count, 1])
-    return Patch(
-        patch.constant[np.searchsorted(keys, pairs[0] * count + pairs[1])], patch.missed
-    )
+    return constant[np.searchsorted(keys, pairs[0] * count + pairs[1])]
 
 
-def _fitted(mesh: Mesh) -> Patch:
+def _fitted(mesh: Mesh) -> Floats:
     assert mesh.volume is not None
     return fitted(mesh.position, mesh.ends, Solid.of(mesh.position, mesh.volume, mesh.skin))
 

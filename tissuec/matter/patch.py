@@ -17,7 +17,6 @@ These linear equations are solved for k ≥ 0 in the sense of least squares, dra
 springs that share the volume around their ends evenly.
 """
 
-from dataclasses import dataclass
 from itertools import combinations_with_replacement, permutations
 from typing import TYPE_CHECKING
 
@@ -39,21 +38,10 @@ TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
 TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Patch:
-    """Springs for a solid.
+def fitted(position: Floats, ends: Pairs, solid: Solid) -> Floats:
+    """Return the constants of springs per shear modulus [m], shape (spring,).
 
-    Attributes:
-        constant: Of each spring per shear modulus [m], shape (spring,).
-        missed: Which part of the traction of the boundary is missed, in the norm.
-    """
-
-    constant: Floats
-    missed: float
-
-
-def fitted(position: Floats, ends: Pairs, solid: Solid) -> Patch:
-    """Return spring constants that pass the patch test, as nearly as they can.
+    They pass the patch test as nearly as they can.
 
     Args:
         position: [m], shape (node, 3).
@@ -63,9 +51,7 @@ def fitted(position: Floats, ends: Pairs, solid: Solid) -> Patch:
     along = position[ends[:, 1]] - position[ends[:, 0]]
     start = _even(along, ends, solid)
     matrix, wanted = _equations(along, ends, solid, start)
-    ratio = _not_negative(matrix, wanted)
-    missed = np.linalg.norm(matrix @ ratio - wanted) / np.linalg.norm(wanted)
-    return Patch(start * ratio, float(missed))
+    return start * _not_negative(matrix, wanted)
 
 
 def _even(along: Floats, ends: Pairs, solid: Solid) -> Floats:

@@ -19,7 +19,7 @@ import numpy as np
 
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Grid
-from tissuec.shapes.sharing import area_shares
+from tissuec.shapes.sharing import area_shares, node_areas
 
 #: From a node of a grid to others of the same cell, as rows and columns.
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
@@ -53,10 +53,7 @@ def surface(mesh: Mesh) -> Surface:
     constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
     if not constant.all():
         raise ValueError("some of its springs lie in no triangle of its surface")
-    a, b, c = mesh.position[mesh.skin].swapaxes(0, 1)
-    third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-    area = np.bincount(mesh.skin.ravel(), np.repeat(third, 3), len(mesh.position))
-    return Surface(area, constant)
+    return Surface(node_areas(mesh.position, mesh.skin), constant)
 
 
 def _of_grid(mesh: Mesh, grid: Grid) -> Surface:

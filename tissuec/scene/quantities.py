@@ -10,6 +10,9 @@ from tissuec.core.names import key_of
 from tissuec.core.units import Dimension
 from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 
+#: Keys of quantities of matter that others depend on.
+YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
+RETARDATION_TIME = "retardation time"
 Spread = Literal["each spring", "each node", "whole body", "matter"]
 
 

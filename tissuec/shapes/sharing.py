@@ -58,6 +58,13 @@ def node_volumes(position: Floats, tetrahedra: Indices) -> Floats:
     return np.bincount(tetrahedra.ravel(), np.repeat(volume / 4.0, 4), len(position))
 
 
+def node_areas(position: Floats, triangles: Indices) -> Floats:
+    """Return a third of the triangles around each node [m²], shape (node,)."""
+    a, b, c = position[triangles].swapaxes(0, 1)
+    third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+    return np.bincount(triangles.ravel(), np.repeat(third, 3), len(position))
+
+
 def filled_volumes(position: Floats, triangles: Indices, site: float) -> Floats:
     """Return what nodes of a filled surface stand for [m³], shape (node,).
 
@@ -67,9 +74,7 @@ def filled_volumes(position: Floats, triangles: Indices, site: float) -> Floats:
         site: What each node inside stands for [m³].
     """
     outer = int(triangles.max()) + 1
-    a, b, c = position[triangles].swapaxes(0, 1)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    share = np.bincount(triangles.ravel(), np.repeat(area, 3), outer)
+    share = node_areas(position[:outer], triangles)
     left = enclosed(position, triangles) - site * (len(position) - outer)
     return np.concatenate([left * share / share.sum(), np.full(len(position) - outer, site)])
 
