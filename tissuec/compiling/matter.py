@@ -112,7 +112,8 @@ class MatterReader:
         length = self.drawing.length
         if not length.all():
             self.findings.reject(
-                "TIS309", f"a spring of {self.body.name} has no length, and stands for nothing",
+                "TIS309",
+                f"a spring of {self.body.name} has zero length, so it cannot be made of matter",
                 self.body.span, notes=self._notes(),
             )  # fmt: skip
         pieces = slice(None) if self.drawing.thread is None else self.drawing.thread.pieces
@@ -132,7 +133,7 @@ class MatterReader:
             self._impossible(str(error), "choose a mesh whose springs lie in its surface")
         if found.missed > UNEVEN:
             self._uneven(
-                "its springs cannot resist shear as they resist tension",
+                "its resistance to shear does not match its resistance to tension",
                 "write diagonals is both, and draw cells up to 1.7 times as long as wide",
             )
         stiffness = self._with_bending(thickness * found.constant)
@@ -141,7 +142,7 @@ class MatterReader:
     def _solid(self, mesh: Mesh, volume: Floats) -> Matter:
         if not np.all(volume > 0.0):
             self._impossible(
-                "the volume that its nodes stand for is not known",
+                "the volume of its cells cannot be computed",
                 "use tetrahedra, a lattice, or a closed surface with a filling",
             )
         solid = Solid.of(mesh.position, volume, mesh.skin)
@@ -156,15 +157,15 @@ class MatterReader:
             found = measured(mesh.position, mesh.ends, stiffness, solid)
         except ValueError as error:
             self._impossible(
-                f"in its mesh, {error}",
+                f"{error} in its mesh",
                 "use springs that reach further, such as: reach is second neighbours",
             )
         mean = float(found.tension.mean())
         every = np.concatenate([found.tension, found.shear]) / mean
         if np.abs(every - 1.0).max() > UNEVEN:
             self._uneven(
-                f"its stiffness is {every.min():.2f} to {every.max():.2f} times what is asked, "
-                "depending on the direction",
+                f"depending on the direction, its stiffness is {every.min():.2f} to "
+                f"{every.max():.2f} times the one given",
                 "use springs that reach further, or smaller cells",
             )
         return 1.0 / mean
@@ -189,7 +190,7 @@ class MatterReader:
     # --- findings -----------------------------------------------------------------------------
 
     def _notes(self) -> tuple[Note, ...]:
-        return (Note("needed because of this", self.span),)
+        return (Note("required by this entry", self.span),)
 
     def _missing(self, entry: str, what: str, example: str) -> None:
         self.findings.reject(
@@ -203,7 +204,7 @@ class MatterReader:
             if getattr(self.body, entry) is not None:
                 self.findings.reject(
                     "TIS306", f'body {self.body.name} can have no "{entry}"', self.body.span,
-                    hint=f"leave out {entry}: its mesh has an extent of its own",
+                    hint=f"leave out {entry}: its mesh already defines its dimensions",
                 )  # fmt: skip
 
     def _impossible(self, why: str, hint: str) -> None:
@@ -214,6 +215,6 @@ class MatterReader:
 
     def _uneven(self, why: str, hint: str) -> None:
         self.findings.add(
-            "W207", f"the mesh of {self.body.name} is no isotropic body: {why}", self.body.span,
+            "W207", f"the mesh of {self.body.name} is not isotropic: {why}", self.body.span,
             hint=hint, notes=self._notes(),
         )  # fmt: skip

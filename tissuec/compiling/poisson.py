@@ -79,20 +79,20 @@ def _flaw(
 ) -> tuple[str, str] | None:
     """Return why a body cannot have a Poisson's ratio, and what to do; None if it can."""
     if any(one is None or not one.quantity.is_of_matter for one in moduli):
-        return "its springs are given one by one", "write a Young's modulus as well"
+        return "its springs are specified one by one", "write a Young's modulus as well"
     if matter.poisson is None:
-        return "its springs are bars, which have none", "leave it out"
+        return "it consists of bars, which have none", "leave it out"
     if not matter.is_solid:
         if abs(ratio - matter.poisson) <= _NEAR:
             return None
-        return "springs in a surface have a Poisson's ratio of 1/3", "leave it out"
+        return "in a surface, springs always give 1/3", "leave it out"
     if ratio < matter.poisson:
-        return "springs have a Poisson's ratio of 1/4, and no less", "leave it out"
+        return "with springs, the least is 1/4", "leave it out"
     if ratio == matter.poisson:
         return None
     if not isinstance(body.mesh, Celled):
         return (
-            "it takes cells that keep their volume, which only a lattice has",
+            "above 1/4, cells have to keep their volume, and only a lattice has cells",
             "choose mesh is lattice, or leave it out for a Poisson's ratio of 1/4",
         )
     if (
@@ -100,7 +100,7 @@ def _flaw(
         or len({m and m.value for m in moduli}) > 1
     ):
         return (
-            "all cells of a body keep their volume alike, and its regions differ",
+            "its regions differ, and all cells of a body use the same bulk modulus",
             "give all its regions the same Young's modulus and Poisson's ratio",
         )
     return None
