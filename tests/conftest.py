@@ -11,6 +11,7 @@ from tests.browser import browser as browser
 from tests.browser import page as page
 from tissuec.core.resources import library
 from tissuec.pipeline import Request, Result, compile_request, simulate
+from tissuec.running.interrupting import SIGNALS
 
 SLOW = Path(__file__).with_name("slow.txt")
 
@@ -57,7 +58,10 @@ def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Have Ctrl-C mean what it does at a prompt; shells make background jobs ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Have signals mean what they do at a prompt; shells make background jobs ignore some."""
+    meaning = dict.fromkeys(SIGNALS, signal.SIG_DFL)
+    meaning[signal.SIGINT] = signal.default_int_handler
+    before = {number: signal.signal(number, meant) for number, meant in meaning.items()}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)

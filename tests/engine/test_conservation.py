@@ -136,6 +136,24 @@ def test_ledger_closes_at_the_order_of_the_method(method):
     assert observed > order - 0.5
 
 
+@pytest.mark.parametrize("method", those(implicit=True))
+def test_work_of_a_push_at_resonance_is_as_good_as_the_motion(method):
+    # x'' + ω² x = f sin ωt / m from rest: x' = f t sin ωt / 2m, and the power is f sin ωt x'.
+    omega, mass, push = 20.0, 0.5, 0.01
+    tolerance = 1e-4 if INTEGRATORS[method].order > 2 else 1e-3
+    period = 2.0 * np.pi / omega
+    times = period * np.arange(11.0)
+    net = pair(stretch=0.0, stiffness=mass * omega**2, mass=mass)
+    bench = Bench(net, times[-1], method=method, tolerance=tolerance, times=times, ledger=True)
+    bench.situation.holders["fix"] = np.array([0])
+    bench.push([1], [push, 0.0, 0.0], Course("sine", 0.0, np.inf, frequency=1.0 / period))
+    ran = bench.run()
+    due = push**2 * times**2 / (8.0 * mass)
+    # The energy grows with the square of the displacement, which may be off by a tolerance.
+    assert np.abs(ran.work - due).max() < 2.0 * tolerance * due[-1]
+    assert np.abs(energy(ran) - energy(ran)[0] - due).max() < 2.0 * tolerance * due[-1]
+
+
 def test_ledger_goes_on_across_restarts_and_stops():
     whole = lifted_tube(0.4, tolerance=1e-8, ledger=True, tier="compiled").run()
     stopped = lifted_tube(0.4, tolerance=1e-8, ledger=True, tier="compiled")

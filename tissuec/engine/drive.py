@@ -166,9 +166,6 @@ def drive(
             if not (reach <= task.bound and isfinite(pace + off)):
                 reason = OUTSIZE
                 break
-            wrong = 0.0
-            if net.ledger:
-                wrong = book(h, current, work)
             near |= finish(time, end, current, work, net)
             room -= pace * h
             if room < 0.0:
@@ -208,6 +205,7 @@ def drive(
                 growing = True
             pending, prepared = 1, 0
             if net.ledger:
+                wrong = book(time, end, current, work, net)
                 work.pieces[0] = 0
                 moving = kinetic(work.v[1 - current], net)
                 energy = max(energy, moving, turnover(current, work))

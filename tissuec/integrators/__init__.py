@@ -72,10 +72,10 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def book(h: float, current: int, work: Work) -> float:
+    def book(time: float, end: float, current: int, work: Work, net: object) -> float:
         """Set the ledger at the step's end; return its largest local error [J].
 
-        Called after each step that was tried, where work and dissipation are integrated.
+        Called after each accepted step, where work and dissipation are integrated.
         """
         ...
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from tissuec.integrators import hermite
 from tissuec.kernels.linear import assemble, solve
-from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.records import LOOKED, Floats, Work
 from tissuec.kernels.vector import (
     VectorNet,
     accumulate,
@@ -93,16 +93,11 @@ def solve_stage(
     time: float, h: float, stage: int, current: int, work: Work, net: VectorNet
 ) -> bool:
     """Find the acceleration of a stage; 0 in ``made`` tells that this did not succeed."""
-    table, made, change = work.tableau, work.solver.made, work.trial_x
-    stages = work.rows.shape[0] - 3
-    last = stage + 2
+    made, change = work.solver.made, work.trial_x
     x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
-    then = time + h * table[2 * stages + 2, stage + 1]
     q = made[0]
     scale(1.0, work.rows[stage], a)
-    rows, for_x, for_v = work.rows[:last], table[stage, :last], table[stages + stage, :last]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
-    place(then, x, v, net)
+    then = enter_stage(time, h, stage, current, x, v, work, net)
     before, renewals, near = 0.0, 0, False
     for _ in range(ITERATIONS):
         near = force(then, x, v, change, work.power[stage + 1], net)
@@ -139,6 +134,25 @@ def solve_stage(
     return near
 
 
+def enter_stage(
+    time: float,
+    h: float,
+    stage: int,
+    current: int,
+    x: Floats,
+    v: Floats,
+    work: Work,
+    net: VectorNet,
+) -> float:
+    """Set x and v to those of a stage with the accelerations found so far; return its time."""
+    table, stages, last = work.tableau, work.rows.shape[0] - 3, stage + 2
+    rows, for_x, for_v = work.rows[:last], table[stage, :last], table[stages + stage, :last]
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
+    then = time + h * table[2 * stages + 2, stage + 1]
+    place(then, x, v, net)
+    return then
+
+
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
     if work.solver.made[0] == 0.0:
@@ -151,10 +165,15 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return distance(of_x, none, each), distance(of_v, none, each)
 
 
-def book(h: float, current: int, work: Work) -> float:
+def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
-    table, stages, booked = work.tableau, work.rows.shape[0] - 3, work.booked[0]
-    ledger = work.ledger[1 - current]
+    h, table, stages, booked = end - time, work.tableau, work.rows.shape[0] - 3, work.booked[0]
+    x, v, a, ledger = work.inner[0], work.inner[1], work.inner[2], work.ledger[1 - current]
+    for stage in range(1, stages):
+        # Newton's method left the powers before its last change.
+        then = enter_stage(time, h, stage, current, x, v, work, net)
+        force(then, x, v, a, work.power[stage + 1], net)
+    work.effort[LOOKED] += stages - 1
     quadrature(work.ledger[current], h, table[2 * stages - 1], work.power, ledger)
     quadrature(work.zero[:2], h, table[2 * stages + 1], work.power, booked)
     return max(abs(booked[0]), abs(booked[1]))

@@ -107,9 +107,9 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return position, blended_error(five, three, work.each)
 
 
-def book(h: float, current: int, work: Work) -> float:
+def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
-    table, power, nothing = work.tableau, work.power, work.zero[:2]
+    h, table, power, nothing = end - time, work.tableau, work.power, work.zero[:2]
     five, three = work.booked[0], work.booked[1]
     quadrature(work.ledger[current], h, table[STAGES + RESULT], power, work.ledger[1 - current])
     quadrature(nothing, h, table[ERROR + 2], power, five)

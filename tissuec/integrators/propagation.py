@@ -125,7 +125,7 @@ def beside(
     return distance(error, work.zero, each)
 
 
-def book(h: float, current: int, work: Work) -> float:
+def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
     """Set the ledger at the end of the frame; nothing is known of its error."""
     for k in range(2):
         work.ledger[1 - current, k] = work.ledger[current, k] + work.booked[1, k]

@@ -133,9 +133,9 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return position, distance(error, work.zero, work.each)
 
 
-def book(h: float, current: int, work: Work) -> float:
+def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
-    worst = 0.0
+    h, worst = end - time, 0.0
     for k in range(2):
         gained = work.booked[1, k]
         work.ledger[1 - current, k] = work.ledger[current, k] + gained

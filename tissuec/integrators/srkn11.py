@@ -144,7 +144,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return h * speed, speed
 
 
-def book(h: float, current: int, work: Work) -> float:
+def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
     """Keep the ledger; return 0 J if no work is done, else infinity: stages do not tell it."""
     worst = 0.0
     for k in range(2):

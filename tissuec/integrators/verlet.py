@@ -42,32 +42,30 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return h * h / 6.0 * distance(work.a[current], work.a[1 - current], work.each), 0.0
 
 
-def book(h: float, current: int, work: Work) -> float:
+def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J].
 
     The trapezoidal rule is wrong by h³/12 P''. With the rate of P in the step before, that is
     h²/12 times the change of that rate if both steps are equal, and less after a longer one.
     """
-    before, after = work.ledger[current], work.ledger[1 - current]
-    quadrature(before, h, work.tableau[0], work.power, after)
+    h, x, v = end - time, work.x[1 - current], work.v[1 - current]
+    # With the predicted velocity powers would jump from step to step.
+    force(end, x, v, work.trial_x, work.power[2], net)
+    work.effort[LOOKED] += 1
+    quadrature(work.ledger[current], h, work.tableau[0], work.power, work.ledger[1 - current])
     worst = 0.0
     for k in range(2):
+        rate = (work.power[2, k] - work.power[1, k]) / h
+        change = abs(rate - work.trend[k])
         # Not a number, and so no larger, where no step came before.
-        change = abs((work.power[2, k] - work.power[1, k]) / h - work.trend[k])
         if change > worst:
             worst = change
+        work.trend[k] = rate
     return h * h / 12.0 * worst
 
 
 def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
-    """Set the powers to those at the corrected velocity; remember how fast they changed."""
-    if net.ledger:
-        # With the predicted velocity they would jump from step to step.
-        x, v = work.x[1 - current], work.v[1 - current]
-        force(end, x, v, work.trial_x, work.power[2], net)
-        work.effort[LOOKED] += 1
-        for k in range(2):
-            work.trend[k] = (work.power[2, k] - work.power[1, k]) / (end - time)
+    """Complete an accepted step: nothing is left to do."""
     return False
 
 
