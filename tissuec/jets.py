@@ -462,7 +462,7 @@ def _facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
     """Return areas [m²], unit normals and their components along the jet, of triangles."""
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    normal = normal / np.where(area > 0.0, area, 1.0)[:, None]
+    normal = normal / np.maximum(area, TINY)[:, None]
     return area, normal, normal @ along
 
 

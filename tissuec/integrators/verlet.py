@@ -49,18 +49,18 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
     h²/12 times the change of that rate if both steps are equal, and less after a longer one.
     """
     h, x, v = end - time, work.x[1 - current], work.v[1 - current]
-    # With the predicted velocity powers would jump from step to step.
-    force(end, x, v, work.trial_x, work.power[2], net)
-    work.effort[LOOKED] += 1
     quadrature(work.ledger[current], h, work.tableau[0], work.power, work.ledger[1 - current])
     worst = 0.0
     for k in range(2):
-        rate = (work.power[2, k] - work.power[1, k]) / h
-        change = abs(rate - work.trend[k])
         # Not a number, and so no larger, where no step came before.
+        change = abs((work.power[2, k] - work.power[1, k]) / h - work.trend[k])
         if change > worst:
             worst = change
-        work.trend[k] = rate
+    # The next step begins with the corrected velocity; powers of predicted ones would jump.
+    force(end, x, v, work.trial_x, work.power[2], net)
+    work.effort[LOOKED] += 1
+    for k in range(2):
+        work.trend[k] = (work.power[2, k] - work.power[1, k]) / h
     return h * h / 12.0 * worst
 
 

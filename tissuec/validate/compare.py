@@ -127,7 +127,8 @@ def support_forces(
 
     A force is c times a difference of positions, so that an error of positions by the
     tolerance times the displacement moves a force by Σ c over the springs of the group times
-    that, which is given as ``expected``.
+    that, which is given as ``expected``. A tool that touches nothing feels what its own path
+    and its jet decide; that is held to the tolerance.
 
     Args:
         situation: Present spring constants.
@@ -142,13 +143,15 @@ def support_forces(
         scale = float(np.linalg.norm(true, axis=1).max())
         error = np.linalg.norm(own - true, axis=1) * valid
         row = int(np.argmax(error))
-        expected = None
-        if tolerance is not None and scale > 0.0 and not _touches(situation, members):
+        bound = expected = None
+        if _is_free_tool(situation, members):
+            bound = tolerance
+        elif tolerance is not None and scale > 0.0 and not _touches(situation, members):
             reach = max(_stiffness(situation, nodes) for nodes in _distinct(members))
             expected = tolerance * float(reference.displacement[-1]) * reach / scale
         worst = float(relative(error[row], np.array(scale), 0.0))
         time = float(reference.times[row])
-        found.append(Quantity(f"{FORCE_OF}{name}", worst, None, expected, scale, time))
+        found.append(Quantity(f"{FORCE_OF}{name}", worst, bound, expected, scale, time))
     return found
 
 
@@ -192,6 +195,13 @@ def _touches(situation: Situation, members: tuple[Indices, ...]) -> bool:
     """Return whether some nodes carry a tool, so that what it touches decides its force."""
     bodies = situation.network.body_nodes
     return any((nodes >= bodies).any() for nodes in _distinct(members))
+
+
+def _is_free_tool(situation: Situation, members: tuple[Indices, ...]) -> bool:
+    """Return whether all nodes are those of tools, in a scene without contact."""
+    bodies = situation.network.body_nodes
+    alone = all((nodes >= bodies).all() for nodes in _distinct(members))
+    return situation.touching is None and alone and any(map(len, members))
 
 
 def _stiffness(situation: Situation, nodes: Indices) -> float:

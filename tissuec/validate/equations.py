@@ -116,7 +116,7 @@ class Equations:
         self.contact = None if touching is None else Vicinity(touching)
         self.fields = (
             *(Volume(each) for each in situation.enclosures.values()),
-            *(JetForce(each) for each in situation.jets.values()),
+            *(JetForce(each, network) for each in situation.jets.values()),
             *(() if self.contact is None else (self.contact,)),
         )
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")

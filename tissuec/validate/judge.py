@@ -4,7 +4,8 @@ What is promised are positions, by the tolerance; and since an integrator that l
 wrong even where positions look right, the energy ledger must close to the same tolerance.
 Velocities, forces and times of events follow from positions with factors of their own (spring
 constants, frequencies): they are told, with what positions within the promise would allow,
-and not judged.
+and not judged. The exception is the force on a tool that touches nothing, which depends on no
+position of a body.
 """
 
 from typing import Literal

@@ -2,8 +2,8 @@
 
 The law is that of docs/numerics.md (Irrigation): momentum flux J = ρ Q² / (π d²/4), a Gaussian
 profile u = √(2 J / π ρ) / b exp(-r²/b²) with b² = b0² + (k s)², an element of area A pressed
-along its normal with ρ φ A cos²θ V. Triangles are divided as the scene's jet says, with three
-points in each part.
+along its normal with ρ φ A cos²θ V. Edges of triangles are divided into parts no longer than
+b0, with three points in each part.
 """
 
 from functools import cache
@@ -15,10 +15,13 @@ from scipy import sparse
 
 if TYPE_CHECKING:
     from tissuec.jets import Jet
+    from tissuec.network import Network
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 # Constants of the law; docs/numerics.md lists them.
+MOST_PARTS = 16  # of an edge; a jet is widened where it would need more
+SHADE_WIDTH, SHADE_HEIGHT = 0.4, 0.35  # blur of shades over b0, and over a triangle's height
 SHADE_DEPTH = 0.5  # of the blur: how far behind a triangle its shade is full
 SHADE_BEGINS, SHADE_ENDS = 0.3, 0.7  # covered parts of the jet between which it goes out
 GRAZING = 0.2  # cos θ below which shades fade
@@ -43,15 +46,23 @@ class JetForce:
 
     Args:
         jet: Read for its numbers, its course, and the triangles that it may meet.
+        network: Read for positions as drawn, which decide how triangles are divided.
     """
 
-    def __init__(self, jet: "Jet"):
+    def __init__(self, jet: "Jet", network: "Network"):
         self._jet = jet
         skin = jet.skin
+        drawn = network.position[skin.corners]
+        edges = np.sqrt(((drawn - drawn[:, [1, 2, 0]]) ** 2).sum(axis=2)).max(axis=1)
+        heights = 2.0 * facing(drawn, np.zeros(3))[0] / np.maximum(edges, 1e-300)
+        self._width = max(jet.bore / np.sqrt(2.0), edges[skin.struck].max() / MOST_PARTS)
+        blur = np.minimum(SHADE_WIDTH * self._width, SHADE_HEIGHT * heights)
+        # Less a little: rounding must not divide equal triangles differently.
+        parts = np.clip(np.ceil(edges / self._width - 1e-9), 1, MOST_PARTS).astype(int)
         self._chosen = np.flatnonzero(skin.whole)
         self._corners, self._side = skin.corners[self._chosen], skin.side[self._chosen]
-        self._struck, self._blur = skin.struck[self._chosen], skin.blur[self._chosen]
-        tables = [points_of(int(parts)) for parts in skin.parts[self._chosen]]
+        self._struck, self._blur = skin.struck[self._chosen], blur[self._chosen]
+        tables = [points_of(each) for each in parts[self._chosen]]
         self._owner = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
         self._shares = np.concatenate([*tables, np.zeros((0, 3))])
         self._parts = np.bincount(self._owner, minlength=len(tables))
@@ -74,7 +85,7 @@ class JetForce:
         """Return distance ahead [m], width b [m] and ξ of points, shape (…,), (…,), (…, 2)."""
         arm = points - beam.start
         ahead = arm @ beam.along
-        width = np.sqrt(self._jet.width**2 + (self._jet.growth * ahead) ** 2)
+        width = np.sqrt(self._width**2 + (self._jet.growth * ahead) ** 2)
         beside = np.stack([arm @ beam.first, arm @ beam.second], axis=-1)
         return ahead, width, beside / width[..., None]
 
