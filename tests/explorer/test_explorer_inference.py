@@ -9,6 +9,7 @@ from tests.explorer.vocabularies import facts, of_file, vocabulary
 from tissuec.core.resources import library
 from tissuec.core.units import DIMENSION_NAMES, show, shown_units
 from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.operators import CHOICES
 from tissuec.scene.tissues import why
 
 SEEDS = range(60)
@@ -74,7 +75,7 @@ def test_random_vocabularies_meet_what_they_are_meant_to_meet():
     kinds = [key for page in pages for row in page["shapes"] for key in row]
     assert min(kinds.count(kind) for kind in ("xs", "sigma", "exponent")) > 30
     rules = [rules for page in pages for rules in page["rules"]]
-    assert {r["operators"]["result"] for r in rules} == {"centre of gravity", "weighted mean"}
+    assert {r["operators"]["result"] for r in rules} == set(CHOICES["result"])
     assert any(r["otherwise"] for r in rules) and not all(r["otherwise"] for r in rules)
     scales = [scale for page in pages for scale in page["properties"]]
     assert any(scale["log"] for scale in scales) and any(scale["unit"] for scale in scales)

@@ -169,7 +169,7 @@ class Writer:
             f"conjunction is {choose(['minimum', 'product'])}",
             f"disjunction is {choose(['maximum', 'probabilistic sum'])}",
             f"implication is {choose(['minimum', 'product'])}",
-            f"result is {choose(['centre of gravity', 'centre of gravity', 'weighted mean'])}",
+            f"result is {choose(['centre of gravity', 'weighted mean', 'gradual mean'])}",
             *(self.rule() for _ in range(self.random.randint(1, 12))),
         ]
         return f"rules {name} {{\n  {BREAK.join(lines)}\n}}"

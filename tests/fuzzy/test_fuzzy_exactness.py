@@ -146,6 +146,16 @@ RANGES = [
 ]
 
 
+def each_is(condition, negated=False):
+    """Yield for each ``is`` whether it is negated, its property and its word."""
+    kind, *rest = condition
+    if kind == "is":
+        yield negated, *rest
+    else:
+        for part in rest:
+            yield from each_is(part, negated != (kind == "not"))
+
+
 class System:
     """A random rule base, and the same thing in rational numbers."""
 
@@ -218,14 +228,17 @@ class System:
 
     def exact(self, quantity, places):
         """Return the exact coordinate of a quantity, or None where no rule fires."""
-        strongest = {}
+        strongest, every = {}, []
         for condition, conclusions, weight in self.rules:
             degree = Fraction(weight) * self.truth(condition, places)
             if quantity in conclusions and degree > 0:
                 pairs = tuple(self.sets[quantity][conclusions[quantity]])
                 strongest[pairs] = max(degree, strongest.get(pairs, 0))
+                every.append((pairs, degree, self.gone(condition, places)))
         if not strongest:
             return None
+        if self.operators.result == "gradual mean":
+            return self.gradual(every, *map(Fraction, self.axes[quantity].bounds))
         terms = [(rational(pairs), degree) for pairs, degree in strongest.items()]
         if self.operators.result == "weighted mean":
             middles = [(pairs[1][0] + pairs[2][0]) / 2 for pairs, _ in terms]
@@ -233,6 +246,31 @@ class System:
             return sum(m * d for m, (_, d) in zip(middles, terms, strict=True)) / total
         low, high = map(Fraction, self.axes[quantity].bounds)
         return exact_centre(terms, low, high, self.operators.implication)
+
+    def gradual(self, every, low, high):
+        """Return the mean of middles that move up to half of their way to the nearer end."""
+        total = moment = Fraction(0)
+        for pairs, degree, gone in every:
+            middle = (Fraction(pairs[1][0]) + Fraction(pairs[2][0])) / 2
+            side = (middle > (low + high) / 2) - (middle < (low + high) / 2)
+            end = high if side > 0 else low
+            total += degree
+            moment += degree * (middle + abs(side) * gone / 2 * (end - middle))
+        return moment / total
+
+    def gone(self, condition, places):
+        """Return the mean over all tests of how far facts are beyond what is fully true."""
+        far = []
+        for negated, name, word in each_is(condition):
+            low, high = map(Fraction, self.axes[name].bounds)
+            start, end = (Fraction(self.sets[name][word][k][0]) for k in (1, 2))
+            place, share = places[name], Fraction(0)
+            if not negated and start <= low and place < end:
+                share = (end - place) / (end - low)
+            elif not negated and end >= high and place > start:
+                share = (place - start) / (high - start)
+            far.append(share)
+        return sum(far) / len(far)
 
     def truth(self, condition, places):
         kind, *rest = condition

@@ -1,6 +1,7 @@
 """Rule bases: what fires, what it concludes, and what is said when nothing can be."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -235,6 +236,30 @@ def test_the_joining_words_mean_what_the_operators_say(operators, conjoined, dis
     ):
         told = base(rule(condition, viscosity="low"), operators=operators).infer(facts)
         assert told["viscosity"].fired[0].degree == pytest.approx(degree)
+
+
+def test_gradual_rules_change_everywhere_along_the_scale_and_count_each():
+    ways = Operators(conjunction="product", result="gradual mean")
+    graded = base(
+        rule(when("hardness", "soft"), viscosity="low"),
+        rule(when("hardness", "medium"), viscosity="medium"),
+        rule(when("hardness", "hard"), viscosity="high"),
+        rule(when("weight", "low"), viscosity="low", weight=0.5),
+        rule(when("weight", "medium"), viscosity="medium", weight=0.5),
+        rule(when("weight", "high"), viscosity="high", weight=0.5),
+        operators=ways,
+    )
+    sliders = [i / 40 for i in range(41)]
+    for weight in (0.0, 0.3, 1.0):
+        found = [
+            value(graded.infer({"hardness": h, "weight": weight})["viscosity"]) for h in sliders
+        ]
+        assert all(a < b for a, b in pairwise(found))
+    # Both rules on "low" count: 1.5 degrees, each half way from its middle to the end.
+    axis = graded.quantities["viscosity"].axis
+    low, middle = axis.bounds[0], word("viscosity", "low").shape.middle
+    least = value(graded.infer({"hardness": 0.0, "weight": 0.0})["viscosity"])
+    assert least == pytest.approx(axis.from_scale((low + middle) / 2), rel=1e-12)
 
 
 def test_a_power_hedge_acts_in_conditions_and_is_refused_in_conclusions():

@@ -35,6 +35,7 @@ class Piecewise {
     const first = ys.indexOf(top);
     const low = xs[first];
     const high = xs[first + ys.filter((y) => y === top).length - 1];
+    this.core = [low, high];
     this.middle = low + (high - low) / 2;
   }
 
@@ -73,6 +74,7 @@ class Gaussian {
     this.mean = mean;
     this.sigma = sigma;
     this.reach = reach;
+    this.core = [mean, mean];
     this.middle = mean;
     this.corners = [mean - reach * sigma, mean, mean + reach * sigma];
   }
@@ -105,6 +107,7 @@ class Powered {
   constructor(base, exponent) {
     this.base = base;
     this.exponent = exponent;
+    this.core = base.core;
     this.middle = base.middle;
     this.corners = base.corners;
   }
@@ -289,6 +292,29 @@ function weightedMean(terms, low, high) {
   return Math.min(Math.max(low + moment / total, low), high);
 }
 
+/** How far a fact has gone from the shoulder of an outer word to the end of its scale, 0 to 1. */
+function progressOf(set, place, [low, high]) {
+  const [start, end] = set.core;
+  if (start <= low && low < end && place < end) return (end - place) / (end - low);
+  if (start < high && high <= end && place > start) return (place - start) / (high - start);
+  return 0;
+}
+
+/** The mean of what each rule concludes; words move up to half of their way to the nearer end. */
+function gradualMean(sayings, low, high) {
+  const centre = low + (high - low) / 2;
+  let total = 0;
+  let moment = 0;
+  for (const [{ middle }, degree, progress] of sayings) {
+    const isCentral = Math.abs(middle - centre) <= 1e-9 * (high - low);
+    const end = middle < centre ? low : high;
+    const place = isCentral ? middle : middle + 0.5 * progress * (end - middle);
+    total += degree;
+    moment += degree * (place - low);
+  }
+  return Math.min(Math.max(low + moment / total, low), high);
+}
+
 // --- scales ---------------------------------------------------------------------------------
 
 /** The coordinate of a value; null where it lies outside the range by more than rounding. */
@@ -344,6 +370,13 @@ function* atomsOf(condition) {
   else for (const operand of condition.slice(1)) yield* atomsOf(operand);
 }
 
+/** For each test whether an odd number of "not" stands before it. */
+function* negationsOf(condition, isNot = false) {
+  const [kind, ...operands] = condition;
+  if (kind === "is") yield isNot;
+  else for (const one of operands) yield* negationsOf(one, (kind === "not") !== isNot);
+}
+
 /** The coordinate of a fact; one that is a corner up to rounding is the corner. */
 function placeOf(base, scale, value) {
   const place = toScale(scale, value);
@@ -382,7 +415,11 @@ function verdictOf(system, base, number, places) {
   if (missing.length) return { degree: 0, degrees, missing: [...new Set(missing)] };
   const rule = base.rules[number];
   const strength = rule.weight * degreeOf(rule.condition, [...degrees], base.operators);
-  return { degree: strength >= system.faintest ? strength : 0, degrees, missing: [] };
+  const gone = [...negationsOf(rule.condition)].map((isNot, i) => (isNot ? 0 : progressOf(
+    system.sets[atoms[i][2]], places.get(atoms[i][1]), system.properties.get(atoms[i][1]).bounds,
+  )));
+  const progress = gone.reduce((a, b) => a + b, 0) / gone.length;
+  return { degree: strength >= system.faintest ? strength : 0, degrees, missing: [], progress };
 }
 
 /** The places of facts: a Map from property to coordinate. Throws where one is out of range. */
@@ -406,9 +443,13 @@ function answerOf(system, base, key, verdicts) {
   const quantity = system.quantities.get(key);
   const bearings = base.bearings.get(key);
   const strongest = new Map(); // by number of the set, so that equal sets count once
+  const sayings = [];
   for (const { rule, shape } of bearings) {
-    const { degree } = verdicts[rule];
-    if (degree > 0) strongest.set(shape, Math.max(degree, strongest.get(shape) ?? 0));
+    const { degree, progress } = verdicts[rule];
+    if (degree > 0) {
+      strongest.set(shape, Math.max(degree, strongest.get(shape) ?? 0));
+      sayings.push([system.sets[shape], degree, progress]);
+    }
   }
   const otherwise = base.otherwise[key];
   if (!strongest.size && otherwise) {
@@ -418,9 +459,11 @@ function answerOf(system, base, key, verdicts) {
   if (!strongest.size) return { source: "none", value: null, strongest, pieces: [] };
   const [low, high] = quantity.bounds;
   const terms = [...strongest].map(([shape, degree]) => [system.sets[shape], degree]);
-  const isMean = base.operators.result === "weighted mean";
-  const pieces = isMean ? [] : envelope(terms, low, high, base.operators.implication);
-  const place = isMean ? weightedMean(terms, low, high) : centreOfGravity(pieces, low, high);
+  const isCentre = base.operators.result === "centre of gravity";
+  const pieces = isCentre ? envelope(terms, low, high, base.operators.implication) : [];
+  let place = centreOfGravity(pieces, low, high);
+  if (base.operators.result === "weighted mean") place = weightedMean(terms, low, high);
+  if (base.operators.result === "gradual mean") place = gradualMean(sayings, low, high);
   return { source: "rules", value: fromScale(quantity, place), strongest, pieces };
 }
 

@@ -28,6 +28,8 @@ class Firing:
         word: The word the rule concludes.
         atoms: Every ``is`` of the condition in written order.
         missing: Properties of the condition without a fact, in written order.
+        progress: How far its facts have gone beyond where outer words are fully true, 0 to 1;
+            counts in a gradual mean.
     """
 
     rule: int
@@ -35,6 +37,7 @@ class Firing:
     word: str
     atoms: tuple[AtomDegree, ...]
     missing: tuple[str, ...] = ()
+    progress: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

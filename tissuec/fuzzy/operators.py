@@ -6,7 +6,7 @@ from typing import Literal, get_args
 Conjunction = Literal["minimum", "product"]
 Disjunction = Literal["maximum", "probabilistic sum"]
 Implication = Literal["minimum", "product"]
-Result = Literal["centre of gravity", "weighted mean"]
+Result = Literal["centre of gravity", "weighted mean", "gradual mean"]
 
 
 @dataclass(frozen=True, slots=True)

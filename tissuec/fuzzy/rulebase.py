@@ -2,22 +2,24 @@
 
 Mamdani inference. A rule fires with the degree of its condition times its weight. A rule speaks
 only if every property it names has a fact, whatever the other facts say; the properties it
-misses are reported. Rules that conclude the same set count once, with the largest degree.
+misses are reported. Rules that conclude the same set count once, with the largest degree; in a
+gradual mean each counts.
 """
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
 from tissuec.fuzzy.conditions import Is, atoms, degree, negations
-from tissuec.fuzzy.duals import snapped
+from tissuec.fuzzy.duals import fsum, snapped
+from tissuec.fuzzy.gradual import Saying, gradual_mean, progress
 from tissuec.fuzzy.inference import AtomDegree, Firing, Inference, NoRule
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rules import Quantity, Rule
-from tissuec.fuzzy.sets import FAINTEST, Powered, Shape
+from tissuec.fuzzy.sets import FAINTEST, AnyShape, Powered, Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,7 @@ class _Verdict:
     degree: float
     atoms: tuple[AtomDegree, ...]
     missing: tuple[str, ...]
+    progress: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,30 +129,48 @@ class RuleBase:
         if len(known) < len(degrees):
             return _Verdict(0.0, told, _unique(a.property for a in told if a.degree is None))
         strength = rule.weight * degree(rule.condition, iter(known), self.operators)
-        return _Verdict(strength if strength >= FAINTEST else 0.0, told, ())
+        far = self._progress(number, places)
+        return _Verdict(strength if strength >= FAINTEST else 0.0, told, (), far)
+
+    def _progress(self, number: int, places: Mapping[str, float]) -> float:
+        """Return how far facts have gone beyond outer words, on average over a condition."""
+        rule, parts = self.rules[number], self._atoms[number]
+        gone = [
+            progress(part.word.shape, places[part.property], self.properties[part.property])
+            for part, is_not in zip(parts, negations(rule.condition), strict=True)
+            if not is_not
+        ]
+        return fsum(gone) / len(parts)
 
     def _conclude(self, name: str, verdicts: Mapping[int, _Verdict]) -> Inference | NoRule:
         fired: list[Firing] = []
         silent: list[Firing] = []
-        strongest: dict[Shape, float] = {}
+        sayings: list[Saying] = []
         for bearing in self._bearings[name]:
             said = verdicts[bearing.rule]
-            firing = Firing(bearing.rule, said.degree, bearing.word, said.atoms, said.missing)
+            firing = Firing(
+                bearing.rule, said.degree, bearing.word, said.atoms, said.missing, said.progress
+            )
             if said.degree > 0.0:
                 fired.append(firing)
-                strongest[bearing.shape] = max(said.degree, strongest.get(bearing.shape, 0.0))
+                sayings.append((bearing.shape, said.degree, said.progress))
             else:
                 silent.append(firing)
         quantity = self.quantities[name]
-        if strongest:
-            value = self._value(strongest, quantity.axis)
+        if sayings:
+            value = self._value(sayings, quantity.axis)
             return Inference(value, "rules", tuple(fired), tuple(silent))
         if quantity.otherwise is not None:
             value = quantity.axis.value_of(quantity.otherwise.shape)
             return Inference(value, "otherwise", (), tuple(silent))
         return NoRule(tuple(silent))
 
-    def _value(self, strongest: Mapping[Shape, float], axis: Axis) -> float:
+    def _value(self, sayings: Sequence[Saying], axis: Axis) -> float:
+        if self.operators.result == "gradual mean":
+            return axis.from_scale(gradual_mean(sayings, axis))
+        strongest: dict[AnyShape, float] = {}
+        for shape, strength, _ in sayings:
+            strongest[shape] = max(strength, strongest.get(shape, 0.0))
         terms = list(strongest.items())
         low, high = axis.bounds
         if self.operators.result == "weighted mean":
