@@ -7,7 +7,8 @@ from typing import Any, Literal
 from tissuec.core.units import LENGTH, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
-from tissuec.scene.model import Given, Tissue
+from tissuec.scene.evidence import KNOWN, UNVERIFIED
+from tissuec.scene.model import Given, Known, Tissue
 from tissuec.scene.quantities import Spread
 from tissuec.scene.resolve import Words
 
@@ -51,13 +52,14 @@ class Row:
     """One entry of the table of a tissue.
 
     Attributes:
-        kind: A property that is written, a quantity that comes of it, or a law of springs.
+        kind: A property that is written, a quantity that comes of it, a law of springs, or
+            evidence.
         value: As it is written, or with its unit.
         how: Where it is from; of a property the number that its word stands for.
         reasons: One at least.
     """
 
-    kind: Literal["property", "quantity", "law"]
+    kind: Literal["property", "quantity", "law", "known"]
     name: str
     value: str
     how: str
@@ -79,7 +81,22 @@ def tissue_rows(tissue: Tissue) -> list[Row]:
             Row("law", word, law.name, "", (_at(law.span.place),))
             for word, law in tissue.laws.items()
         ),
+        *(
+            Row(
+                "known",
+                f"{KNOWN} {one.quantity.name}",
+                one.shown,
+                cited(one),
+                (_at(one.span.place),),
+            )
+            for one in tissue.known
+        ),
     ]
+
+
+def cited(known: Known) -> str:
+    """Return the source of evidence, and whether it could not be looked up."""
+    return known.source if known.is_verified else f"{known.source} ({UNVERIFIED})"
 
 
 def _at(place: str) -> Reason:
@@ -110,7 +127,20 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
             word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
             for word, law in tissue.laws.items()
         },
+        "known": [_known(one) for one in tissue.known],
         "missing": dict(tissue.missing),
+    }
+
+
+def _known(known: Known) -> dict[str, Any]:
+    return {
+        "quantity": known.quantity.name,
+        "stated": list(known.stated),
+        "low": known.low,
+        "high": known.high,
+        "source": known.source,
+        "verified": known.is_verified,
+        "place": known.span.place,
     }
 
 

@@ -215,6 +215,7 @@ _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
     VISCOSITY: ((1e-6, "uN*s/m"), (1e-3, "mN*s/m"), (1.0, "N*s/m")),
     ENERGY: ((1e-9, "nJ"), (1e-6, "uJ"), (1e-3, "mJ"), (1.0, "J")),
     VELOCITY: ((1e-3, "mm/s"), (1.0, "m/s")),
+    PRESSURE: ((1.0, "Pa"), (1e3, "kPa"), (1e6, "MPa"), (1e9, "GPa")),
 }
 
 

@@ -10,7 +10,7 @@ FOLLOWING: dict[tuple[str, str], tuple[str, ...]] = {
     ("", "expect"): (
         "at", "from", "to", "until", "over", "between", "and", "or", "not", "along", "of",
     ),
-    ("tissue", ""): ("is", "in", "of", "between", "and", "per"),
+    ("tissue", ""): ("is", "in", "of", "between", "and", "per", "from", "to", "by"),
     ("law", ""): ("is", "of"),
     ("body", ""): ("is", "where"),
     ("region", ""): ("is",),

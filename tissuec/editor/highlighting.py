@@ -211,7 +211,12 @@ def _inside(kind: str) -> list[Rule]:
             return _block(_logged(known), _entries(known), _braces(surface))
         case "tissue" | "law":
             own = _rule(rf"{_START}({_RUN})", {1: "entry"})
-            return _block(_entries(known), own, _braces(_block(*_laws())))
+            evidence = _rule(
+                rf"{_START}(known)\s+({_any(terms.KNOWN_TERMS)})", {1: "entry", 2: "entry"}
+            )
+            source = _listed_behind("by", terms.SOURCE_TERMS, "word")
+            entries = (evidence, source, _entries(known), own)
+            return _block(*entries, _braces(_block(*_laws())))
         case "body":
             return _block(_mesh(), _region(), _made_of(), _entries(known))
         case _:

@@ -21,6 +21,7 @@ from tissuec.editor.terms import Block, Term, Terms
 from tissuec.lang.words import JOINING_WORDS, RESERVED, TIME_WORDS
 from tissuec.measures import MEASURES
 from tissuec.scene.declarations import NAMED, TOP_LEVEL
+from tissuec.scene.evidence import KNOWN
 from tissuec.verbs import VERBS
 
 #: Kinds of names that numbers, and that orders, are about.
@@ -332,6 +333,8 @@ class _Reading:
     def _named_with(self, entry: str) -> Expected:
         if entry == "region":
             return Expected(declares="region")
+        if entry == KNOWN:
+            return Expected((t.KNOWN_TERMS,))
         if entry == "adjust":
             return Expected((t.adjusted(),), ("param",))
         if self.block.kind == "learn" and entry in ("against column", "write"):
@@ -469,6 +472,8 @@ class _Reading:
                 return self._number()._replace(dimension=units.TIME)
             case "tissue" | "law" if word == "in":
                 return Expected(names=("rules",))
+            case "tissue" if word == "by":
+                return Expected((t.SOURCE_TERMS,))
             case "tissue" if word == "per":
                 return self._number()._replace(dimension=units.LENGTH)
             case "joint":
@@ -583,7 +588,8 @@ class _Reading:
             return units.TIME
         if self.behind_where:
             return units.LENGTH
-        term = t.entries(self.block).get(self.subject)
+        entries = t.KNOWN_TERMS if self.subject == KNOWN else t.entries(self.block)
+        term = entries.get(self.object if self.subject == KNOWN else self.subject)
         if term is not None and term.dimension is not None:
             return term.dimension
         return self.measure

@@ -38,7 +38,7 @@ from tissuec.scene.learn_entries import (
     LearnSettings,
 )
 from tissuec.scene.parameters import CONSTANTS
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import KNOWABLE, QUANTITIES
 from tissuec.scene.scales import SHAPES
 from tissuec.scene.schema import Entry, entries_of
 from tissuec.scene.words import DIRECTIONS
@@ -217,7 +217,9 @@ def _of_material(kind: str) -> Terms:
     if kind == "region":
         own = _meant("region", {"prestress": " = "})
         return own | {"prestress": quantities["prestress"]}
-    own = _meant("tissue", {"about": IN_QUOTES, "described": " in ", **forms}, **laws)
+    own = _meant(
+        "tissue", {"about": IN_QUOTES, "described": " in ", "known": " ", **forms}, **laws
+    )
     if kind == "law":
         return {name: own[name] for name in (*laws, *forms)}
     return own | quantities
@@ -424,6 +426,16 @@ COUNTED = plain(CHOICE, ["nodes", "springs", "pieces"])
 RUN = plain(CHOICE, ["run"], "The whole run.")
 COLUMNS = plain(ENTRY, ["columns"], 'Which columns the table has: with columns "id x y z".')
 SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
+KNOWN_TERMS = {
+    key: Term(
+        quantity.name, ENTRY, f"{describe(quantity.dimension)}, as a source has it",
+        f'known {quantity.name} from … to … by "…"', " from ", quantity.dimension,
+    )
+    for key, quantity in KNOWABLE.items()
+}  # fmt: skip
+SOURCE_TERMS = _by_label(
+    [Term("unverified", CHOICE, "The source could not be looked up.", "", IN_QUOTES)]
+)
 QUANTITY_TERMS = _by_label(
     Term(quantity.name, CHOICE, describe(quantity.dimension))
     for quantity in QUANTITIES.values()

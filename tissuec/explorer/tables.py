@@ -28,6 +28,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import RESERVED
 from tissuec.provenance import belonging
+from tissuec.scene.evidence import KNOWN
 from tissuec.scene.laws import BY_ENTRY
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.resolve import Words
@@ -219,7 +220,8 @@ def _without(default: float | None) -> str:
 
 def _cannot_be_said(key: str) -> str:
     """Return why no tissue can be described by a property, because of its name."""
-    if key in QUANTITIES or key in BY_ENTRY or key in ("about", "described"):
+    begins_evidence = key.split(" ")[0] == KNOWN
+    if key in QUANTITIES or key in BY_ENTRY or key in ("about", "described") or begins_evidence:
         return f'in a tissue, "{key}" is an entry of another kind'
     return ""
 

@@ -34,6 +34,7 @@ ENTRIES = {
     "tissue": {
         "about": "Says in one sentence what the tissue is, and where its numbers are from.",
         "described": "Names the rules that know the words of this tissue: described in RULES.",
+        "known": "Evidence: what a source says of a quantity, as a range or a number.",
         "spring law": "What replaces the linear springs, by name.",
         "viscosity law": "What replaces the linear dashpots, by name.",
         "spring force": "A formula for the force of a spring of its elongation e.",
@@ -98,7 +99,7 @@ RESERVED = {
     "every": "The time between repetitions or samples.",
     "until": "Up to here: a time, or the end of a plateau of a scale.",
     "after": "A time after the beginning of the block around it.",
-    "by": "How far, by which factor, or by which part the truth may differ.",
+    "by": "How far, by which factor, by which part the truth may differ, or by which source.",
     "with": "What something is done with: a tool, a force, a knot, columns.",
     "along": "In which direction, or along which path.",
     "across": "Kept for later versions; it cannot stand inside a name.",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from tissuec.core.source import Source, Span
+from tissuec.core.units import show
 from tissuec.instruments import Instrument, Shape
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
@@ -17,6 +18,9 @@ from tissuec.scene.learn_model import WrittenLesson
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import Quantity, Spread
 from tissuec.scene.vocabulary import Vocabulary
+
+#: By which part the truth may differ from a single number that is known.
+ABOUT = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +53,43 @@ class Given:
     how: str
     span: Span
     fired: tuple[Fired, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What is known of one quantity of a tissue: evidence.
+
+    Attributes:
+        stated: A number, or the limits of a range, in SI units.
+        source: As it is named.
+        is_verified: Whether the source could be looked up.
+    """
+
+    quantity: Quantity
+    stated: tuple[float, ...]
+    source: str
+    is_verified: bool
+    span: Span
+
+    @property
+    def low(self) -> float:
+        return min(self._limits)
+
+    @property
+    def high(self) -> float:
+        return max(self._limits)
+
+    @property
+    def _limits(self) -> tuple[float, ...]:
+        if len(self.stated) > 1:
+            return self.stated
+        return self.stated[0] * (1.0 - ABOUT), self.stated[0] * (1.0 + ABOUT)
+
+    @property
+    def shown(self) -> str:
+        """Return the range, or the number, with its unit."""
+        dimension = self.quantity.dimension
+        return " to ".join(show(value, dimension, digits=4) for value in self.stated)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +127,7 @@ class Tissue:
 
     Attributes:
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
+        known: Evidence, quantity by quantity.
     """
 
     name: str
@@ -95,6 +137,7 @@ class Tissue:
     given: Mapping[str, Given]
     missing: Mapping[str, str]
     laws: WrittenLaws
+    known: tuple[Known, ...]
     span: Span
 
 

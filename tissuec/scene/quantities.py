@@ -13,6 +13,7 @@ from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 #: Keys of quantities of matter that others depend on.
 YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
 RETARDATION_TIME = "retardation time"
+SHEAR_MODULUS = "shear modulus"
 Spread = Literal["each spring", "each node", "whole body", "matter"]
 
 
@@ -116,6 +117,11 @@ QUANTITIES: dict[str, Quantity] = {
         _matter("breaking strain", units.NUMBER, "fraction force", "strength", none=inf),
         _matter("strength", units.PRESSURE, "fraction force", "strength", none=inf),
     )
+}
+#: What can be known of matter: its quantities, and what only a laboratory measures.
+KNOWABLE: dict[str, Quantity] = {
+    **{key: quantity for key, quantity in QUANTITIES.items() if quantity.is_of_matter},
+    SHEAR_MODULUS: _matter("shear modulus", units.PRESSURE, "", ""),
 }
 #: Those that messages list: of the branches of a spring, the first one stands for all.
 LISTED = tuple(

@@ -13,10 +13,17 @@ from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.evidence import (
+    KNOWN,
+    is_evidence,
+    read_known,
+    refuse_contradiction,
+    warn_of_contradictions,
+)
 from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
 from tissuec.scene.laws import BY_ENTRY, read_law
-from tissuec.scene.model import Fact, Fired, Given, Tissue, WrittenLaw
+from tissuec.scene.model import Fact, Fired, Given, Known, Tissue, WrittenLaw
 from tissuec.scene.quantities import LISTED, QUANTITIES, rivals
 from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word, reading
@@ -41,6 +48,7 @@ class _Written:
     facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
     numbers: dict[str, Given] = field(default_factory=dict)
     laws: dict[str, WrittenLaw] = field(default_factory=dict)
+    known: dict[str, list[Known]] = field(default_factory=dict)
     inherited: "_Written | None" = None
 
     def heir(self) -> "_Written":
@@ -50,6 +58,7 @@ class _Written:
             facts=dict(self.facts),
             numbers=dict(self.numbers),
             laws=dict(self.laws),
+            known=dict(self.known),
             inherited=self,
         )
 
@@ -86,6 +95,8 @@ class TissueReader:
             if written.inherited is not None:
                 self._warn_of_words_without_effect(written, written.inherited, answers)
         assert isinstance(declared.item, s.Block)
+        known = tuple(one for several in written.known.values() for one in several)
+        warn_of_contradictions(known, given, declared.item.head, self.findings)
         vocabulary = written.rules.name if written.rules else ""
         return Tissue(
             declared.name.text,
@@ -95,6 +106,7 @@ class TissueReader:
             given,
             missing,
             written.laws,
+            known,
             declared.item.head,
         )
 
@@ -145,6 +157,9 @@ class TissueReader:
                 "TIS303", "this cannot stand in a tissue", item.span, hint=hint
             )
         assert isinstance(item, _NAMED)
+        if is_evidence(item.name) and isinstance(item, s.Sentence | s.Assign):
+            self._evidence(item, written, entries)
+            return
         key = "about" if item.name.words.lower() == "about" else item.name.key
         key = key if law is None else law.word
         if key in entries:
@@ -171,6 +186,18 @@ class TissueReader:
         else:
             self._unknown(item.name, written.rules, declared)
 
+    def _evidence(
+        self, item: s.Sentence | s.Assign, written: _Written, entries: dict[str, Span]
+    ) -> None:
+        """Add evidence; what the parent has on the same quantity is left out."""
+        known = read_known(item, self.scope)
+        key, entry = s.key_of(known.quantity.name), f"{KNOWN} {known.quantity.name}"
+        if entry not in entries:
+            written.known[key] = []
+        entries[entry] = item.span
+        refuse_contradiction(known, written.known[key], self.findings)
+        written.known[key].append(known)
+
     def _replace_rivals(
         self, item: s.Sentence | s.Assign, key: str, written: _Written, entries: dict[str, Span]
     ) -> None:
@@ -190,7 +217,7 @@ class TissueReader:
     def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
         self.findings.pass_over_doubtful(name.key)
-        known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, "described", "about")
+        known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about")
         hint = alternatives(name.key, known, what="entries")
         if rules is not None:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '

@@ -1,0 +1,89 @@
+"""Evidence of a tissue: what is known, whom it is inherited from, and what contradicts it."""
+
+import pytest
+
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.pipeline import Request, read_words
+from tissuec.provenance import as_dict, cited, tissue_rows
+
+LIVER = """
+  Young's modulus = 5.5 kPa
+  density = 1060 kg/m^3
+  known Young's modulus from 3 kPa to 7 kPa by "A"
+  known Young's modulus from 5 kPa to 9 kPa by unverified "B"
+  known density = 1.06 g/cm^3 by "C"
+"""
+
+
+def read(*tissues):
+    return read_words(Request(Source("t.tis", "\n".join(["language 1", *tissues]))))
+
+
+def codes(*tissues):
+    """Return the codes that are told about tissues, errors and warnings."""
+    try:
+        _, diagnostics = read(*tissues)
+    except CompileError as error:
+        diagnostics = error.diagnostics
+    return [one.code for one in diagnostics]
+
+
+def test_evidence_is_kept_with_its_source_in_si_units():
+    words, warnings = read(f"tissue liver {{ {LIVER} }}")
+    first, second, third = words.tissues["liver"].known
+    assert not warnings
+    assert (first.low, first.high, first.source, first.is_verified) == (3e3, 7e3, "A", True)
+    assert not second.is_verified
+    # A single number stands for 5 % around it.
+    assert (third.low, third.high) == pytest.approx((0.95 * 1060, 1.05 * 1060), rel=1e-12)
+
+
+def test_a_child_inherits_what_it_has_no_evidence_of_its_own_for():
+    words, _ = read(
+        f"tissue liver {{ {LIVER} }}",
+        "tissue scar like liver { Young's modulus = 25 kPa; "
+        'known Young\'s modulus from 20 kPa to 30 kPa by "D" }',
+    )
+    known = words.tissues["scar"].known
+    assert [(one.quantity.name, one.source) for one in known] == [
+        ("Young's modulus", "D"),
+        ("density", "C"),
+    ]
+    assert len(words.tissues["liver"].known) == 3
+
+
+@pytest.mark.parametrize(
+    ("entry", "told"),
+    [
+        ("Young's modulus = 5 kPa", []),
+        ("Young's modulus = 9 kPa", []),  # limits belong to a range
+        ("Young's modulus = 9.01 kPa", ["W208"]),
+        ("Young's modulus = 4.99 kPa", ["W208"]),
+        ("spring constant = 5 N/m", []),
+    ],
+)
+def test_a_number_is_told_where_it_lies_outside_of_what_is_known(entry, told):
+    assert (
+        codes(f'tissue t {{ {entry}; known Young\'s modulus from 5 kPa to 9 kPa by "A" }}')
+        == told
+    )
+
+
+# The middle one has something in common with both others, which have nothing with each other.
+@pytest.mark.parametrize("second", ["from 5 kPa to 9 kPa", "= 7.3 kPa"])
+def test_evidence_has_to_leave_a_number(second):
+    ranges = ("from 3 kPa to 7 kPa", second, "from 8 kPa to 9 kPa")
+    known = [f'known strength {one} by "{n}"' for n, one in enumerate(ranges)]
+    assert codes(f"tissue t {{ {'; '.join(known[:2])} }}") == []
+    assert codes(f"tissue t {{ {'; '.join(known)} }}") == ["TIS207"]
+
+
+def test_explain_names_evidence_and_its_sources():
+    words, _ = read(f"tissue liver {{ {LIVER} }}")
+    liver = words.tissues["liver"]
+    rows = [(row.name, row.value, row.how) for row in tissue_rows(liver) if row.kind == "known"]
+    assert rows[1] == ("known Young's modulus", "5 kPa to 9 kPa", "B (unverified)")
+    assert cited(liver.known[0]) == "A"
+    plain = as_dict(words, [liver])["tissues"]["liver"]["known"]
+    assert [one["verified"] for one in plain] == [True, False, True]

@@ -1,0 +1,152 @@
+"""Evidence: what is known of a tissue, and by which source.
+
+known Young's modulus from 3 kPa to 7 kPa by "Roulot et al. 2008"
+known density = 1.06 g/cm^3 by unverified "Duck 1990"
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import NoReturn
+
+from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.fields import Measure
+from tissuec.core.names import key_of
+from tissuec.core.source import Span
+from tissuec.core.units import show, suggested_unit
+from tissuec.lang import syntax as s
+from tissuec.scene import schema
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
+from tissuec.scene.given import limits_of
+from tissuec.scene.model import Given, Known
+from tissuec.scene.quantities import KNOWABLE, OF_MATTER, POISSONS_RATIO, QUANTITIES, Quantity
+
+KNOWN, UNVERIFIED = "known", "unverified"
+_SOURCE = 'by "AUTHOR YEAR"'
+_CITE = f'cite it as {_SOURCE}, or as by {UNVERIFIED} "AUTHOR YEAR" if it was not looked up'
+
+
+def is_evidence(name: s.Name) -> bool:
+    """Return whether an entry of a tissue with this name is evidence."""
+    return name.words.lower().split(" ")[0] == KNOWN
+
+
+def read_known(item: s.Sentence | s.Assign, scope: Scope) -> Known:
+    """Return the evidence that an entry is, or reject the item."""
+    quantity = _quantity(item.name, scope)
+    forms = ["from", "to"] if isinstance(item, s.Sentence) else []
+    words = [clause.word for clause in item.clauses]
+    if words == forms:
+        message = f"the source of what is known of {quantity.name} is missing"
+        scope.findings.reject("TIS304", message, item.span, hint=_CITE)
+    if words != [*forms, "by"] or not _is_plain(item):
+        scope.findings.reject(
+            "TIS312", "evidence is a range or a number, and its source", item.span,
+            hint=f"for example: {_example(quantity)}",
+        )  # fmt: skip
+    source, is_verified = _source(item.clauses[-1], scope)
+    values = [clause.value for clause in item.clauses[:-1]]
+    values += [item.value] if isinstance(item, s.Assign) else []
+    kind, what = _limits(quantity), f"known {quantity.name}"
+    stated = tuple(schema.read_value(kind, value, scope, what=what) for value in values)
+    if len(stated) > 1 and stated[0] >= stated[1]:
+        low, high = item.clauses[0].span, item.clauses[1].span
+        backwards = (
+            f"from {item.clauses[1].value.span.text} to {item.clauses[0].value.span.text}"
+        )
+        scope.findings.reject(
+            "TIS308", "a range runs from a smaller number to a larger one", low.to(high),
+            hint=Hint(f'write "{backwards}"', Edit(backwards)) if stated[0] > stated[1]
+            else f'write "known {quantity.name} = …" for a single number',
+        )  # fmt: skip
+    return Known(quantity, stated, source, is_verified, item.span)
+
+
+def _is_plain(item: s.Sentence | s.Assign) -> bool:
+    if isinstance(item, s.Assign):
+        return not (item.keyword or item.bounds)
+    return item.phrase is None
+
+
+def _quantity(name: s.Name, scope: Scope) -> Quantity:
+    key = key_of(name.key.removeprefix(KNOWN))
+    if key in KNOWABLE:
+        return KNOWABLE[key]
+    names = [quantity.name for quantity in KNOWABLE.values()]
+    if key not in QUANTITIES:
+        message = (
+            f'"{key}" is not a quantity of matter'
+            if key
+            else "the quantity that is known is missing"
+        )
+        hint = alternatives(key, names, what="quantities")
+    else:
+        message = f'evidence is about matter, and "{key}" belongs to single springs or nodes'
+        instead = [KNOWABLE[one].name for one in OF_MATTER[key]]
+        hint = f"quantities: {', '.join(instead or names)}"
+    scope.findings.reject("TIS303", message, name.span, hint=hint)
+
+
+def _limits(quantity: Quantity) -> Measure:
+    """Return what can be known: also of what no mesh has, such as a Poisson's ratio of 1/2."""
+    if key_of(quantity.name) == POISSONS_RATIO:
+        return Measure(quantity.dimension, above=-1.0, at_most=0.5)
+    return limits_of(quantity)
+
+
+def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
+    """Return the source that a clause names, and whether it could be looked up."""
+    name = clause.value
+    if isinstance(name, s.Name) and name.quoted and name.words.lower() in ("", UNVERIFIED):
+        return name.quoted, not name.words
+    scope.findings.reject("TIS312", "a source stands in quotes", clause.span, hint=_CITE)
+
+
+def _example(quantity: Quantity) -> str:
+    unit = suggested_unit(quantity.dimension)
+    low, high = (f"{number} {unit}".rstrip() for number in ("0.3", "0.4"))
+    return f"{KNOWN} {quantity.name} from {low} to {high} {_SOURCE}"
+
+
+def refuse_contradiction(known: Known, others: Iterable[Known], findings: Findings) -> None:
+    """Reject evidence that has no number in common with other evidence on the quantity."""
+    for other in others:
+        if known.high < other.low or other.high < known.low:
+            _contradiction(known, other, findings)
+
+
+def _contradiction(known: Known, other: Known, findings: Findings) -> NoReturn:
+    findings.reject(
+        "TIS207",
+        f"the evidence on {known.quantity.name} contradicts itself: {known.shown}, and "
+        f"{other.shown}",
+        known.span,
+        hint="write one range that includes both, or leave one of them out",
+        notes=(Note("the other one", other.span),),
+    )
+
+
+def warn_of_contradictions(
+    known: Iterable[Known], given: Mapping[str, Given], head: Span, findings: Findings
+) -> None:
+    """W208: a number of a tissue, written or concluded, lies outside of what is known.
+
+    Args:
+        head: Of the tissue, whose words may conclude the number.
+    """
+    for one in known:
+        number = given.get(key_of(one.quantity.name))
+        if number is None or one.low <= number.value <= one.high:
+            continue
+        places = [Note(f'known by "{one.source}"', one.span)]
+        if number.how != "written":
+            places.append(Note("concluded here", number.span))
+        is_none = number.value == one.quantity.none
+        value = show(number.value, one.quantity.dimension, digits=4)
+        findings.add(
+            "W208",
+            f"{one.quantity.name} {'is none' if is_none else f'= {value}'} contradicts what is "
+            f"known: {one.shown}",
+            number.span if number.how == "written" else head,
+            hint="change the number or the words, or write evidence on this tissue of its own",
+            notes=tuple(places),
+        )
