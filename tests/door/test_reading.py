@@ -148,7 +148,8 @@ def test_words_lead_to_the_rules_of_the_vocabulary():
     assert origin.how == "rules"
     assert origin.span.source.name == "fuzzy/soft_tissue.tis"
     assert origin.span.text.startswith("if ")
-    assert list(trajectory.sources) == ["fuzzy/soft_tissue.tis", "tissues/muscle.tis", "scene"]
+    files = ["fuzzy/words.tis", "fuzzy/soft_tissue.tis", "tissues/muscle.tis", "scene"]
+    assert list(trajectory.sources) == files
 
 
 def test_a_closed_result_says_that_it_is_closed():

@@ -72,6 +72,11 @@ HARMLESS = {
     "SLIGHT": "step of differences for a matrix of Newton's method; no force has it",
     "np.zeros_like(to)": "is zero",
     "np.zeros(len(first))": "is zero",
+    "np.zeros((len(touch.node), 3))": "is zero",
+    "look(3 * touches.nodes[k], first, last, x, v, touches)": "counts bends of laws, by which "
+    "errors are weighed; no force has them",
+    "np.einsum('ni,nj->nij', arm[line, 0], arm[line, 0])": "makes a matrix of rank 2 invertible",
+    "np.linalg.det(inertia)": "tells flat triangles from others",
     "LEFT": "tells steps in which a spring turns over",
     "STIFFEST": "keeps slopes of dashpots finite; no force has it",
     "survey": "lists the triangles that a jet may reach; a longer list changes nothing",

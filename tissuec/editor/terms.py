@@ -89,7 +89,8 @@ class Block(NamedTuple):
 
 
 def _by_label(terms: Iterable[Term]) -> Terms:
-    return {term.label: term for term in terms}
+    """Return terms by what they are looked up as: "young's modulus"."""
+    return {term.label.lower(): term for term in terms}
 
 
 def plain(kind: str, labels: Iterable[str], about: str = "") -> Terms:

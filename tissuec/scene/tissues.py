@@ -8,6 +8,7 @@ from tissuec.core.errors import Edit, Hint, Note, alternatives, proposal
 from tissuec.core.fields import Measure
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
+from tissuec.fuzzy.gradual import FARTHEST
 from tissuec.fuzzy.inference import Firing, Inference, NoRule
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
@@ -342,7 +343,11 @@ class TissueReader:
     def _concluded(self, rules: Rules, key: str, answer: Inference) -> Given:
         scale = self.vocabulary.quantities[key]
         fired = sorted(answer.fired, key=lambda firing: -firing.degree)
-        shown = tuple(Fired(f.word, f.degree, _atoms(f), rules.spans[f.rule]) for f in fired)
+        is_gradual = rules.base.operators.result == "gradual mean"
+        shown = tuple(
+            Fired(f.word, f.degree, _atoms(f) + is_gradual * _moved(f), rules.spans[f.rule])
+            for f in fired
+        )
         if shown:
             span = shown[0].span
         else:
@@ -443,6 +448,12 @@ def _properties(answer: Inference | NoRule) -> set[str]:
 
 def _value(answer: Inference | NoRule) -> float | None:
     return answer.value if isinstance(answer, Inference) else None
+
+
+def _moved(firing: Firing) -> str:
+    """Return how far a gradual rule moves its word: ``; moved 25 % outward``."""
+    share = FARTHEST * firing.progress
+    return f"; moved {share:.0%} outward".replace("%", " %") if share > 0.0 else ""
 
 
 def _atoms(firing: Firing) -> str:

@@ -54,8 +54,21 @@ def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
     def scale(declared: Declared) -> ScaleReader:
         return ScaleReader(declared.name, declared.item, scope)
 
+    concluded = {
+        key: _concluded(declared.item) for key, declared in declarations.of("rules").items()
+    }
+
     def rules(declared: Declared) -> Rules:
-        return RulesReader(declared.name, declared.item, words, scope).read()
+        # A quantity belongs to the rules that conclude it; one that none concludes, to all.
+        own = concluded[declared.name.key]
+        known = {
+            key: scale
+            for key, scale in words.quantities.items()
+            if key in own or not any(key in those for those in concluded.values())
+        }
+        return RulesReader(
+            declared.name, declared.item, replace(words, quantities=known), scope
+        ).read()
 
     words = Vocabulary(
         declarations.read_each("hedge", lambda d: read_hedge(d.item, scope), findings),
@@ -66,6 +79,13 @@ def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
     if findings.failures > failures:
         return words  # rules would only repeat what is wrong with the scales
     return replace(words, rules=declarations.read_each("rules", rules, findings))
+
+
+def _concluded(block: s.Item) -> set[str]:
+    """Return the quantities that a ``rules`` block concludes, by lower-case name."""
+    assert isinstance(block, s.Block)
+    rules = (item for item in block.items if isinstance(item, s.Rule))
+    return {part.quantity.key for rule in rules for part in rule.conclusions}
 
 
 class RulesReader:

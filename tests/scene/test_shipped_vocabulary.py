@@ -1,0 +1,120 @@
+"""The shipped vocabulary of matter: every word and hedge counts, in the right direction."""
+
+import random
+from functools import cache
+
+import pytest
+
+from tissuec.core.resources import library
+from tissuec.core.source import Source
+from tissuec.fuzzy.hedges import Shift, hedged, moves
+from tissuec.pipeline import Request, compile_request, read_words
+
+#: What grows (1) or falls (-1) with each property.
+LEADS = {
+    "hardness": {"young's modulus": 1, "breaking strain": -1},
+    "elasticity": {"retardation time": -1, "breaking strain": 1},
+    "weight": {"density": 1},
+    "shiftability": {"young's modulus": -1, "retardation time": 1},
+    "consistency": {"young's modulus": 1, "breaking strain": -1},
+}
+
+
+@cache
+def vocabulary():
+    return read_words(Request.file(library() / "fuzzy" / "soft_matter.tis"))[0].vocabulary
+
+
+def concluded(facts):
+    answers = vocabulary().rules["soft matter"].base.infer(facts)
+    return {key: answer.value for key, answer in answers.items()}
+
+
+@pytest.mark.parametrize("name", LEADS)
+def test_sliders_change_conclusions_strictly_monotonically(name):
+    source = random.Random(name)
+    for _ in range(1000):
+        facts = {key: source.random() for key in LEADS}
+        less, more = sorted((source.random(), source.random()))
+        one, other = (concluded(facts | {name: at}) for at in (less, more))
+        for quantity, sign in LEADS[name].items():
+            assert sign * (other[quantity] - one[quantity]) > 0.0
+
+
+@pytest.mark.parametrize("name", LEADS)
+def test_every_hedge_of_every_word_changes_a_conclusion_in_its_direction(name):
+    words = vocabulary()
+    scale = words.properties[name].scale
+    low, high = scale.axis.bounds
+    facts = dict.fromkeys(LEADS, 0.4)
+    for shape in scale.words.values():
+        plain = concluded(facts | {name: scale.axis.value_of(shape)})
+        for hedge in words.hedges.values():
+            assert isinstance(hedge, Shift)
+            if not moves(hedge, shape, scale.axis):
+                # Only a word in the middle of its scale has no end that is nearer.
+                assert shape.middle == pytest.approx((low + high) / 2)
+                continue
+            at = scale.axis.value_of(hedged([hedge], shape, scale.axis))
+            other = concluded(facts | {name: at})
+            upward = (shape.middle > (low + high) / 2) == (hedge.direction == "outward")
+            for quantity, sign in LEADS[name].items():
+                assert (sign if upward else -sign) * (other[quantity] - plain[quantity]) > 0.0
+
+
+def test_stronger_hedges_move_further():
+    words = vocabulary()
+    order = ["extremely", "very", "markedly", None, "rather", "slightly", "hardly"]
+    scale = words.properties["hardness"].scale
+    found = []
+    for hedge in order:
+        chosen = [words.hedges[hedge]] if hedge else []
+        at = scale.axis.value_of(hedged(chosen, scale.words["soft"], scale.axis))
+        found.append(concluded(dict.fromkeys(LEADS, 0.4) | {"hardness": at})["young's modulus"])
+    assert found == sorted(set(found))
+
+
+TWO = """language 1
+use "tissues/liver"
+use "fuzzy/soft_matter"
+tissue gland {
+  described in soft matter
+  hardness is soft; elasticity is medium; weight is medium
+  shiftability is low; consistency is SMOOTH
+}
+body one { mesh is lattice { BOX }; tissue is gland }
+body two { mesh is lattice { BOX }; tissue is liver }
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+""".replace(
+    "BOX",
+    "kind is sodium chloride; cell = 5 mm; box from (0, 0, 0) mm to (5, 5, 5) mm; "
+    "reach is second neighbours;",
+)
+
+
+def read(text):
+    return compile_request(Request(Source("two.tis", text, None)))
+
+
+def test_two_vocabularies_stand_in_one_scene_and_each_concludes_its_own_quantities():
+    compiled, _ = read(TWO.replace("SMOOTH", "smooth"))
+    matter, springs = (compiled.scene.tissues[name] for name in ("gland", "liver"))
+    assert set(matter.given) == {
+        "young's modulus", "retardation time", "density", "breaking strain",
+    }  # fmt: skip
+    assert set(springs.given) == {"spring constant", "viscosity", "mass", "fraction force"}
+    alone, _ = read(
+        "\n".join(line for line in TWO.splitlines() if "body one" not in line).replace(
+            "SMOOTH", "smooth"
+        )
+    )
+    own = compiled.network.stiffness[len(compiled.network.stiffness) // 2 :]
+    assert (own == alone.network.stiffness).all()
+
+
+def test_a_hedge_of_a_word_in_the_middle_is_warned_of():
+    _, diagnostics = read(
+        TWO.replace("SMOOTH", "smooth").replace("is medium;", "is very medium;")
+    )
+    assert [one.code for one in diagnostics].count("W205") == 1
