@@ -75,7 +75,7 @@ HARMLESS = {
     "np.zeros((len(touch.node), 3))": "is zero",
     "look(3 * touches.nodes[k], first, last, x, v, touches)": "counts bends of laws, by which "
     "errors are weighed; no force has them",
-    "np.einsum('ni,nj->nij', arm[line, 0], arm[line, 0])": "makes a matrix of rank 2 invertible",
+    "np.einsum('ni,nj->nij', arm[line, 0], arm[line, 0])": "makes a matrix invertible",
     "np.linalg.det(inertia)": "tells flat triangles from others",
     "LEFT": "tells steps in which a spring turns over",
     "STIFFEST": "keeps slopes of dashpots finite; no force has it",
