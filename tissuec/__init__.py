@@ -1,6 +1,7 @@
 """tissuec: words for tissue into physics, and physics into motion that can be trusted.
 
-From Python: ``tissuec.run("tube.tis")``, ``load``, ``check`` and ``compile``. What stands
+From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile`` and
+``modes``. What stands
 behind these names is imported when one of them is used for the first time.
 """
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
         TissueError,
         TissueWarning,
     )
-    from tissuec.door import check, compile, load, run
+    from tissuec.door import check, compile, load, modes, run
     from tissuec.results.errors import PlaceError, ResultError
     from tissuec.results.trajectory import Trajectory
 
@@ -36,11 +37,12 @@ __all__ = [
     "check",
     "compile",
     "load",
+    "modes",
     "run",
 ]
 
 _HOMES = {
-    "tissuec.door": ("check", "compile", "load", "run"),
+    "tissuec.door": ("check", "compile", "load", "modes", "run"),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
     "tissuec.results.trajectory": ("Trajectory",),
 }

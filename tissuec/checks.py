@@ -4,7 +4,6 @@ All of them are warnings about scenes that can be run but may not mean what thei
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from tissuec import topology
 from tissuec.compiler import Compiled
 from tissuec.compiling.points import extents
-from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.errors import Diagnostic, Note, SimulationError, counted
 from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
@@ -21,6 +20,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.plan import RELAXATION
+from tissuec.running.failing import explain_action
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.situation import Situation
@@ -411,16 +411,27 @@ def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
     return tuple(tissues.values())
 
 
-def situation_at_start(compiled: Compiled) -> Situation:
-    """Return the situation after the events of the script at 0 s; nothing settles."""
+def situation_at_start(compiled: Compiled, *, settles: bool = False) -> Situation:
+    """Return the situation after the events of the script at 0 s.
+
+    Args:
+        settles: Whether what is told to settle does; otherwise it stays as it is drawn.
+
+    Raises:
+        SimulationError: It ``settles``, and a run would end here.
+    """
     plan = compiled.plan
     situation = Situation.start(
         compiled.network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
     )
     for event in plan.events:
-        if event.time == 0.0 and not isinstance(event.action, Settle):
-            with suppress(Failed):  # what cannot be done then ends a run, and is told there
-                event.action.apply(situation, _Forgetful())
+        if event.time > 0.0 or (isinstance(event.action, Settle) and not settles):
+            continue
+        try:
+            event.action.apply(situation, _Forgetful())
+        except Failed as failure:  # a run tells it in its own words
+            if settles:
+                raise SimulationError(explain_action(failure, situation)) from failure
     return situation
 
 

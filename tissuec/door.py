@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
     from tissuec.running.companion import Mode
     from tissuec.running.run import Outcome
+    from tissuec.vibration.modes import Modes
 
 #: The text of a scene, or the file that holds it.
 Scene: TypeAlias = "str | os.PathLike[str]"
@@ -160,6 +161,48 @@ def compile(
     for finding in found:
         _warn(str(finding))
     return compiled
+
+
+def modes(
+    scene: Scene,
+    *,
+    body: str | None = None,
+    count: int = 10,
+    above: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "Modes":
+    """Return the natural modes of a scene about its state at 0 s, the lowest first.
+
+    Args:
+        scene: As in `run`, like ``params``, ``libraries`` and ``more``.
+        body: The only body that moves; everything else stays where it is.
+        count: How many, if there are as many.
+        above: Leave out the modes at and below this frequency [Hz]; 0 leaves out those that
+            nothing resists.
+        out: A result file to write, which plays each mode for a second.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        SimulationError: What happens at 0 s ends a run, or the modes could not be computed.
+        TissueError: There is no such body, or nothing can move.
+        PlaceError: The result cannot be written there.
+    """
+    from tissuec.pipeline import compile_request, manifest_of
+    from tissuec.vibration.scene import scene_modes
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    result = scene_modes(compiled, body=body, count=count, above=above)
+    if out is not None:
+        from tissuec.vibration.frames import write_modes
+
+        write_modes(result, compiled, Path(out), manifest_of(compiled, request))
+    return result
 
 
 def _request(

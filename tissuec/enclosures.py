@@ -167,12 +167,12 @@ class Enclosure:
             where: Any = (..., self.corners[:, corner], slice(None))
             np.add.at(to, where, forces[..., corner, :])
 
-    def stiffness(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
-        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m].
+    def resistance(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
+        """Return √(K/V0) ∂V/∂x of each cell [(N/m)^½], shape (3 size, cell).
 
         Args:
             number: Of each node of the scene among those that may move, -1 for others.
-            size: How many may move; the matrix is of shape (3 size, 3 size).
+            size: How many may move.
         """
         from scipy.sparse import csr_matrix, diags
 
@@ -181,7 +181,15 @@ class Enclosure:
         moves = rows >= 0
         entries = self.gradient(position)[moves], (rows[moves], cells[moves])
         ways = csr_matrix(entries, shape=(3 * size, self.cell_count))
-        return csr_matrix(ways @ diags(self.modulus / self.drawn) @ ways.T)
+        return csr_matrix(ways @ diags(np.sqrt(self.modulus / self.drawn)))
+
+    def stiffness(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
+        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m].
+
+        The matrix is of shape (3 size, 3 size); arguments are those of ``resistance``.
+        """
+        ways = self.resistance(position, number, size)
+        return ways @ ways.T
 
     def bending(
         self, time: float, position: Floats, number: Indices, size: int

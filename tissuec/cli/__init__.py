@@ -16,6 +16,7 @@ COMMANDS = {
     "check": "Find mistakes without simulating.",
     "fmt": "Lay scenes out in one canonical way.",
     "explain": "Say where every number of a scene comes from, or what a code means.",
+    "modes": "Print natural frequencies, damping and free motions of a scene.",
     "words": "List the words of a vocabulary and what they stand for.",
     "validate": "Compare a run with SciPy's solvers.",
     "learn": "Fit parameters or words of a scene to measured data.",

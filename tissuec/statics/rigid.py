@@ -42,6 +42,11 @@ class Piece:
     nodes: Indices
     anchors: Indices
 
+    @property
+    def unknowns(self) -> Indices:
+        """Return where the coordinates of its nodes are among those of all, shape (3 n,)."""
+        return (3 * self.nodes[:, None] + np.arange(3)).ravel()
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Freedom:
@@ -76,15 +81,19 @@ class Freedom:
         return before + arm
 
 
-def pieces(balance: Balance) -> tuple[Piece, ...]:
-    """Return the pieces of the free nodes; nodes without springs that act belong to none."""
+def pieces(balance: Balance, *, lone: bool = False) -> tuple[Piece, ...]:
+    """Return the pieces of the free nodes.
+
+    Args:
+        lone: Whether a node without springs that act is a piece, too.
+    """
     free, outer = balance.ends >= 0, balance.outer_ends
     inner = free.all(axis=1)
     labels = topology.pieces(len(balance.free), balance.ends[inner])
     to_anchor = free.any(axis=1) & ~inner
     beside = labels[balance.ends[to_anchor].max(axis=1)]
     anchors = outer[to_anchor][~free[to_anchor]]
-    joined = np.zeros(len(labels), dtype=bool)
+    joined = np.full(len(labels), lone)
     joined[balance.ends[free]] = True
     order = np.argsort(labels, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
@@ -105,7 +114,7 @@ class NeutralMotions:
 
     def __init__(self, freedoms: tuple[Freedom, ...], mass: Floats):
         self.freedoms, self._mass = freedoms, mass
-        self.basis = _assembled(freedoms, len(mass))
+        self.basis = assembled(freedoms, len(mass))
 
     @classmethod
     def of(cls, balance: Balance, x: Floats, mass: Floats | None = None) -> Self:
@@ -116,12 +125,13 @@ class NeutralMotions:
         """
         mass = balance.mass if mass is None else mass
         position = balance.bars(x).position
-        touched = balance.touched(position)
+        touched, load = balance.touched(position), balance.present_load
         found = (
-            _freedom(balance, piece, x[piece.nodes], position[piece.anchors], mass[piece.nodes])
+            _freedom(piece, x[nodes], position[piece.anchors], mass[nodes], load[nodes])
             for piece in pieces(balance)
+            for nodes in (piece.nodes,)
             # What presses on a piece resists, or takes part in its motion.
-            if not touched[piece.nodes].any()
+            if not touched[nodes].any()
         )
         return cls(tuple(freedom for freedom in found if freedom.motion.shape[1]), mass)
 
@@ -179,18 +189,27 @@ class NeutralMotions:
         chosen = []
         for freedom in self.freedoms:
             _, _, order = qr(freedom.motion.T, mode="economic", pivoting=True)
-            chosen.append(_unknowns(freedom.piece)[order[: freedom.motion.shape[1]]])
+            chosen.append(freedom.piece.unknowns[order[: freedom.motion.shape[1]]])
         return np.concatenate([np.zeros(0, dtype=np.int64), *chosen])
 
 
-def _unknowns(piece: Piece) -> Indices:
-    """Return the unknowns of a piece, shape (3 n,)."""
-    return (3 * piece.nodes[:, None] + np.arange(3)).ravel()
+def rigid_motions(balance: Balance, x: Floats) -> tuple[Freedom, ...]:
+    """Return how pieces can move as a whole, whatever loads and contact do then.
+
+    Args:
+        x: Where the free nodes are [m], shape (free, 3).
+    """
+    position = balance.bars(x).position
+    found = (
+        _freedom(piece, x[piece.nodes], position[piece.anchors], balance.mass[piece.nodes])
+        for piece in pieces(balance, lone=True)
+    )
+    return tuple(freedom for freedom in found if freedom.motion.shape[1])
 
 
-def _assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
+def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
     """Return the motions of all pieces side by side, shape (3 count, motion)."""
-    rows = [np.repeat(_unknowns(f.piece), f.motion.shape[1]) for f in freedoms]
+    rows = [np.repeat(f.piece.unknowns, f.motion.shape[1]) for f in freedoms]
     first = np.cumsum([0, *(f.motion.shape[1] for f in freedoms)])
     columns = [
         np.tile(np.arange(start, stop), 3 * len(f.piece.nodes))
@@ -203,10 +222,10 @@ def _assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
 
 
 def _freedom(
-    balance: Balance, piece: Piece, x: Floats, anchors: Floats, mass: Floats
+    piece: Piece, x: Floats, anchors: Floats, mass: Floats, load: Floats | None = None
 ) -> Freedom:
-    """Return how a piece can move as a whole at no cost."""
-    twists = _neutral_twists(balance, piece, x, anchors)
+    """Return how a piece can move as a whole at no cost, loads included if there are any."""
+    twists = _neutral_twists(x, anchors, np.zeros_like(x) if load is None else load)
     turning = np.linalg.svd(twists[3:], full_matrices=False)
     is_axis = INDEPENDENT * turning.S.max(initial=0.0) < turning.S
     return Freedom(
@@ -217,7 +236,7 @@ def _freedom(
     )
 
 
-def _neutral_twists(balance: Balance, piece: Piece, x: Floats, anchors: Floats) -> Floats:
+def _neutral_twists(x: Floats, anchors: Floats, load: Floats) -> Floats:
     """Return the twists (v, ω) of a piece that cost no energy, shape (6, motion)."""
     middle = x.mean(axis=0)
     size = max(float(np.abs(x - middle).max()), 1e-300)
@@ -227,7 +246,6 @@ def _neutral_twists(balance: Balance, piece: Piece, x: Floats, anchors: Floats) 
     moves = _velocities((x - middle) / size) @ twists
     _, sizes, kept = np.linalg.svd(moves, full_matrices=False)
     twists = twists @ kept[sizes > INDEPENDENT * np.sqrt(len(x))].T
-    load = balance.present_load[piece.nodes]
     limit = NEUTRAL * float(np.abs(load).sum())
     if limit > 0.0 and twists.shape[1]:
         twists = twists @ _free_of_work(twists, load, (x - middle) / size, limit)
