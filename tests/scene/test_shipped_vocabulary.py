@@ -74,6 +74,32 @@ def test_stronger_hedges_move_further():
     assert found == sorted(set(found))
 
 
+def presets():
+    files = sorted((library() / "matter").glob("*.tis"))
+    return {k: t for f in files for k, t in read_words(Request.file(f))[0].tissues.items()}
+
+
+def test_presets_of_different_words_have_different_numbers():
+    numbers = {
+        name: tuple(sorted((key, given.value) for key, given in tissue.given.items()))
+        for name, tissue in presets().items()
+    }
+    assert len(numbers) > 20
+    assert len(set(numbers.values())) == len(numbers)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((library() / "matter").glob("*.tis")), ids=lambda p: p.stem
+)
+def test_a_preset_of_matter_is_complete_and_agrees_with_what_is_known(path):
+    words, diagnostics = read_words(Request.file(path))
+    assert not diagnostics
+    for tissue in words.tissues.values():
+        assert not tissue.missing
+        assert {"young's modulus", "density", "retardation time"} <= tissue.given.keys()
+        assert {"breaking strain", "strength"} & tissue.given.keys()
+
+
 TWO = """language 1
 use "tissues/liver"
 use "fuzzy/soft_matter"
