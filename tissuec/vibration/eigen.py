@@ -64,10 +64,12 @@ def lowest(
 
 
 def count_below(operator: Operator, known: csc_matrix, limit: float) -> int | None:
-    """Return how many eigenvalues are below a limit [1/s²], known ones included.
+    """Return how many eigenvalues are below a limit above 0 [1/s²], known ones included.
 
     None if rounding does not allow to tell.
     """
+    if operator.size == known.shape[1]:
+        return operator.size
     if operator.size <= DENSE:
         return int((_all(operator, known).values < limit).sum()) + known.shape[1]
     try:

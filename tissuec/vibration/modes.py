@@ -225,6 +225,7 @@ def _notes(
 ) -> Iterator[str]:
     """Yield what is to be known of the modes."""
     situation, unknowns = net.situation, net.operator.size
+    zero = ZERO * net.operator.top
     yield from _out_of_balance(situation, chosen)
     whole = Balance(situation, chosen)
     touched = int(whole.touched(whole.bars(whole.start).position).sum())
@@ -242,10 +243,12 @@ def _notes(
         if not found:
             yield f"there is no mode above {above:g} Hz"
     elif found and found[-1].frequency == 0.0 and len(found) == count < unknowns:
-        limit = 10.0 * ZERO * net.operator.top
-        total = count_below(net.operator, rigid, limit)
-        many = "more" if total is None else f"{total}"
-        yield f"there are {many} modes of frequency 0; --above 0 leaves them out"
+        total = count_below(net.operator, rigid, 10.0 * zero)
+        if total is None:
+            yield "there are more modes of frequency 0 than these; --above 0 leaves them out"
+        else:
+            free = total - sum(mode.kind == "unstable" for mode in found)
+            yield f"there are {free} modes of frequency 0; --above 0 leaves them out"
 
 
 def _out_of_balance(situation: Situation, chosen: NDArray[np.bool_]) -> Iterator[str]:
