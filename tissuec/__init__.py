@@ -1,8 +1,7 @@
 """tissuec: words for tissue into physics, and physics into motion that can be trusted.
 
-From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile`` and
-``modes``. What stands
-behind these names is imported when one of them is used for the first time.
+From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes`` and
+``examine``. What stands behind these names is imported when one of them is first used.
 """
 
 from importlib import import_module
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
         TissueError,
         TissueWarning,
     )
-    from tissuec.door import check, compile, load, modes, run
+    from tissuec.door import check, compile, examine, load, modes, run
     from tissuec.results.errors import PlaceError, ResultError
     from tissuec.results.trajectory import Trajectory
 
@@ -36,13 +35,14 @@ __all__ = [
     "__version__",
     "check",
     "compile",
+    "examine",
     "load",
     "modes",
     "run",
 ]
 
 _HOMES = {
-    "tissuec.door": ("check", "compile", "load", "modes", "run"),
+    "tissuec.door": ("check", "compile", "examine", "load", "modes", "run"),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
     "tissuec.results.trajectory": ("Trajectory",),
 }

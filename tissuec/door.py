@@ -21,6 +21,7 @@ from tissuec.core.errors import (
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
+    from tissuec.lab.laboratory import Examination
     from tissuec.overriding import Given
     from tissuec.pipeline import Request
     from tissuec.results.trajectory import Trajectory
@@ -203,6 +204,43 @@ def modes(
 
         write_modes(result, compiled, Path(out), manifest_of(compiled, request))
     return result
+
+
+def examine(
+    scene: Scene,
+    *,
+    tissue: str | None = None,
+    spacing: float | None = None,
+    thickness: float | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "list[Examination]":
+    """Return what tissues are found to be in a virtual laboratory, as ``tissuec lab`` does.
+
+    Args:
+        scene: A text or a file with tissues.
+        tissue: Which one; otherwise those that bodies are made of, or all of the file.
+        spacing: Length of cells, if quantities of the tissue belong to springs [m].
+        thickness: Of strips of a sheet [m]; bars are tested without it.
+        params, libraries, more: As those of `run`.
+
+    Raises:
+        CompileError: The text is wrong, or no coupon can be made of a tissue.
+        TissueError: There is no such tissue, or nothing of it can be measured.
+    """
+    from tissuec.lab.laboratory import SPACING, chosen
+    from tissuec.lab.laboratory import examine as examine_one
+    from tissuec.pipeline import read_words
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    words, found = read_words(request)
+    for finding in found:
+        _warn(str(finding))
+    return [
+        examine_one(request, one, spacing=spacing or SPACING, thickness=thickness)
+        for one in chosen(words, tissue, request.source)
+    ]
 
 
 def _request(

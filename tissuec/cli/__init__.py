@@ -19,6 +19,7 @@ COMMANDS = {
     "modes": "Print natural frequencies, damping and free motions of a scene.",
     "words": "List the words of a vocabulary and what they stand for.",
     "validate": "Compare a run with SciPy's solvers.",
+    "lab": "Test tissues in a virtual laboratory, beside what is known of them.",
     "learn": "Fit parameters or words of a scene to measured data.",
     "compare": "Say what differs between two runs or scenes.",
     "bench": "Measure time against error, beside other solvers.",

@@ -141,15 +141,31 @@ def find_words(name: str, folders: Sequence[Path] = ()) -> Path:
     Raises:
         TissueError: There is none.
     """
+    return _find(name, ("",), folders, "vocabulary")
+
+
+def find_tissues(name: str, folders: Sequence[Path] = ()) -> Path:
+    """Return a file with tissues as ``find_words`` does; "liver" is short for "tissues/liver".
+
+    Raises:
+        TissueError: There is none.
+    """
+    return _find(name, ("", "tissues/"), folders, "file or shipped tissue")
+
+
+def _find(name: str, inside: Sequence[str], folders: Sequence[Path], what: str) -> Path:
+    """Return the file of a name, which is looked for in these folders of each library."""
     bare, shipped = name.removesuffix(SUFFIX), resources.library()
-    inside = [folder / f"{bare}{SUFFIX}" for folder in (*folders, shipped)]
-    places = (Path(name), Path(bare + SUFFIX), *inside)
+    further = [
+        folder / f"{part}{bare}{SUFFIX}" for folder in (*folders, shipped) for part in inside
+    ]
+    places = (Path(name), Path(bare + SUFFIX), *further)
     found = next((place for place in places if place.is_file()), None)
     if found is not None:
         return found
     names = [one.relative_to(shipped).with_suffix("") for one in shipped.glob(f"*/*{SUFFIX}")]
     hint = nearby(Path(name), SUFFIX) or did_you_mean(bare, [one.as_posix() for one in names])
     raise TissueError(
-        f'there is no vocabulary "{name}"; '
+        f'there is no {what} "{name}"; '
         + (hint or 'name a file, or one of those that "tissuec library" lists')
     )

@@ -1,0 +1,150 @@
+"""``tissuec lab``"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tissuec.cli.common import (
+    DONE,
+    FAILED,
+    Command,
+    Settings,
+    aligned,
+    echo,
+    print_json,
+    report,
+    scene_options,
+)
+
+if TYPE_CHECKING:
+    from tissuec.lab.laboratory import Examination, Row
+
+HEADS = ("test", "quantity", "coarse", "fine", "given", "known", "verdict")
+LEAST = (14, 18, 12, 12, 12, 12)
+
+
+def _length(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    from tissuec.core.units import LENGTH
+    from tissuec.plots.options import reader
+
+    try:
+        found = None if text is None else reader(LENGTH)(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
+    if found is not None and found <= 0.0:
+        raise click.BadParameter("it must be above 0 m")
+    return found
+
+
+@click.command(cls=Command)
+@click.argument("file")
+@click.option("--tissue", metavar="NAME", help="Examine this tissue only.")
+@click.option(
+    "--thickness",
+    metavar="LENGTH",
+    callback=_length,
+    help='Test strips of a sheet of this thickness, such as "1 mm", and not bars.',
+)
+@click.option(
+    "--spacing",
+    metavar="LENGTH",
+    callback=_length,
+    default="2.5 mm",
+    show_default=True,
+    help="Length of cells, for tissues whose quantities belong to springs.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Write the table and the stress-strain curves to this folder, as CSV files.",
+)
+@scene_options
+def command(
+    settings: Settings, file: str, tissue: str | None, thickness: float | None, spacing: float,
+    out: Path | None, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
+) -> int:  # fmt: skip
+    """Test the tissues of FILE in a virtual laboratory.
+
+    FILE is a text with tissues, a scene, or a shipped tissue such as liver. Each tissue is
+    drawn, compressed, sheared, torn and let go on a coarse and on a fine coupon, and what is
+    measured stands beside what the tissue says and what is known of it. Exits with 1 if a
+    measurement is outside of what is known by more than 5 %, or if the coupons differ by more
+    than that.
+
+    \b
+    tissuec lab liver
+    tissuec lab my_tissues.tis --tissue scar --out measured
+    """
+    from tissuec.lab.laboratory import chosen, examine
+    from tissuec.pipeline import Request, read_words
+    from tissuec.scene.library import find_tissues
+
+    path = find_tissues(file, libraries)
+    request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
+    words, warnings = read_words(request)
+    if not settings.json:
+        report(warnings, settings)
+    found: list[Examination] = []
+    for one in chosen(words, tissue, request.source):
+        found.append(examine(request, one, spacing=spacing, thickness=thickness))
+        if not settings.json:
+            _print(found[-1])
+    if out is not None:
+        from tissuec.lab.tables import write_tables
+
+        for name in write_tables(found, out):
+            settings.say(f"wrote {name}")
+    if settings.json:
+        print_json({"ok": all(one.is_good for one in found), "tissues": [*map(as_dict, found)]})
+    return DONE if all(one.is_good for one in found) else FAILED
+
+
+def _print(found: "Examination") -> None:
+    coupons = " and ".join(coupon.shown() for coupon in found.coupons)
+    echo(f"\n{found.tissue.name}   ({found.tissue.span.place})   coupons of {coupons} cells")
+    for line in aligned([HEADS, *map(_cells, found.rows)], LEAST):
+        echo(f"  {line}")
+    for note in found.notes:
+        echo(f"  {note}")
+    wrong = sum(not row.is_good for row in found.rows)
+    echo(f"  {f'{wrong} of {len(found.rows)} rows are wrong' if wrong else 'no contradiction'}")
+
+
+def _cells(row: "Row") -> tuple[str, ...]:
+    given = "" if row.given is None else row.shown(row.given)
+    known = ", ".join(one.shown for one in row.known)
+    values = (row.shown(row.coarse), row.shown(row.fine))
+    return row.test, row.quantity, *values, given, known, row.verdict
+
+
+def as_dict(found: "Examination") -> dict[str, Any]:
+    """Return an examination as plain data, in SI units."""
+    return {
+        "tissue": found.tissue.name,
+        "place": found.tissue.span.place,
+        "ok": found.is_good,
+        "coupons": [coupon.shown() for coupon in found.coupons],
+        "rows": [
+            {
+                "test": row.test,
+                "quantity": row.quantity,
+                "coarse": row.coarse,
+                "fine": row.fine,
+                "given": row.given,
+                "known": [
+                    {"low": one.low, "high": one.high, "source": one.source,
+                     "verified": one.is_verified, "place": one.span.place}
+                    for one in row.known
+                ],
+                "verdict": row.verdict,
+                "ok": row.is_good,
+            }
+            for row in found.rows
+        ],
+        "curves": {
+            name: [{"strain": c.strain, "stress": c.stress} for c in curves]
+            for name, curves in zip(("coarse", "fine"), found.curves, strict=True)
+        },
+        "notes": found.notes,
+    }  # fmt: skip

@@ -1,0 +1,273 @@
+"""The laboratory: all tests of a tissue on two coupons, beside what is known of it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import isfinite, nan
+from typing import TypeAlias
+
+from tissuec.core import units
+from tissuec.core.errors import TissueError, did_you_mean
+from tissuec.core.names import key_of
+from tissuec.core.source import Source
+from tissuec.core.units import Dimension, show
+from tissuec.lab import motion, statics
+from tissuec.lab.bench import Bench, Unmeasured
+from tissuec.lab.coupon import Coupon
+from tissuec.lab.statics import Curve, Tension
+from tissuec.pipeline import Request
+from tissuec.provenance import used_tissues
+from tissuec.scene.model import Known, Tissue
+from tissuec.scene.quantities import KNOWABLE
+from tissuec.scene.resolve import Words
+
+SHARE = 0.05  # by which a measurement may be off
+SPACING = 2.5e-3  # [m], where quantities belong to springs
+DEPENDS = "depends on the mesh"
+#: Quantities of tests that no source states as such.
+_OTHERS: dict[str, Dimension] = {"relaxed share": units.NUMBER, "relaxation time": units.TIME}
+#: What a coupon gives, by quantity.
+Values: TypeAlias = dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One quantity that a test measured.
+
+    Attributes:
+        test: Which test.
+        quantity: What it measured.
+        coarse, fine: On either coupon, in SI units; NaN where it was not measured.
+        given: What the tissue says of it, in SI units; None if nothing.
+        known: Evidence on it.
+        verdict: What it contradicts; otherwise "good", or that it depends on the mesh.
+        is_good: Whether it agrees with the evidence, and on both coupons.
+    """
+
+    test: str
+    quantity: str
+    coarse: float
+    fine: float
+    given: float | None
+    known: tuple[Known, ...]
+    verdict: str
+    is_good: bool
+
+    def shown(self, value: float) -> str:
+        """Return a value of this quantity with its unit."""
+        if not isfinite(value):
+            return "-"
+        key = key_of(self.quantity)
+        dimension = _OTHERS[key] if key in _OTHERS else KNOWABLE[key].dimension
+        return show(value, dimension, digits=4)
+
+
+@dataclass(slots=True)
+class Examination:
+    """What a tissue was found to be.
+
+    Attributes:
+        tissue: Which one.
+        coupons: The coarse one and the fine one.
+        rows: One for each quantity of each test.
+        curves: Stress against strain, in compression and in tension, of either coupon.
+        notes: What is to be known of how it was measured.
+    """
+
+    tissue: Tissue
+    coupons: tuple[Coupon, Coupon]
+    rows: list[Row] = field(default_factory=list)
+    curves: list[list[Curve]] = field(default_factory=lambda: [[], []])
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def is_good(self) -> bool:
+        """Return whether nothing contradicts the evidence, or itself."""
+        return all(row.is_good for row in self.rows)
+
+
+def chosen(words: Words, name: str | None, source: Source) -> list[Tissue]:
+    """Return the tissue of a name; otherwise those that bodies are made of, or all of a file.
+
+    Raises:
+        TissueError: There is none.
+    """
+    known = words.tissues
+    if name is not None and key_of(name) not in known:
+        hint = did_you_mean(key_of(name), known) or f"tissues: {', '.join(known)}"
+        raise TissueError(f'there is no tissue "{name}"; {hint}')
+    if name is not None:
+        return [known[key_of(name)]]
+    if words.declarations.of("body"):
+        return used_tissues(words)
+    found = [one for one in known.values() if one.span.source.name == source.name]
+    if not found:
+        raise TissueError(f'"{source.name}" declares no tissue')
+    return found
+
+
+def examine(
+    request: Request,
+    tissue: Tissue,
+    *,
+    spacing: float = SPACING,
+    thickness: float | None = None,
+) -> Examination:
+    """Return what a tissue is found to be in the laboratory.
+
+    Args:
+        request: The text that declares it.
+        spacing: Length of cells, if its quantities belong to springs [m].
+        thickness: Of strips of a sheet [m]; None for bars.
+
+    Raises:
+        TissueError: It says nothing of what its springs are, or nothing that depends on a
+            thickness.
+        CompileError: A coupon cannot be made of it.
+    """
+    bench = Bench(request, tissue, spacing=spacing, thickness=thickness)
+    if not bench.is_of_matter and bench.lacks("spring constant") and not tissue.laws:
+        raise TissueError(
+            f'nothing can be measured of tissue {tissue.name}: it has no "Young\'s modulus"'
+        )
+    if thickness is not None and not bench.is_of_matter:
+        raise TissueError(
+            f"no strips of tissue {tissue.name}: no thickness acts on quantities of springs"
+        )
+    return _Examiner(bench).all()
+
+
+class _Examiner:
+    """One examination, test by test."""
+
+    def __init__(self, bench: Bench):
+        self.bench = bench
+        self.found = Examination(bench.tissue, bench.coupons())
+        self.tensions: list[Tension] = []
+
+    def all(self) -> Examination:
+        """Return what all tests give, those first that others depend on."""
+        self._note_the_mesh()
+        self._test("tension", self._tension)
+        if len(self.tensions) < 2:
+            return self.found  # all others need its modulus
+        if self.bench.thickness is None:
+            self._test("compression", self._compression)
+            self._test("shear", self._shear)
+        self._test("rupture", self._rupture)
+        self._motion()
+        self._tell_of_what_was_left_out()
+        return self.found
+
+    # --- tests --------------------------------------------------------------------------------
+
+    def _tension(self, number: int) -> Values:
+        guess = self.tensions[0].modulus if self.tensions else self.bench.stiffness
+        found = statics.tension(self.bench, self.found.coupons[number], guess)
+        self.tensions.append(found)
+        values = {"Young's modulus": found.modulus, "Poisson's ratio": found.ratio}
+        return values if self.bench.lacks("mass") else {**values, "density": found.density}
+
+    def _compression(self, number: int) -> Values:
+        modulus, curve = statics.compressed(self.bench, self.found.coupons[number])
+        self.found.curves[number].append(curve)
+        return {"Young's modulus": modulus}
+
+    def _shear(self, number: int) -> Values:
+        guess = self.tensions[number].modulus / 3.0
+        return {"shear modulus": statics.shear(self.bench, self.found.coupons[number], guess)}
+
+    def _rupture(self, number: int) -> Values:
+        near = self._near if number else None
+        modulus = self.tensions[number].modulus
+        found = statics.rupture(self.bench, self.found.coupons[number], modulus, near)
+        self._near = found.stress if isfinite(found.stress) else None
+        self.found.curves[number].append(found.curve)
+        return {"breaking strain": found.strain, "strength": found.stress}
+
+    def _motion(self) -> None:
+        """Test how it relaxes if it does, and otherwise how it oscillates."""
+        lacking = [what for what in ("mass", "viscosity") if self.bench.lacks(what)]
+        if lacking:
+            text = f"without tests in motion: the tissue has no {' and no '.join(lacking)}"
+            self.found.notes.append(text)
+        elif self.bench.relaxes:
+            coupons = self.bench.coupons(motion.width_to_hold(self.bench, self.tensions[1]))
+            self._test("ramp and hold", lambda number: self._held(coupons[number], number))
+        else:
+            coupons = self.bench.coupons(motion.width_for(self.bench, self.tensions[1]))
+            self._test("oscillation", lambda number: self._let_go(coupons[number], number))
+
+    def _held(self, coupon: Coupon, number: int) -> Values:
+        found = motion.held(self.bench, coupon, self.tensions[number])
+        return {"relaxed share": found.share, "relaxation time": found.time}
+
+    def _let_go(self, coupon: Coupon, number: int) -> Values:
+        tension = self.tensions[number]
+        found = motion.oscillation(self.bench, coupon, tension)
+        shear = tension.modulus / (2.0 * (1.0 + tension.ratio))
+        return {"retardation time": found.time, "shear viscosity": found.time * shear}
+
+    # --- rows ---------------------------------------------------------------------------------
+
+    def _test(self, name: str, measure: Callable[[int], Values]) -> None:
+        """Add the rows of a test on both coupons."""
+        found: list[Values] = []
+        why = ""
+        for number in range(2):
+            try:
+                found.append(measure(number))
+            except Unmeasured as reason:
+                why = str(reason)
+                found.append({})
+        for quantity in found[0] | found[1] or {"": nan}:
+            self.found.rows.append(
+                self._row(name, quantity, *(v.get(quantity, nan) for v in found), why)
+            )
+
+    def _row(self, test: str, quantity: str, coarse: float, fine: float, why: str) -> Row:
+        key = key_of(quantity)
+        known = tuple(
+            one for one in self.found.tissue.known if key_of(one.quantity.name) == key
+        )
+        given = self.found.tissue.given.get(key)
+        complaints = list(self._complaints(coarse, fine, known, why))
+        good = "good" if self.bench.is_of_matter else DEPENDS
+        return Row(
+            test, quantity, coarse, fine, given.value if given else None, known,
+            "; ".join(complaints) or (good if isfinite(fine) else "none"), not complaints,
+        )  # fmt: skip
+
+    def _complaints(
+        self, coarse: float, fine: float, known: tuple[Known, ...], why: str
+    ) -> Iterator[str]:
+        """Yield what a row contradicts."""
+        if not (isfinite(coarse) and isfinite(fine)):
+            if why or known or isfinite(coarse) or isfinite(fine):
+                yield f"not measured: {why}" if why else "not measured: nothing breaks"
+            return
+        for one in known:
+            if not agrees(fine, one):
+                yield f'contradicts "{one.source}"'
+        apart = abs(fine - coarse) / max(abs(fine), abs(coarse), 1e-300)
+        if self.bench.is_of_matter and apart > SHARE:
+            yield f"the coupons differ by {100.0 * apart:.2g} %"
+
+    def _note_the_mesh(self) -> None:
+        if not self.bench.is_of_matter:
+            at = show(self.bench.spacing, units.LENGTH)
+            self.found.notes.append(
+                "its quantities belong to springs and nodes, so that all of this depends on "
+                f"the mesh: the spacing is {at}, on coupons of two sizes"
+            )
+
+    def _tell_of_what_was_left_out(self) -> None:
+        tested = {key_of(row.quantity) for row in self.found.rows}
+        for one in self.found.tissue.known:
+            if key_of(one.quantity.name) not in tested:
+                self.found.notes.append(f"what is known of {one.quantity.name} was not tested")
+
+
+def agrees(value: float, known: Known) -> bool:
+    """Return whether a measurement agrees with evidence, as well as the laboratory measures."""
+    most = SHARE * abs(value)
+    return known.low - most <= value <= known.high + most
