@@ -183,7 +183,7 @@ def modes(
         count: How many, if there are as many.
         above: Leave out the modes at and below this frequency [Hz]; 0 leaves out those that
             nothing resists.
-        out: A result file to write, which plays each mode for a second.
+        out: A result file to write if there are any, which plays each mode for a second.
 
     Raises:
         CompileError: The text is wrong; the message is all findings with their places.
@@ -199,7 +199,7 @@ def modes(
     for finding in found:
         _warn(str(finding))
     result = scene_modes(compiled, body=body, count=count, above=above)
-    if out is not None:
+    if out is not None and len(result):
         from tissuec.vibration.frames import write_modes
 
         write_modes(result, compiled, Path(out), manifest_of(compiled, request))
