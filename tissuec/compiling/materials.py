@@ -27,9 +27,17 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
+from tissuec.scene.given import LARGEST_SHARE
 from tissuec.scene.laws import LAW_KINDS
 from tissuec.scene.model import Given, Tissue, WrittenLaws
-from tissuec.scene.quantities import OF_MATTER, POISSONS_RATIO, QUANTITIES, YOUNGS_MODULUS
+from tissuec.scene.quantities import (
+    OF_MATTER,
+    POISSONS_RATIO,
+    QUANTITIES,
+    SHARES,
+    YOUNGS_MODULUS,
+    Quantity,
+)
 
 #: An array of the network and where its numbers are from.
 Explained: TypeAlias = tuple[Floats, Provenance]
@@ -198,10 +206,19 @@ class MaterialReader:
             given = [g for g in (self._found(name)[part] for part in parts) if g is not None]
             tables = self.body.tables
             where = tables.springs.name.span if tables and tables.springs else self.body.span
-            example = f"{other} = 1 {suggested_unit(QUANTITIES[other].dimension)}"
+            modulus = [self._found("spring constant")[part] for part in parts]
+            is_matter = any(g is not None and g.quantity.is_of_matter for g in modulus)
+            lacking = QUANTITIES[
+                OF_MATTER[other][0] if is_matter and OF_MATTER[other] else other
+            ]
+            amount = (
+                "20 %" if lacking.name in SHARES else f"1 {suggested_unit(lacking.dimension)}"
+            )
+            example = f"{lacking.name} = {amount}"
+            said_name = given[0].quantity.name if given else name
             self.findings.reject(
                 "TIS304",
-                f"a {name} says nothing without a {other}",
+                f"a {said_name} says nothing without a {lacking.name}",
                 given[0].span if given else where,
                 hint=Hint(
                     f"for example: {example}",
@@ -352,8 +369,12 @@ class MaterialReader:
                 each = each if self.poisson is None else each * self.poisson.of_springs
             case "shear viscosity":
                 each = SHEARS * self._matter(given).stiffness
+            case "flow viscosity":
+                each = self._matter(given).stiffness
             case "retardation time":
                 each = self.stiffness[0]
+            case share if share in SHARES:
+                each = self.stiffness[0] / (1.0 - self._relaxing_beside(given))
             case _:
                 return self._at_strain(given)
         each = given.value * each
@@ -377,26 +398,44 @@ class MaterialReader:
     def _at_strain(self, given: Given) -> Floats:
         """Return the force of springs at their breaking strain [N], shape (spring,)."""
         strain = given.value
-        if key_of(given.quantity.name) == "strength":
+        if key_of(given.quantity.name) in ("strength", "yield stress"):
             strain = given.value / self._modulus_beside(given)
         law, laws = self.laws()
         constant, rest = self.stiffness[0], self.rest[0]
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest).pull(strain * rest)
 
-    def _modulus_beside(self, strength: Given) -> float:
-        """Return the Young's modulus of the tissue that a strength belongs to [Pa]."""
-        for material in self.materials:
-            if material.tissue and strength in material.tissue.given.values():
-                modulus = material.tissue.given.get(YOUNGS_MODULUS)
-                if modulus is not None:
-                    return modulus.value
+    def _relaxing_beside(self, share: Given) -> float:
+        """Return the sum of all shares of the tissue that one belongs to."""
+        given = self._beside_in_tissue(share)
+        total = sum(given[key].value for key in SHARES if key in given)
+        if total > LARGEST_SHARE:
+            self.findings.reject(
+                "TIS309",
+                f"the shares that relax make up {total:.0%} of the modulus".replace("%", " %"),
+                share.span,
+                hint="what does not relax must be left: write smaller shares",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return total
+
+    def _modulus_beside(self, stress: Given) -> float:
+        """Return the Young's modulus of the tissue that a stress belongs to [Pa]."""
+        modulus = self._beside_in_tissue(stress).get(YOUNGS_MODULUS)
+        if modulus is not None:
+            return modulus.value
+        what = stress.quantity
         self.findings.reject(
             "TIS304",
-            "a strength says nothing without a Young's modulus",
-            strength.span,
-            hint="write a breaking strain, or the fraction force of a spring",
+            f"a {what.name} says nothing without a Young's modulus",
+            stress.span,
+            hint=f"write {_instead_of(what)} of a spring",
             notes=(Note(f"used by {self.body.name}", self.body.span),),
         )
+
+    def _beside_in_tissue(self, given: Given) -> Mapping[str, Given]:
+        """Return all quantities of the tissue that one belongs to."""
+        tissues = (m.tissue for m in self.materials if m.tissue is not None)
+        return next(t.given for t in tissues if given in t.given.values())
 
     def _matter(self, given: Given) -> Matter:
         """Return how the matter of the body is shared out, which a quantity asks for."""
@@ -477,6 +516,13 @@ class MaterialReader:
             "or otherwise is … in the vocabulary",
             notes=(Note(f"used by {material.name}", material.span), *notes),
         )
+
+
+def _instead_of(quantity: Quantity) -> str:
+    """Return what of springs, or in words of strain, stands for a stress."""
+    if quantity.instead == "fraction force":
+        return "a breaking strain, or the fraction force"
+    return f"the {quantity.instead}"
 
 
 def _names(key: str) -> list[str]:

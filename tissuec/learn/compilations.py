@@ -3,14 +3,15 @@
 A number of a tissue changes every entry of the arrays that is made of it, whatever shares and
 interfaces do. Compiling is linear in it, so that a small difference gives its derivative to
 rounding, and a net is a sum that nothing is compiled for. It is not linear where the softer of
-two tissues decides, or where a retardation time is learnt beside a Young's modulus.
+two tissues decides, in shares that relax, or where a retardation time is learnt beside a
+Young's modulus.
 """
 
 from tissuec.compiler import Compiled
 from tissuec.learn.changing import Numbers, Place, recompiled
 from tissuec.learn.numbers import Order
 from tissuec.network import Floats
-from tissuec.scene.quantities import RETARDATION_TIME, YOUNGS_MODULUS
+from tissuec.scene.quantities import RETARDATION_TIME, SHARES, YOUNGS_MODULUS
 
 STEP = 2.0**-20  # of a number, by which what is linear in it is derived
 
@@ -31,7 +32,9 @@ class Compilations:
         bodies = compiled.scene.bodies.values()
         self._is_linear = all(body.interface in ("", "mean") for body in bodies)
         # A retardation time is multiplied by a Young's modulus.
-        self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= {w for _, w in first}
+        words = {word for _, word in first}
+        self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= words
+        self._is_linear &= words.isdisjoint(SHARES)
         self._columns: dict[tuple[Place, str], Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None

@@ -7,8 +7,9 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Given
-from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, Quantity
+from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, SHARES, Quantity
 
+LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
 LARGEST_POISSON = 0.499  # at 1/2 a solid would keep its volume exactly, and never move
 
 
@@ -16,6 +17,8 @@ def limits_of(quantity: Quantity) -> Measure:
     """Return between which limits a quantity can be written."""
     if quantity.name == "prestress":
         return Measure(quantity.dimension, above=-10.0, at_most=0.99)
+    if quantity.name in SHARES:
+        return Measure(quantity.dimension, at_least=0.0, at_most=LARGEST_SHARE)
     if key_of(quantity.name) == POISSONS_RATIO:
         return Measure(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
     if quantity.may_be_zero:

@@ -10,6 +10,9 @@ from tissuec.core.names import key_of
 from tissuec.core.units import Dimension
 from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 
+#: Of branches, by their constants: the shares of the modulus that relax.
+SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
+
 #: Keys of quantities of matter that others depend on.
 YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
 RETARDATION_TIME = "retardation time"
@@ -114,6 +117,12 @@ QUANTITIES: dict[str, Quantity] = {
         _matter(
             "shear viscosity", units.PRESSURE_TIME, "viscosity", "damping", may_be_zero=True
         ),
+        *(
+            _matter(share, units.NUMBER, constant, constant, may_be_zero=True)
+            for share, constant in zip(SHARES, CONSTANTS, strict=True)
+        ),
+        _matter("yield stress", units.PRESSURE, LIMIT, LIMIT, none=inf, may_be_zero=True),
+        _matter("flow viscosity", units.PRESSURE_TIME, VISCOSITY, VISCOSITY, none=inf),
         _matter("breaking strain", units.NUMBER, "fraction force", "strength", none=inf),
         _matter("strength", units.PRESSURE, "fraction force", "strength", none=inf),
     )
@@ -125,7 +134,9 @@ KNOWABLE: dict[str, Quantity] = {
 }
 #: Those that messages list: of the branches of a spring, the first one stands for all.
 LISTED = tuple(
-    one.name for key, one in QUANTITIES.items() if key not in (*CONSTANTS[1:], *TIMES[1:])
+    one.name
+    for key, one in QUANTITIES.items()
+    if key not in (*CONSTANTS[1:], *TIMES[1:], *SHARES[1:])
 )
 #: Quantities of matter from which each one of springs or nodes can follow, by key.
 OF_MATTER: dict[str, tuple[str, ...]] = {
