@@ -101,6 +101,16 @@ def test_a_tissue_is_said_as_explain_says_it(path):
                     assert reason.facts in text
 
 
+def test_a_tissue_is_said_with_what_is_known_of_it():
+    text = (
+        "language 1\ntissue gel‸ { Young's modulus = 5 kPa\n"
+        'known Young\'s modulus from 3 kPa to 7 kPa by unverified "A" }'
+    )
+    told = said(text)
+    assert "Young's modulus of gel: `5 kPa` (written)" in told
+    assert "- known Young's modulus: `3 kPa to 7 kPa`, A (unverified), line 3" in told
+
+
 def test_a_quantity_in_a_tissue_has_its_value_and_the_line_that_gave_it():
     text = scar("viscosity = 3 mN*s/m")
     assert "viscosity of scar: `3 mN*s/m` (written)" in at(text, "viscosity")

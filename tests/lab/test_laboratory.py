@@ -246,6 +246,6 @@ def test_what_cannot_be_measured_is_told(tmp_path):
 
 
 def test_shipped_tissues_are_found_by_short_names():
-    assert find_tissues("liver") == find_tissues("tissues/liver")
+    assert find_tissues("liver") == find_tissues("matter/liver")
     with pytest.raises(TissueError, match="did you mean"):
         find_tissues("tissues/livre")

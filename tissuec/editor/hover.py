@@ -14,7 +14,7 @@ from tissuec.editor.lexemes import COMMENT, KEYWORD, NUMBER, UNIT, Lexeme, lexem
 from tissuec.editor.phrases import Phrase
 from tissuec.editor.views import Symbol, View
 from tissuec.lang import syntax as s
-from tissuec.provenance import explain_tissue
+from tissuec.provenance import cited, explain_tissue
 from tissuec.scene.meanings import PARTS, RESERVED
 from tissuec.scene.model import Tissue
 
@@ -139,10 +139,12 @@ def _of_term(view: View, phrase: Phrase) -> str:
 
 def _given(view: View, tissue: Tissue, quantity: str) -> str:
     """Return the value of one quantity of a tissue, and the lines that gave it."""
-    (explained,) = (e for e in explain_tissue(tissue) if e.quantity == quantity)
+    (explained,) = (e for e in explain_tissue(tissue) if s.key_of(e.quantity) == quantity)
     given = tissue.given[quantity]
     spans = [fired.span for fired in given.fired] or [given.span]
-    lines = [f"{quantity} of {tissue.name}: {code(explained.shown)} ({explained.how})"]
+    lines = [
+        f"{explained.quantity} of {tissue.name}: {code(explained.shown)} ({explained.how})"
+    ]
     for reason, span in zip(explained.reasons, spans, strict=True):
         degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f}: "
         facts = f" ({reason.facts})" if reason.facts else ""
@@ -242,8 +244,13 @@ def _tissue(view: View, symbol: Symbol) -> Iterator[str]:
         f"- {word}: {code(law.name)}, {_place(view, law.span)}"
         for word, law in tissue.laws.items()
     ]
+    known = [
+        f"- known {one.quantity.name}: {code(one.shown)}, {cited(one)}, "
+        f"{_place(view, one.span)}"
+        for one in tissue.known
+    ]
     missing = [f"- {name}: none, {reason}" for name, reason in tissue.missing.items()]
-    yield "\n".join([*laws, *missing])
+    yield "\n".join([*laws, *known, *missing])
 
 
 def _scale(view: View, symbol: Symbol, phrase: Phrase) -> Iterator[str]:

@@ -145,12 +145,12 @@ def find_words(name: str, folders: Sequence[Path] = ()) -> Path:
 
 
 def find_tissues(name: str, folders: Sequence[Path] = ()) -> Path:
-    """Return a file with tissues as ``find_words`` does; "liver" is short for "tissues/liver".
+    """Return a file with tissues as ``find_words`` does; "liver" is short for "matter/liver".
 
     Raises:
         TissueError: There is none.
     """
-    return _find(name, ("", "tissues/"), folders, "file or shipped tissue")
+    return _find(name, ("", "matter/", "tissues/"), folders, "file or shipped tissue")
 
 
 def _find(name: str, inside: Sequence[str], folders: Sequence[Path], what: str) -> Path:
