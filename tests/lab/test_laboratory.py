@@ -88,6 +88,17 @@ def test_a_coupon_breaks_at_its_breaking_strain(limit):
         assert found.curve.strain[-1] < found.strain
 
 
+def test_strains_of_prestressed_coupons_begin_at_rest():
+    gel = bench(f"{BARE}; prestress = 20 %; breaking strain = {STRAIN}")
+    coupon = gel.coupons()[0]
+    modulus, curve = statics.compressed(gel, coupon)
+    assert modulus == pytest.approx(YOUNG, rel=0.03)  # by lengths and areas as drawn
+    assert curve.strain[-1] == 0.0
+    assert abs(curve.stress[-1]) < 1e-9 * YOUNG
+    found = statics.rupture(gel, coupon, YOUNG, None)
+    assert found.strain == pytest.approx(STRAIN, rel=0.06)
+
+
 def test_a_coupon_without_a_limit_does_not_break():
     gel = bench(BARE)
     found = statics.rupture(gel, gel.coupons()[0], YOUNG, None)

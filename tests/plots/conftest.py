@@ -63,6 +63,29 @@ STRESS = {
     ],
 }  # fmt: skip
 
+LAB = {
+    "ok": True,
+    "tissues": [
+        {
+            "tissue": "gel",
+            "rows": [
+                {"test": test, "quantity": quantity, "coarse": fine, "fine": fine,
+                 "known": [{"low": low, "high": high, "source": "A"}]}
+                for test, quantity, low, fine, high in (
+                    ("tension", "Young's modulus", 4e3, 5e3, 6e3),
+                    ("rupture", "breaking strain", 0.3, 0.4, 0.5),
+                    ("rupture", "strength", 1.5e3, 2e3, 2.5e3),
+                )
+            ],
+            "curves": {
+                name: [{"strain": [-0.1, 0.0], "stress": [-600.0, 0.0]},
+                       {"strain": [0.0, 0.2, 0.4], "stress": [0.0, 1e3, 2e3 * part]}]
+                for name, part in (("coarse", 0.9), ("fine", 1.0))
+            },
+        }
+    ],
+}  # fmt: skip
+
 
 def carry_out(text: str, path: Path, *overrides: str, companion: str = "off") -> Path:
     """Run a scene; return its result file."""
@@ -79,6 +102,7 @@ def folder(tmp_path_factory) -> Path:
     carry_out(STRIP, folder / "later.vtkhdf", "cut time=80 ms")
     (folder / "strip.tis").write_text(STRIP, encoding="utf-8")
     (folder / "bench.json").write_text(json.dumps(BENCH), encoding="utf-8")
+    (folder / "lab.json").write_text(json.dumps(LAB), encoding="utf-8")
     (folder / "stress.json").write_text(json.dumps(STRESS), encoding="utf-8")
     return folder
 

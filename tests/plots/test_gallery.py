@@ -11,7 +11,7 @@ from tissuec.plots import PLOTS
 #: What an option or a file says without --kind.
 MEANT = {
     "--log": "logs", "--of": "paths", "--time": "frames", "tube.json": "work-precision",
-    "stress.json": "stability", "fuzzy/soft_tissue": "words",
+    "stress.json": "stability", "liver.json": "stress-strain", "fuzzy/soft_tissue": "words",
     "sterilisation.vtkhdf": "overview",
 }  # fmt: skip
 MOST = 1.2e6  # bytes of all pictures

@@ -18,7 +18,7 @@ from tissuec.plots.options import options_of
 
 FILES = {
     "result": "strip.vtkhdf", "words": "fuzzy/soft_tissue", "bench": "bench.json",
-    "stress": "stress.json",
+    "stress": "stress.json", "laboratory": "lab.json",
 }  # fmt: skip
 KINDS = sorted(PLOTS)
 #: Names of axes whose numbers have no unit.

@@ -1,5 +1,6 @@
 """``tissuec lab``"""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
+from tissuec.core.errors import TissueError
 
 if TYPE_CHECKING:
     from tissuec.lab.laboratory import Examination, Row
@@ -57,7 +59,8 @@ def _length(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Write the table and the stress-strain curves to this folder, as CSV files.",
+    help="Write the table and the stress-strain curves to this folder: CSV, and a picture "
+    "where matplotlib is installed.",
 )
 @scene_options
 def command(
@@ -91,13 +94,29 @@ def command(
         if not settings.json:
             _print(found[-1])
     if out is not None:
-        from tissuec.lab.tables import write_tables
-
-        for name in write_tables(found, out):
+        for name in _write(found, out):
             settings.say(f"wrote {name}")
     if settings.json:
         print_json({"ok": all(one.is_good for one in found), "tissues": [*map(as_dict, found)]})
     return DONE if all(one.is_good for one in found) else FAILED
+
+
+def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
+    """Write tables, and with matplotlib a picture of the curves; yield the files."""
+    from tissuec.drawing.page import need_matplotlib, save
+    from tissuec.lab.tables import write_tables
+    from tissuec.plots import draw
+
+    yield from write_tables(found, folder)
+    try:
+        need_matplotlib()
+    except TissueError:
+        return  # tables are there, and nothing said that a picture is needed
+    document = {"tissues": [*map(as_dict, found)]}
+    if any(map(len, (curves for one in found for curves in one.curves))):
+        path = folder / "stress_strain.png"
+        save(draw("stress-strain", document), path)
+        yield path
 
 
 def _print(found: "Examination") -> None:

@@ -1,4 +1,4 @@
-"""What can be plotted, read from files: results, words, and the JSON of benches."""
+"""What can be plotted, read from files: results, words, and JSON of benches or laboratory."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,13 +13,14 @@ from tissuec.scene.library import SUFFIX as SCENE
 from tissuec.scene.library import find_words
 from tissuec.scene.resolve import Words
 
-Kind = Literal["result", "words", "bench", "stress"]
+Kind = Literal["result", "words", "bench", "stress", "laboratory"]
 #: What the kinds are called in messages.
 CALLED: dict[str, str] = {
     "result": f"a result ({RESULT})",
     "words": f"a vocabulary or scene ({SCENE})",
     "bench": 'the JSON of "tissuec bench"',
     "stress": 'the JSON of "tissuec bench --stability"',
+    "laboratory": 'the JSON of "tissuec lab"',
 }
 
 
@@ -107,11 +108,14 @@ def _benched(document: Any, name: str, path: Path | None = None) -> Subject:
             return Subject("bench", _scene(document) or name, document)
         if "verdicts" in document and "methods" in document:
             return Subject("stress", name, document)
+        if "tissues" in document and all("curves" in one for one in document["tissues"]):
+            return Subject("laboratory", name, document)
         if document.get("ok") is False and "error" in document:
             raise TissueError(f'"{path or name}" says: {document["error"]}')
     raise TissueError(
         f'"{path or name}" holds nothing that can be plotted; JSON comes from '
-        '"tissuec bench SCENE --json" or "tissuec bench --stability --json"'
+        '"tissuec bench SCENE --json", "tissuec bench --stability --json" or '
+        '"tissuec lab FILE --json"'
     )
 
 

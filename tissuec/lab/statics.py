@@ -1,7 +1,8 @@
 """Tests of a tissue at rest: tension and compression, shear, and tension to rupture.
 
 Coupons are under an even stress: it acts on opposite faces, and nothing else holds them. Stress
-is force over the area as drawn, strain the change of length over the length as drawn.
+is force over the area as drawn, strain the change of length over the length as drawn. Curves,
+and strains of rupture, begin at rest: prestress makes a coupon shorter than it is drawn.
 """
 
 from collections.abc import Sequence
@@ -19,7 +20,9 @@ _TRIES = 8
 #: Strains to which a curve is drawn, if the tissue does not break before.
 FURTHEST, SHORTEST = 0.3, -0.1
 LEVELS = 24  # of loads until rupture, on the coarse coupon
-_NEAR = np.array([0.5, 0.8, *np.linspace(0.9, 1.1, 15)])  # times the load of rupture, on others
+_NEAR = np.array(
+    [0.1, 0.2, 0.35, 0.5, 0.65, 0.8, *np.linspace(0.9, 1.1, 15)]
+)  # times the load of rupture, on others
 
 
 class Curve(NamedTuple):
@@ -190,7 +193,7 @@ def _first_break(bench: Bench, coupon: Coupon, stresses: Floats) -> Rupture:
 def compressed(bench: Bench, coupon: Coupon) -> tuple[float, Curve]:
     """Return the modulus [Pa] and the curve of a coupon between plates that it sticks to."""
     parts = [-SMALL, *np.linspace(0.0, SHORTEST, 6)[1:]]
-    script, before = ["at 0 s: fix lab x0"], 0.0
+    script, before = ["at 0 s: settle", "at 0 s: fix lab x0"], 0.0
     for number, part in enumerate(parts):
         by, before = (part - before) * coupon.length, part
         script += [
@@ -205,16 +208,21 @@ def compressed(bench: Bench, coupon: Coupon) -> tuple[float, Curve]:
     along = strains(reading, coupon)[0][::2]  # in between, plates move
     stress = reading.logs["force of lab x1"][::2, 0] / coupon.section
     modulus = (stress[1] - stress[0]) / (along[1] - along[0])
-    return float(modulus), Curve(along[::-1], stress[::-1])
+    return float(modulus), Curve(_from_rest(along)[::-1], stress[::-1])
 
 
 def _curve(
     reading: Reading, coupon: Coupon, stresses: Floats, levels: int | None = None
 ) -> Curve:
-    along, _ = strains(reading, coupon)
+    along = _from_rest(strains(reading, coupon)[0])
     stress = np.concatenate([[0.0], stresses])[: len(along)]
     order = np.argsort(stress[:levels])
     return Curve(along[:levels][order], stress[:levels][order])
+
+
+def _from_rest(strain: Floats) -> Floats:
+    """Return strains against the length at the first level, without a load."""
+    return (1.0 + strain) / (1.0 + strain[0]) - 1.0
 
 
 def _strongest(bench: Bench, coupon: Coupon) -> float:

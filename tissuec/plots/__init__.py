@@ -27,7 +27,7 @@ class Plot(Protocol):
     """What a member of ``PLOTS`` draws; its fields are its options.
 
     Attributes:
-        takes: What it can be drawn of: "result", "words", "bench" or "stress".
+        takes: What it can be drawn of: "result", "words", "bench", "stress" or "laboratory".
         several: Whether several of these can be laid over one another.
     """
 
@@ -50,6 +50,7 @@ USUAL = {
     "words": ("words", "rules"),
     "bench": ("work-precision",),
     "stress": ("stability",),
+    "laboratory": ("stress-strain",),
 }
 
 
