@@ -70,10 +70,10 @@ def command(
     """Test the tissues of FILE in a virtual laboratory.
 
     FILE is a text with tissues, a scene, or a shipped tissue such as liver. Each tissue is
-    drawn, compressed, sheared, torn and let go on a coarse and on a fine coupon, and what is
-    measured stands beside what the tissue says and what is known of it. Exits with 1 if a
-    measurement is outside of what is known by more than 5 %, or if the coupons differ by more
-    than that.
+    drawn, compressed, sheared, indented, torn and let go on a coarse and on a fine coupon, and
+    what is measured stands beside what the tissue says and what is known of it. Exits with 1 if
+    a measurement is outside of what is known by more than 5 % (indentation: 15 %), or if the
+    coupons differ by more than that.
 
     \b
     tissuec lab liver

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Protocol
 
 import numpy as np
 
@@ -49,6 +50,18 @@ class Reading:
     time: Floats
     network: Network
     stopped: str
+
+
+class Specimen(Protocol):
+    """What is tested, as text."""
+
+    def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
+        """Yield the body and what belongs to it."""
+        ...
+
+    def faces(self, *names: str) -> Iterator[str]:
+        """Yield sets for faces."""
+        ...
 
 
 class Bench:
@@ -153,7 +166,7 @@ class Bench:
 
     def run(
         self,
-        coupon: Coupon,
+        specimen: Specimen,
         script: Iterable[str],
         faces: Sequence[str],
         watched: Sequence[str],
@@ -161,9 +174,10 @@ class Bench:
         *,
         interval: str,
         more: Iterable[str] = (),
+        environment: str = "",
         rupture: bool = False,
     ) -> Reading:
-        """Return what is read in a test of a coupon.
+        """Return what is read in a test.
 
         Args:
             script: Orders with their times.
@@ -171,14 +185,15 @@ class Bench:
             watched: What is logged, each ``interval``.
             simulation: How it is run.
             more: Further sets.
+            environment: What acts beside the script; there is no gravity.
             rupture: Whether the coupon can break between its gauges.
         """
         lines = [
             *self._tissues(),
-            *coupon.body(TISSUE, tabs=TABS if rupture else "", rupture=rupture),
-            *coupon.faces(*faces),
+            *specimen.body(TISSUE, tabs=TABS if rupture else "", rupture=rupture),
+            *specimen.faces(*faces),
             *more,
-            "environment { gravity = (0, 0, 0) m/s^2 }",
+            f"environment {{ gravity = (0, 0, 0) m/s^2; {environment} }}",
             "script {", *script, "}",
             f"simulate {{ {simulation} }}",
             "output {", *(f"{name} every {interval}" for name in watched), "}",

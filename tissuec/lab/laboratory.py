@@ -10,7 +10,7 @@ from tissuec.core.errors import TissueError, did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show
-from tissuec.lab import motion, statics
+from tissuec.lab import indentation, motion, statics
 from tissuec.lab.bench import Bench, Unmeasured
 from tissuec.lab.coupon import Coupon
 from tissuec.lab.statics import Curve, Tension
@@ -21,6 +21,8 @@ from tissuec.scene.quantities import KNOWABLE
 from tissuec.scene.resolve import Words
 
 SHARE = 0.05  # by which a measurement may be off
+#: The same of indentation, as a block with free sides is no layer, and its contact is of nodes.
+BY_LAYER = 0.15
 SPACING = 2.5e-3  # [m], where quantities belong to springs
 DEPENDS = "depends on the mesh"
 #: Quantities of tests that no source states as such.
@@ -153,6 +155,7 @@ class _Examiner:
         if self.bench.thickness is None:
             self._test("compression", self._compression)
             self._test("shear", self._shear)
+            self._press()
         self._test("rupture", self._rupture)
         self._motion()
         self._tell_of_what_was_left_out()
@@ -175,6 +178,20 @@ class _Examiner:
     def _shear(self, number: int) -> Values:
         guess = self.tensions[number].modulus / 3.0
         return {"shear modulus": statics.shear(self.bench, self.found.coupons[number], guess)}
+
+    def _press(self) -> None:
+        prestress = self.bench.tissue.given.get("prestress")
+        if prestress is not None and prestress.value:
+            self.found.notes.append(
+                "without indentation: a block under prestress changes its shape"
+            )
+            return
+        self._test("indentation", self._indentation, BY_LAYER)
+
+    def _indentation(self, number: int) -> Values:
+        block = indentation.blocks(self.bench)[number]
+        modulus = indentation.indentation(self.bench, block, self.tensions[number])
+        return {"Young's modulus": modulus}
 
     def _rupture(self, number: int) -> Values:
         near = self._near if number else None
@@ -209,8 +226,8 @@ class _Examiner:
 
     # --- rows ---------------------------------------------------------------------------------
 
-    def _test(self, name: str, measure: Callable[[int], Values]) -> None:
-        """Add the rows of a test on both coupons."""
+    def _test(self, name: str, measure: Callable[[int], Values], share: float = SHARE) -> None:
+        """Add the rows of a test on both coupons, which may be off by a share."""
         found: list[Values] = []
         why = ""
         for number in range(2):
@@ -220,17 +237,18 @@ class _Examiner:
                 why = str(reason)
                 found.append({})
         for quantity in found[0] | found[1] or {"": nan}:
-            self.found.rows.append(
-                self._row(name, quantity, *(v.get(quantity, nan) for v in found), why)
-            )
+            coarse, fine = (values.get(quantity, nan) for values in found)
+            self.found.rows.append(self._row(name, quantity, coarse, fine, why, share))
 
-    def _row(self, test: str, quantity: str, coarse: float, fine: float, why: str) -> Row:
+    def _row(
+        self, test: str, quantity: str, coarse: float, fine: float, why: str, share: float
+    ) -> Row:
         key = key_of(quantity)
         known = tuple(
             one for one in self.found.tissue.known if key_of(one.quantity.name) == key
         )
         given = self.found.tissue.given.get(key)
-        complaints = list(self._complaints(coarse, fine, known, why))
+        complaints = list(self._complaints(coarse, fine, known, why, share))
         good = "good" if self.bench.is_of_matter else DEPENDS
         return Row(
             test, quantity, coarse, fine, given.value if given else None, known,
@@ -238,7 +256,7 @@ class _Examiner:
         )  # fmt: skip
 
     def _complaints(
-        self, coarse: float, fine: float, known: tuple[Known, ...], why: str
+        self, coarse: float, fine: float, known: tuple[Known, ...], why: str, share: float
     ) -> Iterator[str]:
         """Yield what a row contradicts."""
         if not (isfinite(coarse) and isfinite(fine)):
@@ -246,10 +264,10 @@ class _Examiner:
                 yield f"not measured: {why}" if why else "not measured: nothing breaks"
             return
         for one in known:
-            if not agrees(fine, one):
+            if not agrees(fine, one, share):
                 yield f'contradicts "{one.source}"'
         apart = abs(fine - coarse) / max(abs(fine), abs(coarse), 1e-300)
-        if self.bench.is_of_matter and apart > SHARE:
+        if self.bench.is_of_matter and apart > share:
             yield f"the coupons differ by {100.0 * apart:.2g} %"
 
     def _note_the_mesh(self) -> None:
@@ -267,7 +285,7 @@ class _Examiner:
                 self.found.notes.append(f"what is known of {one.quantity.name} was not tested")
 
 
-def agrees(value: float, known: Known) -> bool:
-    """Return whether a measurement agrees with evidence, as well as the laboratory measures."""
-    most = SHARE * abs(value)
+def agrees(value: float, known: Known, share: float = SHARE) -> bool:
+    """Return whether a measurement agrees with evidence, if it may be off by a share."""
+    most = share * abs(value)
     return known.low - most <= value <= known.high + most
