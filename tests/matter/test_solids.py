@@ -46,6 +46,23 @@ def test_tension_measures_what_the_tissue_says(kind, cell, ratio):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_springs_of_a_cube_are_as_symmetric_as_the_cube(kind):
+    network, _ = block(kind, 20, sides=(40.0, 40.0, 40.0))
+    x = network.position
+    number = {tuple(place): node for node, place in enumerate(np.rint(x * 1e6).astype(int))}
+    constant = {
+        frozenset(ends): c
+        for ends, c in zip(network.ends.tolist(), network.stiffness, strict=True)
+    }
+    mirrored = 0.04 - x[:, 0]
+    for image in (x[:, [1, 0, 2]], x[:, [2, 1, 0]], np.column_stack([mirrored, x[:, 1:]])):
+        to = [number[tuple(place)] for place in np.rint(image * 1e6).astype(int)]
+        for (a, b), c in ((tuple(ends), c) for ends, c in constant.items()):
+            # As well as the fit solves its equations.
+            assert constant[frozenset((to[a], to[b]))] == pytest.approx(c, abs=1e-9 * YOUNG)
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_mass_is_that_of_the_volume_on_every_mesh(kind):
     for cell in (20, 10, 5):
         network, _ = block(kind, cell)
