@@ -85,10 +85,8 @@ def rows() -> Iterator[tuple[str, str, str, str]]:
     )
     bent = {f"{8 // cell}": bar(120, 8, cell, count=2) for cell in (4, 2, 1)}
     due = 1.8751**2 / (2 * np.pi) * np.sqrt(YOUNG * 0.008**2 / 12 / DENSITY) / 0.12**2
-    for number, way in enumerate(("softer", "stiffer")):
-        found = {cells: modes[number].frequency for cells, modes in bent.items()}
-        what = f"clamped block, bending in its {way} direction"
-        yield what, "1.875² √(EI/ρA) / 2πL²", *compared(name, found, due)
+    found = {cells: modes[0].frequency for cells, modes in bent.items()}
+    yield "clamped block, bending", "1.875² √(EI/ρA) / 2πL²", *compared(name, found, due)
     found = {cells: membrane(cells) for cells in (8, 16, 32)}
     # The net has the tension T/l per length, and m/l² per area.
     yield "square membrane, fixed rim", "√(2 s/μ) / 2a", *compared("cells", found, 1.0)

@@ -16,6 +16,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 
+MATTER = "matter/"  # where presets of matter are
 SUFFIX = ".tis"
 LARGEST_FILE = 256 << 20  # bytes; beyond, a text is a mistake rather than a scene
 LINK = '"{}" is a link that leads outside of the folders that may be searched'
@@ -89,7 +90,14 @@ class Library:
         return Hint(f'did you mean "{same[0]}"?', Edit(same[0], old=wanted))
 
     def declaring(self, kind: str, key: str) -> str:
-        """Return the file that declares a thing under this name, or an empty string."""
+        """Return the file that declares a thing under this name, or an empty string.
+
+        Of two presets that is the one of springs: one of matter asks more of a body.
+        """
+        found = list(self._declaring(kind, key))
+        return next((name for name in found if not name.startswith(MATTER)), (*found, "")[0])
+
+    def _declaring(self, kind: str, key: str) -> Iterator[str]:
         for name, path in files_of(self.folders):
             with suppress(OSError, CompileError):
                 text = read_bytes(path, LARGEST_FILE)
@@ -98,8 +106,7 @@ class Library:
                 items = parsed(normalise(text, name, path)).items
                 heads = [item.name.key for item in items if isinstance(item, s.Block)]
                 if f"{kind} {key}" in heads and not any(map(belongs_to_scenes, items)):
-                    return name
-        return ""
+                    yield name
 
 
 def parsed(source: Source) -> s.Module:
