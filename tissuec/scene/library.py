@@ -87,15 +87,13 @@ class Library:
         same = [name for name in names if name.split("/")[-1] == stem]
         if not same:
             return did_you_mean(wanted, names)
-        return Hint(f'did you mean "{same[0]}"?', Edit(same[0], old=wanted))
+        meant = _of_springs(same)
+        return Hint(f'did you mean "{meant}"?', Edit(meant, old=wanted))
 
     def declaring(self, kind: str, key: str) -> str:
-        """Return the file that declares a thing under this name, or an empty string.
-
-        Of two presets that is the one of springs: one of matter asks more of a body.
-        """
+        """Return the file that declares a thing under this name, or an empty string."""
         found = list(self._declaring(kind, key))
-        return next((name for name in found if not name.startswith(MATTER)), (*found, "")[0])
+        return _of_springs(found) if found else ""
 
     def _declaring(self, kind: str, key: str) -> Iterator[str]:
         for name, path in files_of(self.folders):
@@ -107,6 +105,11 @@ class Library:
                 heads = [item.name.key for item in items if isinstance(item, s.Block)]
                 if f"{kind} {key}" in heads and not any(map(belongs_to_scenes, items)):
                     yield name
+
+
+def _of_springs(names: Sequence[str]) -> str:
+    """Return the first preset, one of springs if there is one: matter asks more of a body."""
+    return next((name for name in names if not name.startswith(MATTER)), names[0])
 
 
 def parsed(source: Source) -> s.Module:
