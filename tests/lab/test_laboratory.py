@@ -244,19 +244,43 @@ def test_evidence_is_met_as_well_as_the_laboratory_measures(value, is_known):
     assert agrees(value, words.tissues["gel"].known[0]) is is_known
 
 
-@pytest.mark.parametrize(("fine", "is_good"), [(1.04, True), (1.06, False)])
-def test_coupons_that_differ_contradict_each_other(fine, is_good, monkeypatch):
-    made = iter([1.0, fine])
-    monkeypatch.setattr(statics, "tension", lambda *_: statics.Tension(next(made), 0.3, 1.0))
+@pytest.fixture
+def at_once(monkeypatch):
+    """Let all tests of bare gel but tension say 1 without any scene."""
+    intact = statics.Rupture(EMPTY, math.nan, math.nan)
+    monkeypatch.setattr(statics, "tension", lambda *_: statics.Tension(1.0, 0.3, 1.0))
     monkeypatch.setattr(statics, "compressed", lambda *_: (1.0, EMPTY))
     monkeypatch.setattr(statics, "shear", lambda *_: 1.0)
+    monkeypatch.setattr(statics, "rupture", lambda *_: intact)
     monkeypatch.setattr(indentation, "indentation", lambda *_: 1.0)
-    monkeypatch.setattr(
-        statics, "rupture", lambda *_: statics.Rupture(EMPTY, math.nan, math.nan)
-    )
+
+
+@pytest.mark.parametrize(("fine", "is_good"), [(1.04, True), (1.06, False)])
+def test_coupons_that_differ_contradict_each_other(fine, is_good, at_once, monkeypatch):
+    made = iter([1.0, fine])
+    monkeypatch.setattr(statics, "tension", lambda *_: statics.Tension(next(made), 0.3, 1.0))
     (found,) = tissuec.examine(text(BARE))
     assert found.is_good is is_good
     assert found.rows[0].verdict == ("good" if is_good else "the coupons differ by 5.7 %")
+
+
+@pytest.mark.parametrize(("test", "is_good"), [("tension", False), ("compressed", True)])
+def test_without_its_modulus_nothing_is_known_of_a_tissue(test, is_good, at_once, monkeypatch):
+    def fail(*_):
+        raise Unmeasured("it floats")
+
+    monkeypatch.setattr(statics, test, fail)
+    (found,) = tissuec.examine(text(BARE))
+    assert found.is_good is is_good
+    assert [row.verdict for row in found.rows if not row.quantity] == [
+        "not measured: it floats"
+    ]
+
+
+def test_what_resists_tension_only_gives_way_to_plates():
+    rope = bench("spring constant = 40 N/m; spring law is tension only")
+    with pytest.raises(Unmeasured, match="without any resistance"):
+        statics.compressed(rope, rope.coupons()[0])
 
 
 def test_a_scene_lends_its_tissues_only(tmp_path):
@@ -286,3 +310,20 @@ def test_shipped_tissues_are_found_by_short_names():
     assert find_tissues("liver") == find_tissues("matter/liver")
     with pytest.raises(TissueError, match="did you mean"):
         find_tissues("tissues/livre")
+
+
+def test_a_signal_ends_the_laboratory(monkeypatch):
+    from tissuec.lab import bench as module
+
+    class Interrupted:
+        kind, message, signal = "interrupted", "interrupted by SIGINT", 2
+
+    def simulate(compiled, path, **options):
+        done = original(compiled, path, **options)
+        return type(done)(Interrupted(), done.path)
+
+    original = module.simulate
+    monkeypatch.setattr(module, "simulate", simulate)
+    gel = bench(BARE)
+    with pytest.raises(KeyboardInterrupt):
+        statics.tension(gel, gel.coupons()[0], 1e3)

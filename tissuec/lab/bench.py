@@ -1,5 +1,6 @@
 """The bench on which coupons of one tissue are tested: scenes are written, run and read."""
 
+import signal
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +18,8 @@ from tissuec.lang.words import RESERVED
 from tissuec.network import Floats, Network
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.running.interrupting import exit_code
+from tissuec.running.run import Outcome
 from tissuec.scene.library import belongs_to_scenes
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import OF_MATTER, YOUNGS_MODULUS
@@ -210,6 +213,8 @@ class Bench:
                 values = {name: np.array(log.value) for name, log in logs.items()}
                 time = np.array(next(iter(logs.values())).time)
         outcome = finished.outcome
+        if outcome.kind == "interrupted":
+            raise _interruption(outcome)
         stopped = "" if outcome.kind == "done" else outcome.message
         return Reading(values, time, compiled.network, stopped)
 
@@ -222,6 +227,13 @@ class Bench:
         yield f"tissue {TISSUE} like {name} {{ {'; '.join(standing_in)} }}"
         unbreakable = "fraction force is none; crushing force is none"
         yield f"tissue {TABS} like {TISSUE} {{ {unbreakable} }}"
+
+
+def _interruption(outcome: Outcome) -> BaseException:
+    """Return what ends the program after a signal."""
+    if outcome.signal in (None, signal.SIGINT):
+        return KeyboardInterrupt(outcome.message)
+    return SystemExit(exit_code(outcome.signal))
 
 
 def _without_scene(source: Source) -> str:

@@ -103,6 +103,8 @@ def indentation(bench: Bench, block: Block, tension: Tension) -> float:
     if reading.stopped:
         raise Unmeasured(reading.stopped)
     force = -float(reading.logs["force of lab ball"][0, 2])
+    if not force > 0.0:
+        raise Unmeasured("it gives way without any resistance")
     return force / layer_force(1.0, tension.ratio, block.radius, block.depth, block.height)
 
 

@@ -248,20 +248,27 @@ class _Examiner:
             one for one in self.found.tissue.known if key_of(one.quantity.name) == key
         )
         given = self.found.tissue.given.get(key)
-        complaints = list(self._complaints(coarse, fine, known, why, share))
-        good = "good" if self.bench.is_of_matter else DEPENDS
-        return Row(
-            test, quantity, coarse, fine, given.value if given else None, known,
-            "; ".join(complaints) or (good if isfinite(fine) else "none"), not complaints,
-        )  # fmt: skip
+        complaints = list(self._complaints(coarse, fine, known, share))
+        if complaints:
+            verdict = "; ".join(complaints)
+        elif isfinite(fine):
+            verdict = "good" if self.bench.is_of_matter else DEPENDS
+        else:
+            verdict = "none"
+        if why and not (isfinite(coarse) and isfinite(fine)):
+            verdict = f"not measured: {why}"
+        value = given.value if given else None
+        is_good = not complaints
+        return Row(test, quantity, coarse, fine, value, known, verdict, is_good)
 
     def _complaints(
-        self, coarse: float, fine: float, known: tuple[Known, ...], why: str, share: float
+        self, coarse: float, fine: float, known: tuple[Known, ...], share: float
     ) -> Iterator[str]:
-        """Yield what a row contradicts."""
+        """Yield what a row contradicts: what is known, or one coupon the other."""
         if not (isfinite(coarse) and isfinite(fine)):
-            if why or known or isfinite(coarse) or isfinite(fine):
-                yield f"not measured: {why}" if why else "not measured: nothing breaks"
+            is_needed = len(self.tensions) < 2  # by all other tests
+            if known or isfinite(coarse) or isfinite(fine) or is_needed:
+                yield "not measured: nothing breaks"
             return
         for one in known:
             if not agrees(fine, one, share):

@@ -207,8 +207,10 @@ def compressed(bench: Bench, coupon: Coupon) -> tuple[float, Curve]:
     _refuse_stopped(reading)
     along = strains(reading, coupon)[0][::2]  # in between, plates move
     stress = reading.logs["force of lab x1"][::2, 0] / coupon.section
-    modulus = (stress[1] - stress[0]) / (along[1] - along[0])
-    return float(modulus), Curve(_from_rest(along)[::-1], stress[::-1])
+    pressure, shorter = stress[0] - stress[1], along[0] - along[1]
+    if not (pressure > 0.0 and shorter > 0.0):
+        raise Unmeasured("it gives way without any resistance")
+    return float(pressure / shorter), Curve(_from_rest(along)[::-1], stress[::-1])
 
 
 def _curve(
