@@ -412,14 +412,15 @@ class TissueReader:
                 continue
             asked = [p for p in own if p in _properties(answer)]
             if asked and _value(answer) != _value(earlier[key]):
+                name = given.quantity.name
                 are = "is" if len(asked) == 1 else "are"
                 self.findings.add(
                     "W206",
-                    f"{', '.join(asked)} {are} written here, but the {key} "
+                    f"{', '.join(asked)} {are} written here, but the {name} "
                     f"is inherited as a number from {given.span.place}",
                     written.facts[asked[0]].span,
-                    hint=f"write {key} = … here too, or be like a tissue "
-                    f"that leaves its {key} to the rules",
+                    hint=f"write {name} = … here too, or be like a tissue "
+                    f"that leaves its {name} to the rules",
                 )
 
 
