@@ -113,6 +113,15 @@ def test_a_coupon_breaks_at_its_breaking_strain(limit):
         assert found.curve.strain[-1] < found.strain
 
 
+@pytest.mark.parametrize(
+    ("near", "why"), [(1.0, "intact at 1.1 Pa"), (1e5, "broken at 10 kPa")]
+)
+def test_a_coupon_that_breaks_elsewhere_than_another_is_told(near, why):
+    gel = bench(f"{BARE}; strength = 0.2 kPa")
+    with pytest.raises(Unmeasured, match=why):
+        statics.rupture(gel, gel.coupons()[0], YOUNG, near)
+
+
 def test_strains_of_prestressed_coupons_begin_at_rest():
     gel = bench(f"{BARE}; prestress = 20 %; breaking strain = {STRAIN}")
     coupon = gel.coupons()[0]

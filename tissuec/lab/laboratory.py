@@ -145,6 +145,7 @@ class _Examiner:
         self.bench = bench
         self.found = Examination(bench.tissue, bench.coupons())
         self.tensions: list[Tension] = []
+        self.near: float | None = None  # stress at which the coarse coupon broke [Pa]
 
     def all(self) -> Examination:
         """Return what all tests give, those first that others depend on."""
@@ -194,10 +195,10 @@ class _Examiner:
         return {"Young's modulus": modulus}
 
     def _rupture(self, number: int) -> Values:
-        near = self._near if number else None
-        modulus = self.tensions[number].modulus
-        found = statics.rupture(self.bench, self.found.coupons[number], modulus, near)
-        self._near = found.stress if isfinite(found.stress) else None
+        modulus, coupon = self.tensions[number].modulus, self.found.coupons[number]
+        found = statics.rupture(self.bench, coupon, modulus, self.near)
+        if isfinite(found.stress) and self.bench.is_of_matter:
+            self.near = found.stress
         self.found.curves[number].append(found.curve)
         return {"breaking strain": found.strain, "strength": found.stress}
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.core.units import PRESSURE, show
 from tissuec.lab.bench import TICK, Bench, Reading, Unmeasured
 from tissuec.lab.coupon import BACK, BODY, FIRST, FRONT, SECOND, Coupon
 from tissuec.network import Floats
@@ -162,18 +163,20 @@ def rupture(bench: Bench, coupon: Coupon, modulus: float, near: float | None) ->
     Args:
         modulus: Of the tissue [Pa].
         near: Stress at which another coupon broke [Pa]; None if there was none.
+
+    Raises:
+        Unmeasured: It has a limit, and breaks at none of the loads, or at the first of them.
     """
     most = np.inf if bench.lacks("fraction force") else _strongest(bench, coupon)
     if not np.isfinite(most):
         stresses = modulus * np.linspace(0.0, FURTHEST, 13)[1:]
-        return Rupture(_curve(drawn(bench, coupon, stresses), coupon, stresses), np.nan, np.nan)
+        return Rupture(
+            _curve(drawn(bench, coupon, stresses.tolist()), coupon, stresses), np.nan, np.nan
+        )
     if near is None:
-        first = _first_break(bench, coupon, 1.5 * most * np.linspace(0.0, 1.0, LEVELS + 1)[1:])
-        near = first.stress
-        if not np.isfinite(near):
-            return first
-    found = _first_break(bench, coupon, near * _NEAR)
-    return found
+        levels = 1.5 * most * np.linspace(0.0, 1.0, LEVELS + 1)[1:]
+        near = _first_break(bench, coupon, levels).stress
+    return _first_break(bench, coupon, near * _NEAR)
 
 
 def _first_break(bench: Bench, coupon: Coupon, stresses: Floats) -> Rupture:
@@ -181,9 +184,11 @@ def _first_break(bench: Bench, coupon: Coupon, stresses: Floats) -> Rupture:
     reading = drawn(bench, coupon, stresses.tolist(), rupture=True)
     broken = reading.logs[f"ruptured of {BODY}"][:, 0] > 0.0
     intact = int(np.argmax(broken)) if broken.any() else len(broken)
+    if intact == len(broken):
+        raise Unmeasured(reading.stopped or f"it is intact at {show(stresses[-1], PRESSURE)}")
+    if intact < 2:
+        raise Unmeasured(f"it is broken at {show(stresses[0], PRESSURE)}")
     curve = _curve(reading, coupon, stresses, intact)
-    if intact == len(broken) or intact < 2:
-        return Rupture(curve, np.nan, np.nan)
     stress = 0.5 * (stresses[intact - 2] + stresses[intact - 1])
     (low, high), (start, stop) = curve.stress[-2:], curve.strain[-2:]
     slope = (stop - start) / (high - low)
