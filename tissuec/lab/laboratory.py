@@ -10,6 +10,7 @@ from tissuec.core.errors import TissueError, did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show
+from tissuec.inelastic import TIMES
 from tissuec.lab import indentation, motion, statics
 from tissuec.lab.bench import Bench, Unmeasured
 from tissuec.lab.coupon import Coupon
@@ -26,7 +27,7 @@ BY_LAYER = 0.15
 SPACING = 2.5e-3  # [m], where quantities belong to springs
 DEPENDS = "depends on the mesh"
 #: Quantities of tests that no source states as such.
-_OTHERS: dict[str, Dimension] = {"relaxed share": units.NUMBER, "relaxation time": units.TIME}
+_OTHERS: dict[str, Dimension] = {"relaxed in all": units.NUMBER, "time in all": units.TIME}
 #: What a coupon gives, by quantity.
 Values: TypeAlias = dict[str, float]
 
@@ -217,7 +218,9 @@ class _Examiner:
 
     def _held(self, coupon: Coupon, number: int) -> Values:
         found = motion.held(self.bench, coupon, self.tensions[number])
-        return {"relaxed share": found.share, "relaxation time": found.time}
+        has_several = TIMES[1] in self.found.tissue.given
+        names = tuple(_OTHERS) if has_several else ("relaxing share", TIMES[0])
+        return dict(zip(names, (found.share, found.time), strict=True))
 
     def _let_go(self, coupon: Coupon, number: int) -> Values:
         tension = self.tensions[number]

@@ -140,8 +140,8 @@ class Hold(NamedTuple):
     """What becomes of the force on a coupon that is held.
 
     Attributes:
-        share: Of the force at the end of the ramp, what is lost in the end.
-        time: In which all but 1/e of that is lost [s].
+        share: Of the largest force, what is lost in the end.
+        time: After the ramp, in which all but 1/e of that is lost [s].
     """
 
     share: float
@@ -170,7 +170,8 @@ def held(bench: Bench, coupon: Coupon, tension: Tension) -> Hold:
     if reading.stopped:
         raise Unmeasured(reading.stopped)
     force = reading.logs["force of lab x1"][:, 0]
-    peak = int(np.argmax(force))
-    lost = 1.0 - force / force[peak]
-    later = np.argmax(lost[peak:] >= (1.0 - np.exp(-1.0)) * lost[-1])
-    return Hold(float(lost[-1]), float(reading.time[peak + later] - reading.time[peak]))
+    start = int(np.searchsorted(reading.time, ramp))
+    left = force[start:] - force[-1]
+    later = start + int(np.argmax(left <= np.exp(-1.0) * left[0]))
+    share = 1.0 - float(force[-1] / force.max())
+    return Hold(share, float(reading.time[later] - reading.time[start]))

@@ -130,6 +130,7 @@ QUANTITIES: dict[str, Quantity] = {
 #: What can be known of matter: its quantities, and what only a laboratory measures.
 KNOWABLE: dict[str, Quantity] = {
     **{key: quantity for key, quantity in QUANTITIES.items() if quantity.is_of_matter},
+    TIMES[0]: QUANTITIES[TIMES[0]],  # the same on every mesh
     SHEAR_MODULUS: _matter("shear modulus", units.PRESSURE, "", ""),
 }
 #: Those that messages list: of the branches of a spring, the first one stands for all.
