@@ -96,8 +96,7 @@ def test_a_ball_measures_the_modulus_within_the_stated_share(ratio, off):
     assert indentation.indentation(gel, block, tension) == pytest.approx(YOUNG, rel=off)
 
 
-# Springs along the edges of a bar with two cells across break first: they are stretched by 5 %
-# more than the mean, and by half of that with four. Levels of load are 1.4 % apart.
+# Levels of load are 1.4 % apart.
 @pytest.mark.parametrize(
     "limit",
     [pytest.param(f"breaking strain = {STRAIN}", marks=pytest.mark.slow), "strength = 0.2 kPa"],
@@ -106,10 +105,10 @@ def test_a_coupon_breaks_at_its_breaking_strain(limit):
     strain = STRAIN if "strain" in limit else 200.0 / YOUNG
     gel = bench(f"{BARE}; {limit}")
     near = None
-    for coupon, off in zip(gel.coupons(), (0.06, 0.03), strict=True):
+    for coupon in gel.coupons():
         found = statics.rupture(gel, coupon, YOUNG, near)
         near = found.stress
-        assert found.strain == pytest.approx(strain, rel=off)
+        assert found.strain == pytest.approx(strain, rel=0.02)
         assert found.curve.strain[-1] < found.strain
 
 
