@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.network import Floats, Indices
 from tissuec.shapes.inclusion import weights
-from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, dot, places
+from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, dot, or_one, places
 from tissuec.strands import Edges
 
 if TYPE_CHECKING:
@@ -331,7 +331,7 @@ class Contact:
         surface = np.zeros(len(first))
         np.maximum.at(surface, group, steady)
         surface = np.maximum(_sums(group, steady, len(first)), surface)
-        closing = -_sums(group, steady * rate, len(first)) / _or_one(surface)
+        closing = -_sums(group, steady * rate, len(first)) / or_one(surface)
         factor = np.maximum(1.0 + self.damping * closing, 0.0)
         node = pairs.node[first]
         touch = Touch(pairs, place, rate, steady, group, node, surface, factor)
@@ -423,7 +423,7 @@ class Contact:
         normal, node = touch.place.normal, touch.pairs.node
         count, turning = len(self.nodes), self._turning(touch, position)
         total = _sums(touch.node, touch.factor * touch.surface, count)
-        share = touch.pressure / _or_one(total)[node]
+        share = touch.pressure / or_one(total)[node]
         slide = share[:, None] * _along(self._sliding(touch, turning, velocity), normal)
         u = np.stack([np.bincount(node, part, count) for part in slide.T], axis=1)
         z = velocity[self.memory] / self.rate
@@ -453,14 +453,14 @@ class Contact:
         length = np.linalg.norm(z, axis=1)
         reach = total / k + half
         slips = self.friction * reach
-        bears = np.where(length > slips, self.friction * total / _or_one(length), total / reach)
+        bears = np.where(length > slips, self.friction * total / or_one(length), total / reach)
         r = np.minimum(length / slips, LARGEST)
         rest = _sums(touch.node, touch.surface, count)
         steeper = -touch.pairs.weight * self.steepness(touch.place.depth) * touch.rate
         growth = _sums(touch.pairs.node, steeper, count) / (rest + LEAST * k * half)
         growth *= half / (rest / k + half)
         d = u - 0.5 * growth[:, None] * z
-        e = z / _or_one(length)[:, None]
+        e = z / or_one(length)[:, None]
         slip = np.maximum(dot(d, e), 0.0) * r**SHARPNESS
         rates = np.where((total > 0.0)[:, None], d - slip[:, None] * e, -self.rate * z)
         return bears, rates
@@ -490,10 +490,9 @@ class Contact:
         size = np.linalg.det(inertia)
         turns = (touch.pairs.weight > 0.0) & (kind != PLANE) & (size > FLAT * square**3)
         inertia[~turns] = np.eye(3)
-        inverse = np.linalg.inv(inertia)
         inverse = np.linalg.inv(inertia) * turns[:, None, None]
         presses = touch.steady * turns
-        every = _or_one(_sums(touch.group, presses, len(touch.node)))
+        every = or_one(_sums(touch.group, presses, len(touch.node)))
         return Turning(arm, inverse, presses / every[touch.group])
 
     # --- its second derivative --------------------------------------------------------------
@@ -590,11 +589,6 @@ def _all_pairs(node: Indices, face: Indices) -> tuple[Indices, Indices]:
 def _sums(row: Indices, values: Floats, count: int) -> Floats:
     """Return the sums of values by rows; without any, NumPy would count in integers."""
     return np.bincount(row, values, count).astype(float, copy=False)
-
-
-def _or_one(values: Floats) -> Floats:
-    """Return what can be divided by: values above zero, and 1 for others."""
-    return np.where(values > 0.0, values, 1.0)
 
 
 def _along(vector: Floats, normal: Floats) -> Floats:

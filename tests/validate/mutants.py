@@ -35,7 +35,17 @@ FOLDER = Path(__file__).parent / "mutated"
 #: The fastest first; what these do not tell from the truth, the next ones may.
 SCENES = {
     name: FOLDER / f"{name}.tis"
-    for name in ("springs", "memory", "laws", "thread", "volume", "close", "jet", "contact")
+    for name in (
+        "springs",
+        "memory",
+        "laws",
+        "thread",
+        "volume",
+        "close",
+        "jet",
+        "edge",
+        "contact",
+    )
 }
 
 #: What computes forces, by tier: modules, and which functions of them, None for all.
@@ -77,6 +87,24 @@ HARMLESS = {
     "errors are weighed; no force has them",
     "np.einsum('ni,nj->nij', arm[line, 0], arm[line, 0])": "makes a matrix invertible",
     "np.linalg.det(inertia)": "tells flat triangles from others",
+    "np.zeros_like(x)": "is zero",
+    "or_one": "keeps a division finite where nothing counts",
+    "np.eye(3)": "stands for what does not turn, and is left out",
+    "touch.steady * turns": "only ratios count",
+    "count": "counts bends of laws, by which errors are weighed; no force has them",
+    "touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)": "counts bends as well",
+    "LARGEST": "cuts off what lies far beyond sliding, where no motion comes",
+    "np.zeros_like(weights)": "is zero",
+    "np.linalg.norm(x - p - s[:, None] * d, axis=1)": "only which edge is nearest counts",
+    "np.where(takes, apart, nearest)": "only which edge is nearest counts",
+    "apart < nearest": "only whether it is true counts",
+    "(s == along)[:, None]": "only whether it is true counts",
+    "np.where(inside, d / np.sqrt(flat)[:, None], 0.0)": "for a matrix of Newton's method",
+    "np.where((s == along)[:, None], d / or_one(np.sqrt(square))[:, None], 0.0)": "likewise",
+    "np.where(takes[:, None], edges, line)": "likewise",
+    "np.where(on_face, 0.0, parts[2])": "likewise",
+    "(area > 0.0) & (weights >= 0.0).all(axis=1)": "only whether it is true counts",
+    "np.where(on_face, 0.0, np.inf)": "is zero or infinite",
     "LEFT": "tells steps in which a spring turns over",
     "STIFFEST": "keeps slopes of dashpots finite; no force has it",
     "survey": "lists the triangles that a jet may reach; a longer list changes nothing",

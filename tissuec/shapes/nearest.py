@@ -60,11 +60,16 @@ def dot(one: Floats, two: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, two)
 
 
+def or_one(values: Floats) -> Floats:
+    """Return what can be divided by: values above zero, and 1 for others."""
+    return np.where(values > 0.0, values, 1.0)
+
+
 def _from_point(r: Floats, radius: Floats, weights: Floats, line: Floats) -> Iterator[Floats]:
     """Yield the parts of a place from the vector that leads from the nearest point [m]."""
     distance = np.linalg.norm(r, axis=1)
     # On the point itself there is no direction out of it, and so no force.
-    inverse = np.where(distance > 0.0, 1.0 / np.where(distance > 0.0, distance, 1.0), 0.0)
+    inverse = np.where(distance > 0.0, 1.0 / or_one(distance), 0.0)
     normal = r * inverse[:, None]
     yield radius - distance
     yield normal
@@ -77,9 +82,10 @@ def _from_point(r: Floats, radius: Floats, weights: Floats, line: Floats) -> Ite
 def _in_capsule(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]:
     p, d = corners[:, 0], corners[:, 1] - corners[:, 0]
     square = dot(d, d)
-    flat = np.where(square > 0.0, square, 1.0)
-    s = np.clip(dot(x - p, d) / flat, 0.0, 1.0)
-    inside = ((s > 0.0) & (s < 1.0))[:, None]
+    flat = or_one(square)
+    along = dot(x - p, d) / flat
+    s = np.clip(along, 0.0, 1.0)
+    inside = (s == along)[:, None]
     line = np.where(inside, d / np.sqrt(flat)[:, None], 0.0)
     weights = np.stack([1.0 - s, s, np.zeros_like(s)], axis=1)
     return _from_point(x - p - s[:, None] * d, radius, weights, line)
@@ -108,7 +114,7 @@ def _in_triangle(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]
     d00, d01, d11 = dot(ab, ab), dot(ab, ac), dot(ac, ac)
     d20, d21 = dot(ax, ab), dot(ax, ac)
     area = d00 * d11 - d01 * d01
-    flat = np.where(area > 0.0, area, 1.0)
+    flat = or_one(area)
     v, w = (d11 * d20 - d01 * d21) / flat, (d00 * d21 - d01 * d20) / flat
     weights = np.stack([1.0 - v - w, v, w], axis=1)
     on_face = (area > 0.0) & (weights >= 0.0).all(axis=1)
@@ -118,16 +124,16 @@ def _in_triangle(x: Floats, corners: Floats, radius: Floats) -> Iterator[Floats]
         j = (i + 1) % 3
         p, d = corners[:, i], corners[:, j] - corners[:, i]
         square = dot(d, d)
-        s = np.clip(dot(x - p, d) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+        along = dot(x - p, d) / or_one(square)
+        s = np.clip(along, 0.0, 1.0)
         apart = np.linalg.norm(x - p - s[:, None] * d, axis=1)
         takes = apart < nearest
         nearest = np.where(takes, apart, nearest)
         edge = np.zeros_like(weights)
         edge[:, i], edge[:, j] = 1.0 - s, s
         weights = np.where(takes[:, None], edge, weights)
-        along = np.where(((s > 0.0) & (s < 1.0))[:, None], d, 0.0)
-        length = np.linalg.norm(along, axis=1)[:, None]
-        line = np.where(takes[:, None], along / np.where(length > 0.0, length, 1.0), line)
+        edges = np.where((s == along)[:, None], d / or_one(np.sqrt(square))[:, None], 0.0)
+        line = np.where(takes[:, None], edges, line)
     parts = list(
         _from_point(x - np.einsum("np,npk->nk", weights, corners), radius, weights, line)
     )
