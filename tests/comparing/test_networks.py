@@ -179,6 +179,7 @@ def test_what_is_used_is_compared_too(compared, told):
     found = compared(TABLES, words)
     assert [(one.name, one.kind) for one in found.texts] == [
         ("scene", "changed"),
+        ("fuzzy/words.tis", "only in b"),
         ("fuzzy/soft_tissue.tis", "only in b"),
         ("tissues/muscle.tis", "only in b"),
     ]

@@ -215,8 +215,9 @@ def test_files_lie_beside_the_text_that_names_them(compiled, tmp_path):
 
 def test_a_text_that_a_result_keeps_needs_no_data(tmp_path):
     block = f'learn gum {{ data = "gone.csv"; {FIT}; adjust mass }}\n'
-    library = Path(__file__).parents[2] / "library" / "fuzzy" / "soft_tissue.tis"
-    kept = Kept({"fuzzy/soft_tissue.tis": library.read_text(encoding="utf-8")})
+    library = Path(__file__).parents[2] / "library"
+    names = ("fuzzy/words.tis", "fuzzy/soft_tissue.tis")
+    kept = Kept({name: (library / name).read_text(encoding="utf-8") for name in names})
     request = Request(Source("scene.tis", SCENE + block), files=kept)
     assert compile_request(request)[0].lessons[0].data[0].path == Path("gone.csv")
 

@@ -40,7 +40,8 @@ def test_derivatives_of_random_vocabularies_are_those_of_differences():
         # Truncation is of the order of h^6 = 1e-18, rounding of 1e-16 / h = 1e-13.
         assert np.all(np.abs(found - sixth)[smooth] < 1e-9 * (1 + np.abs(found[smooth])))
     assert compared > 500 and telling > 100
-    assert left_out < 0.01 * compared
+    # Gradual rules have kinks where words become fully true as well.
+    assert left_out < 0.02 * compared
 
 
 @pytest.mark.parametrize("seed", range(12))
