@@ -411,7 +411,7 @@ class MaterialReader:
         if total > LARGEST_SHARE:
             self.findings.reject(
                 "TIS309",
-                f"the shares that relax make up {total:.0%} of the modulus".replace("%", " %"),
+                f"the shares that relax make up {100.0 * total:.0f} % of the modulus",
                 share.span,
                 hint="what does not relax must be left: write smaller shares",
                 notes=(Note(f"used by {self.body.name}", self.body.span),),

@@ -461,9 +461,12 @@ function answerOf(system, base, key, verdicts) {
   const terms = [...strongest].map(([shape, degree]) => [system.sets[shape], degree]);
   const isCentre = base.operators.result === "centre of gravity";
   const pieces = isCentre ? envelope(terms, low, high, base.operators.implication) : [];
-  let place = centreOfGravity(pieces, low, high);
-  if (base.operators.result === "weighted mean") place = weightedMean(terms, low, high);
-  if (base.operators.result === "gradual mean") place = gradualMean(sayings, low, high);
+  const results = {
+    "centre of gravity": () => centreOfGravity(pieces, low, high),
+    "weighted mean": () => weightedMean(terms, low, high),
+    "gradual mean": () => gradualMean(sayings, low, high),
+  };
+  const place = results[base.operators.result]();
   return { source: "rules", value: fromScale(quantity, place), strongest, pieces };
 }
 

@@ -8,10 +8,11 @@ S. Fukami, M. Mizumoto, K. Tanaka, Some considerations on fuzzy conditional infe
 Sets and Systems 4:243, 1980.)
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.duals import fsum
+from tissuec.fuzzy.hedges import nearer_end
 from tissuec.fuzzy.sets import AnyShape, Powered
 
 FARTHEST = 0.5  # of its way to the end of the scale: how far a conclusion moves
@@ -41,7 +42,7 @@ def progress(shape: AnyShape, place: float, axis: Axis) -> float:
     return 0.0
 
 
-def gradual_mean(sayings: Iterable[Saying], axis: Axis) -> float:
+def gradual_mean(sayings: Sequence[Saying], axis: Axis) -> float:
     """Return the mean of what rules conclude, weighted by their degrees.
 
     Each rule counts, also where several conclude one word. The middle of the core of a word
@@ -51,18 +52,13 @@ def gradual_mean(sayings: Iterable[Saying], axis: Axis) -> float:
         The mean, in the coordinate of ``axis``.
     """
     low, high = axis.bounds
-    centre = low + (high - low) / 2
-    known = [(shape, degree, far) for shape, degree, far in sayings]
-    total = fsum(degree for _, degree, _ in known)
+    total = fsum(degree for _, degree, _ in sayings)
     moment = fsum(
-        degree * (_moved(shape.middle, far, low, centre, high) - low)
-        for shape, degree, far in known
+        degree * (_moved(shape.middle, far, axis) - low) for shape, degree, far in sayings
     )
     return min(max(low + moment / total, low), high)
 
 
-def _moved(middle: float, far: float, low: float, centre: float, high: float) -> float:
-    if abs(middle - centre) <= 1e-9 * (high - low):
-        return middle  # has no nearer end
-    end = low if middle < centre else high
-    return middle + FARTHEST * far * (end - middle)
+def _moved(middle: float, far: float, axis: Axis) -> float:
+    end = nearer_end(middle, axis)
+    return middle if end is None else middle + FARTHEST * far * (end - middle)

@@ -111,12 +111,20 @@ def _is_sharp(shape: Piecewise) -> bool:
 def _target(shift: Shift, middle: float, axis: Axis) -> float | None:
     """Return where the shift pulls a word to, or None if the word is there or has no side."""
     low, high = axis.bounds
-    centre = low + (high - low) / 2
-    near = _CENTRED * (high - low)
-    if abs(middle - centre) <= near:
+    end = nearer_end(middle, axis)
+    if end is None:
         return None
-    target = centre if shift.direction == "inward" else high if middle > centre else low
-    return None if abs(target - middle) <= near else target
+    target = low + (high - low) / 2 if shift.direction == "inward" else end
+    return None if abs(target - middle) <= _CENTRED * (high - low) else target
+
+
+def nearer_end(middle: float, axis: Axis) -> float | None:
+    """Return the end of the range that is nearer to a place, or None in the middle."""
+    low, high = axis.bounds
+    centre = low + (high - low) / 2
+    if abs(middle - centre) <= _CENTRED * (high - low):
+        return None
+    return high if middle > centre else low
 
 
 def _shifted(shift: Shift, shape: Shape, axis: Axis) -> Shape:

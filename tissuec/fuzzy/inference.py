@@ -28,8 +28,8 @@ class Firing:
         word: The word the rule concludes.
         atoms: Every ``is`` of the condition in written order.
         missing: Properties of the condition without a fact, in written order.
-        progress: How far its facts have gone beyond where outer words are fully true, 0 to 1;
-            counts in a gradual mean.
+        progress: In a gradual mean, how far its facts have gone beyond where outer words are
+            fully true, 0 to 1; otherwise 0.
     """
 
     rule: int

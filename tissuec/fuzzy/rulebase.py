@@ -129,8 +129,12 @@ class RuleBase:
         if len(known) < len(degrees):
             return _Verdict(0.0, told, _unique(a.property for a in told if a.degree is None))
         strength = rule.weight * degree(rule.condition, iter(known), self.operators)
-        far = self._progress(number, places)
+        far = self._progress(number, places) if self._is_gradual else 0.0
         return _Verdict(strength if strength >= FAINTEST else 0.0, told, (), far)
+
+    @property
+    def _is_gradual(self) -> bool:
+        return self.operators.result == "gradual mean"
 
     def _progress(self, number: int, places: Mapping[str, float]) -> float:
         """Return how far facts have gone beyond outer words, on average over a condition."""
@@ -166,7 +170,7 @@ class RuleBase:
         return NoRule(tuple(silent))
 
     def _value(self, sayings: Sequence[Saying], axis: Axis) -> float:
-        if self.operators.result == "gradual mean":
+        if self._is_gradual:
             return axis.from_scale(gradual_mean(sayings, axis))
         strongest: dict[AnyShape, float] = {}
         for shape, strength, _ in sayings:

@@ -343,10 +343,8 @@ class TissueReader:
     def _concluded(self, rules: Rules, key: str, answer: Inference) -> Given:
         scale = self.vocabulary.quantities[key]
         fired = sorted(answer.fired, key=lambda firing: -firing.degree)
-        is_gradual = rules.base.operators.result == "gradual mean"
         shown = tuple(
-            Fired(f.word, f.degree, _atoms(f) + is_gradual * _moved(f), rules.spans[f.rule])
-            for f in fired
+            Fired(f.word, f.degree, _atoms(f) + _moved(f), rules.spans[f.rule]) for f in fired
         )
         if shown:
             span = shown[0].span
@@ -454,7 +452,7 @@ def _value(answer: Inference | NoRule) -> float | None:
 def _moved(firing: Firing) -> str:
     """Return how far a gradual rule moves its word: ``; moved 25 % outward``."""
     share = FARTHEST * firing.progress
-    return f"; moved {share:.0%} outward".replace("%", " %") if share > 0.0 else ""
+    return f"; moved {100.0 * share:.0f} % outward" if share > 0.0 else ""
 
 
 def _atoms(firing: Firing) -> str:
