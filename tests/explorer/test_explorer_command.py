@@ -14,7 +14,7 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.explorer.page import document, render
 from tissuec.explorer.tables import tables
-from tissuec.explorer.writing import written_name
+from tissuec.lang.words import written_name
 from tissuec.pipeline import Request, read_words
 
 WORDS = """language 1

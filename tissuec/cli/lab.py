@@ -17,7 +17,10 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
+from tissuec.cli.plot import Reading
 from tissuec.core.errors import TissueError
+from tissuec.core.units import LENGTH
+from tissuec.plots.options import reader
 
 if TYPE_CHECKING:
     from tissuec.lab.laboratory import Examination, Row
@@ -26,16 +29,10 @@ HEADS = ("test", "quantity", "coarse", "fine", "given", "known", "verdict")
 LEAST = (14, 18, 12, 12, 12, 12)
 
 
-def _length(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
-    from tissuec.core.units import LENGTH
-    from tissuec.plots.options import reader
-
-    try:
-        found = None if text is None else reader(LENGTH)(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from error
-    if found is not None and found <= 0.0:
-        raise click.BadParameter("it must be above 0 m")
+def _length(text: str) -> float:
+    found: float = reader(LENGTH)(text)
+    if found <= 0.0:
+        raise ValueError("it must be above 0 m")
     return found
 
 
@@ -45,13 +42,13 @@ def _length(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @click.option(
     "--thickness",
     metavar="LENGTH",
-    callback=_length,
+    type=Reading(_length),
     help='Test strips of a sheet of this thickness, such as "1 mm", and not bars.',
 )
 @click.option(
     "--spacing",
     metavar="LENGTH",
-    callback=_length,
+    type=Reading(_length),
     default="2.5 mm",
     show_default=True,
     help="Length of cells, for tissues whose quantities belong to springs.",

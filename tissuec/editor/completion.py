@@ -21,7 +21,7 @@ from tissuec.editor.terms import Term
 from tissuec.editor.views import Symbol, View
 from tissuec.formats import FORMATS
 from tissuec.lang import syntax as s
-from tissuec.lang.words import DECLARING_WORDS, RESERVED, TIME_WORDS
+from tissuec.lang.words import DECLARING_WORDS, TIME_WORDS, written_name
 from tissuec.scene.library import SUFFIX, Library, files_of
 from tissuec.scene.meanings import RESERVED as MEANINGS
 
@@ -111,7 +111,7 @@ def _symbols(view: View, phrase: Phrase) -> list[Symbol]:
 
 
 def _name(symbol: Symbol, phrase: Phrase) -> Proposal:
-    text = quoted_if_needed(symbol.name)
+    text = written_name(symbol.name)
     behind = (
         " is " if symbol.kind == "property" and phrase.block.kind in ("tissue", "rules") else ""
     )
@@ -119,13 +119,6 @@ def _name(symbol: Symbol, phrase: Phrase) -> Proposal:
         symbol.name, symbol.kind, text + behind, phrase.start, phrase.stop,
         f"{symbol.kind}, {symbol.span.place}",
     )  # fmt: skip
-
-
-def quoted_if_needed(name: str) -> str:
-    """Return a name as it is written where names are used."""
-    words = name.split(" ")
-    plain = all(word.isidentifier() and word.lower() not in RESERVED for word in words)
-    return name if plain else f'"{name}"'
 
 
 def _words(view: View, phrase: Phrase) -> Iterator[Proposal]:

@@ -8,12 +8,12 @@ from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
-from tissuec.editor.completion import quoted_if_needed
 from tissuec.editor.lexemes import STRING, WORD, lexemes
 from tissuec.editor.phrases import NUMBERS, ONE_NAMESPACE, SUBJECTS
 from tissuec.editor.structure import Statement
 from tissuec.editor.views import Symbol, View, view_of
 from tissuec.lang import syntax as s
+from tissuec.lang.words import written_name
 from tissuec.scene.declarations import NAMED, SINGLE
 from tissuec.scene.imports import Program
 from tissuec.scene.library import SUFFIX, Library
@@ -125,7 +125,7 @@ def rename(view: View, views: list[View], offset: int, name: str) -> Renaming:
     for other in view.of_kind(*kinds):
         if other.key == s.key_of(text) != symbol.key and other.within == symbol.within:
             raise TissueError(f'"{text}" is declared already, {other.span.place}')
-    return Renaming(tuple(references(views, symbol)), quoted_if_needed(text))
+    return Renaming(tuple(references(views, symbol)), written_name(text))
 
 
 def renamable(view: View, offset: int) -> Symbol:

@@ -10,7 +10,8 @@ from typing import Any
 from tissuec.core.errors import CompileError
 from tissuec.core.names import key_of
 from tissuec.core.units import UnitError, parse_unit, si_unit
-from tissuec.explorer.writing import short_place, written_name
+from tissuec.explorer.writing import short_place
+from tissuec.lang.words import written_name
 from tissuec.provenance import shown_value
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import load, read_source

@@ -18,7 +18,7 @@ from tissuec.core.units import (
     shown_units,
     si_unit,
 )
-from tissuec.explorer.writing import short_place, written_name
+from tissuec.explorer.writing import short_place
 from tissuec.fuzzy import conditions as c
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
@@ -26,7 +26,7 @@ from tissuec.fuzzy.rules import Quantity
 from tissuec.fuzzy.sets import FAINTEST, REACH, AnyShape, Gaussian, Powered, Word
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
-from tissuec.lang.words import RESERVED
+from tissuec.lang.words import RESERVED, written_name
 from tissuec.provenance import belonging
 from tissuec.scene.evidence import KNOWN
 from tissuec.scene.laws import BY_ENTRY

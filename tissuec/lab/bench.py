@@ -1,6 +1,5 @@
 """The bench on which coupons of one tissue are tested: scenes are written, run and read."""
 
-import signal
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,12 +13,11 @@ from tissuec.inelastic import TIMES
 from tissuec.lab.coupon import BODY, Coupon
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
-from tissuec.lang.words import RESERVED
+from tissuec.lang.words import written_name
 from tissuec.network import Floats, Network
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.running.interrupting import exit_code
-from tissuec.running.run import Outcome
+from tissuec.running.interrupting import interruption
 from tissuec.scene.library import belongs_to_scenes
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import OF_MATTER, YOUNGS_MODULUS
@@ -214,7 +212,7 @@ class Bench:
                 time = np.array(next(iter(logs.values())).time)
         outcome = finished.outcome
         if outcome.kind == "interrupted":
-            raise _interruption(outcome)
+            raise interruption(outcome.signal)
         stopped = "" if outcome.kind == "done" else outcome.message
         return Reading(values, time, compiled.network, stopped)
 
@@ -223,17 +221,10 @@ class Bench:
         standing_in = [
             texts[not self.is_of_matter] for what, texts in _NEEDED.items() if self.lacks(what)
         ]
-        name = _written(self.tissue.name)
+        name = written_name(self.tissue.name)
         yield f"tissue {TISSUE} like {name} {{ {'; '.join(standing_in)} }}"
         unbreakable = "fraction force is none; crushing force is none"
         yield f"tissue {TABS} like {TISSUE} {{ {unbreakable} }}"
-
-
-def _interruption(outcome: Outcome) -> BaseException:
-    """Return what ends the program after a signal."""
-    if outcome.signal in (None, signal.SIGINT):
-        return KeyboardInterrupt(outcome.message)
-    return SystemExit(exit_code(outcome.signal))
 
 
 def _without_scene(source: Source) -> str:
@@ -247,8 +238,3 @@ def _without_scene(source: Source) -> str:
             blank = "".join(sign if sign == "\n" else " " for sign in text[start:end])
             text = text[:start] + blank + text[end:]
     return text
-
-
-def _written(name: str) -> str:
-    """Return a name in quotes, where it holds reserved words."""
-    return f'"{name}"' if RESERVED & {word.lower() for word in name.split(" ")} else name

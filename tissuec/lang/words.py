@@ -3,6 +3,10 @@
 A reserved word ends a name; a name that contains one is written in quotes.
 """
 
+import re
+
+_WORD = re.compile(r"[^\W\d]\w*(?:'[^\W\d]\w*)?")  # WORD of the grammar
+
 #: Begin a time: ``at 0.1 s: …``, and clauses: ``every 1 ms``.
 TIME_WORDS = ("at", "from", "to", "every", "until", "after")
 
@@ -26,3 +30,10 @@ CONTINUING = ("then", "and", "or", "is", "where", "within", "between", *JOINING_
 
 #: A statement can begin with one of these (or with a name).
 STARTING = frozenset((*TIME_WORDS, *DECLARING_WORDS, "if", "when"))
+
+
+def written_name(name: str) -> str:
+    """Return a name as it stands in a text: in quotes if it is more than plain words."""
+    parts = name.split(" ")
+    plain = all(_WORD.fullmatch(part) and part.lower() not in RESERVED for part in parts)
+    return name if plain else f'"{name}"'

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from tissuec.core.units import LENGTH
-from tissuec.lang.words import RESERVED
+from tissuec.lang.words import written_name
 from tissuec.learn.shown import PARTS, interval, shown
 from tissuec.learn.writing.drafts import Draft, Number
 from tissuec.learn.writing.laws import changed_constants, law_text
@@ -32,12 +32,12 @@ class Scribe:
 
     def block(self, draft: Draft, form: str) -> list[str]:
         """Return the lines of a tissue."""
-        parent = f" like {quoted(draft.original.name)}" if form == LIKE else ""
+        parent = f" like {written_name(draft.original.name)}" if form == LIKE else ""
         lines = [f"# for {draft.remark}"] if draft.remark else []
-        lines.append(f"tissue {quoted(draft.name)}{parent} {{")
+        lines.append(f"tissue {written_name(draft.name)}{parent} {{")
         lines.append(f'about "{self.about}"')
         if form == IN_WORDS and draft.original.vocabulary:
-            lines.append(f"described in {quoted(draft.original.vocabulary)}")
+            lines.append(f"described in {written_name(draft.original.vocabulary)}")
             lines += [self._fact(fact) for fact in draft.original.facts]
         elif form == IN_NUMBERS:
             lines += [f"# {fact.span.one_line}" for fact in draft.original.facts]
@@ -51,7 +51,7 @@ class Scribe:
         """Return what a tissue says of a property: in its word, or as a number."""
         scale = self.scene.vocabulary.properties[fact.property]
         if "=" in fact.span.text:
-            return f"{quoted(fact.property)} = {exact(fact.number, scale.dimension)}"
+            return f"{written_name(fact.property)} = {exact(fact.number, scale.dimension)}"
         return fact.span.one_line
 
     def _numbers(self, draft: Draft, form: str) -> Iterator[str]:
@@ -85,15 +85,6 @@ class Scribe:
             text = law_text(word, law, changed, self.scene.constants)
             remarks = [f"{name}: {remark(number)}" for name, number in changed.items()]
             yield f"{text}  # {'; '.join(remarks)}" if remarks else text
-
-
-def quoted(name: str) -> str:
-    """Return a name as it is written: in quotes where it holds a reserved word."""
-    words = name.split()
-    plain = words and all(word[0].isalpha() for word in words)
-    if plain and not any(word.lower() in RESERVED for word in words):
-        return name
-    return f'"{name}"'
 
 
 def remark(number: Number, what: str = "") -> str:
