@@ -1,7 +1,8 @@
 """tissuec: words for tissue into physics, and physics into motion that can be trusted.
 
-From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes`` and
-``examine``. What stands behind these names is imported when one of them is first used.
+From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes``,
+``properties`` and ``examine``. What stands behind these names is imported when one of them is
+first used.
 """
 
 from importlib import import_module
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
         TissueError,
         TissueWarning,
     )
-    from tissuec.door import check, compile, examine, load, modes, run
+    from tissuec.door import check, compile, examine, load, modes, properties, run
     from tissuec.results.errors import PlaceError, ResultError
     from tissuec.results.trajectory import Trajectory
 
@@ -38,11 +39,12 @@ __all__ = [
     "examine",
     "load",
     "modes",
+    "properties",
     "run",
 ]
 
 _HOMES = {
-    "tissuec.door": ("check", "compile", "examine", "load", "modes", "run"),
+    "tissuec.door": ("check", "compile", "examine", "load", "modes", "properties", "run"),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
     "tissuec.results.trajectory": ("Trajectory",),
 }

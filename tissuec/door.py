@@ -20,6 +20,7 @@ from tissuec.core.errors import (
 )
 
 if TYPE_CHECKING:
+    from tissuec.bodies import BodyProperties
     from tissuec.compiler import Compiled
     from tissuec.lab.laboratory import Examination
     from tissuec.overriding import Given
@@ -204,6 +205,36 @@ def modes(
 
         write_modes(result, compiled, Path(out), manifest_of(compiled, request))
     return result
+
+
+def properties(
+    scene: Scene,
+    *,
+    body: str | None = None,
+    frequencies: int = 3,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "list[BodyProperties]":
+    """Return what each body of a scene is as matter, as ``tissuec explain --bodies`` does.
+
+    Args:
+        scene: As in `run`, like ``params``, ``libraries`` and ``more``.
+        body: The only one that is asked for.
+        frequencies: How many natural frequencies of each body, 0 for none.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        TissueError: There is no such body.
+    """
+    from tissuec.bodies import properties_of
+    from tissuec.pipeline import compile_request
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    return list(properties_of(compiled, body=body, frequencies=frequencies))
 
 
 def examine(

@@ -22,6 +22,7 @@ from tissuec.cli.common import (
 from tissuec.core.errors import TissueError, did_you_mean
 
 if TYPE_CHECKING:
+    from tissuec.bodies import BodyProperties
     from tissuec.prediction import Prediction
     from tissuec.provenance import Row
     from tissuec.scene.model import Tissue
@@ -40,14 +41,29 @@ COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues l
     is_flag=True,
     help="Also say what the run will do, and what it skips.",
 )
+@click.option(
+    "--bodies",
+    "with_bodies",
+    is_flag=True,
+    help="Also say what each body is as matter: stiffness, mass, waves, frequencies.",
+)
 @scene_options
 def command(
-    settings: Settings, subject: str, tissue: str | None, with_plan: bool,
+    settings: Settings, subject: str, tissue: str | None, with_plan: bool, with_bodies: bool,
     overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> int:  # fmt: skip
     """Say where every number of the scene SUBJECT comes from.
 
     SUBJECT may also be a code such as TIS104: then say what it means.
+
+    --bodies computes from the net of each body, however its tissue is given: mass, density,
+    Young's and shear modulus, Poisson's ratio, anisotropy, wave speeds, the length at which it
+    breaks, and its lowest natural frequencies with what is held at 0 s.
+
+    \b
+    tissuec explain scene.tis --tissue liver
+    tissuec explain scene.tis --bodies --json
+    tissuec explain TIS104
     """
     if CODE.fullmatch(subject):
         return _explain_code(subject.upper(), settings)
@@ -59,20 +75,33 @@ def command(
     )
     words, warnings = read_words(request)
     tissues = _chosen(words, tissue)
-    plan = None
-    if with_plan:
-        from tissuec.prediction import predict  # late: it looks at the engine
-
+    plan, bodies = None, None
+    if with_plan or with_bodies:
         compiled, warnings = compile_request(request)
-        plan = predict(compiled)
+        if with_plan:
+            from tissuec.prediction import predict  # late: it looks at the engine
+
+            plan = predict(compiled)
+        if with_bodies:
+            from tissuec.bodies import properties_of  # late: it needs SciPy
+
+            bodies = properties_of(compiled)
     if settings.json:
         document = as_dict(words, tissues)
-        print_json(document if plan is None else document | {"plan": asdict(plan)})
+        if plan is not None:
+            document["plan"] = asdict(plan)
+        if bodies is not None:
+            from tissuec.wording.bodies import as_dict as body_as_dict
+
+            document["bodies"] = [body_as_dict(body) for body in bodies]
+        print_json(document)
         return DONE
     report(warnings if settings.verbose else (), settings)
     _print_params(words)
     for one in tissues:
         _print_tissue(one)
+    for body in bodies or ():
+        _print_body(body)
     if plan is not None:
         _print_plan(plan)
     return DONE
@@ -122,6 +151,16 @@ def _cells(row: "Row") -> Iterator[tuple[str, ...]]:
         facts = f"  ({reason.facts})" if reason.facts else ""
         yield *head, reason.said, f"{reason.place}{facts}"
         head = ("", "", "")
+
+
+def _print_body(body: "BodyProperties") -> None:
+    from tissuec.wording import bodies as wording
+
+    echo(f"\n{wording.head(body)}")
+    for line in aligned(list(wording.rows(body)), COLUMNS[:2]):
+        echo(f"  {line.rstrip()}")
+    for note in body.notes:
+        echo(f"  note: {note}")
 
 
 def _print_plan(plan: "Prediction") -> None:

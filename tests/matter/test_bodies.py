@@ -1,0 +1,338 @@
+"""What bodies are said to be is what their tissue says, and what closed forms say of nets."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tissuec
+from tests.matter.elastic import moved, stiffness
+from tests.matter.test_tetrahedra import as_vtk, bar
+from tests.test_cli import tissuec as command
+from tissuec import bodies
+
+MATTER = "Young's modulus = 5 kPa; density = 1060 kg/m^3; retardation time = 2 ms"
+SPRINGS = "spring constant = 40 N/m; viscosity = 20 mN*s/m; mass = 10 mg"
+SCENE = """language 1
+tissue gel {{ {tissue} }}
+body piece {{ mesh is {mesh}; tissue is gel{more} }}
+{sets}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+{script}
+simulate {{ duration = 1 ms }}
+"""
+SHEET = (
+    "sheet {{ corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 20, 0) mm; "
+    "columns = {0}; rows = {1}; diagonals is {2} }}"
+)
+THREAD = "thread { line from (0, 0, 0) mm to (40, 0, 0) mm; thickness = 2 mm; pieces = 32 }"
+
+
+def block(kind, cell, reach="second neighbours", sides=(40, 20, 20)):
+    to = ", ".join(map(str, sides))
+    return (
+        f"lattice {{ kind is {kind}; reach is {reach}; cell = {cell} mm; "
+        f"box from (0, 0, 0) mm to ({to}) mm }}"
+    )
+
+
+def text_of(mesh, tissue=MATTER, more="", sets="", script=""):
+    more = f"; {more}" if more else ""
+    return SCENE.format(mesh=mesh, tissue=tissue, more=more, sets=sets, script=script)
+
+
+def piece(mesh, tissue=MATTER, more="", frequencies=0, **given):
+    text = text_of(mesh, tissue, more, **given)
+    (found,) = tissuec.properties(text, frequencies=frequencies)
+    return found
+
+
+def imported(folder, text, name, tissue=MATTER, more="", inside=""):
+    (folder / name).write_text(text)
+    scene = folder / "piece.tis"
+    scene.write_text(text_of(f'imported {{ file "{name}" in mm{inside} }}', tissue, more))
+    return scene
+
+
+# --- elastic constants ------------------------------------------------------------------------
+
+
+# A lattice passes the patch test but for its edges, by which body-centred blocks differ.
+@pytest.mark.parametrize(
+    ("kind", "cell", "error", "in_shear"),
+    [
+        ("sodium chloride", 10, 1e-5, 1e-5),
+        ("sodium chloride", 5, 1e-5, 1e-5),
+        ("caesium chloride", 10, 5e-3, 0.05),
+        ("caesium chloride", 5, 1e-3, 0.015),
+    ],
+)
+def test_a_lattice_of_matter_is_what_its_tissue_says(kind, cell, error, in_shear):
+    found = piece(block(kind, cell))
+    one = found.elasticity
+    assert (found.kind, one.unit, one.directions) == ("solid", "Pa", ("x", "y", "z"))
+    assert one.young == pytest.approx([5e3] * 3, rel=error)
+    assert one.shear == pytest.approx([2e3] * 3, rel=in_shear)
+    assert one.poisson == pytest.approx(0.25, abs=2 * error)
+    assert one.anisotropy == pytest.approx(1.0, abs=in_shear)
+    assert found.mass == pytest.approx(1060.0 * 16e-6)
+    assert found.density == pytest.approx(1060.0)
+    assert found.retardation_time == pytest.approx(2e-3)
+    assert found.wave_speeds == pytest.approx([np.sqrt(5e3 / 1060.0)] * 3, rel=error)
+    assert found.shear_wave_speed == pytest.approx(np.sqrt(2e3 / 1060.0), rel=in_shear)
+
+
+@pytest.mark.parametrize("ratio", [0.35, 0.49])
+def test_cells_that_keep_their_volume_count(ratio):
+    found = piece(block("sodium chloride", 10), f"{MATTER}; Poisson's ratio = {ratio}")
+    assert found.elasticity.poisson == pytest.approx(ratio, abs=1e-4)
+    assert found.elasticity.young == pytest.approx([5e3] * 3, rel=1e-4)
+
+
+def test_a_lattice_of_equal_springs_has_the_stiffness_that_counting_gives():
+    # All springs of cubes count in full, also those in faces and edges of the block. An edge
+    # along x stores c a² for a strain of 1 along x, a diagonal c (2a²)/4 = c a²/2; those of the
+    # planes xy and xz do, and couple x with y or z by as much.
+    n, a, c = np.array([4, 2, 2]), 10e-3, 40.0
+    edges = [n[i] * np.prod(np.delete(n, i) + 1) for i in range(3)]
+    pairs = {(i, j): 2 * n[i] * n[j] * (n[3 - i - j] + 1) for i, j in ((0, 1), (0, 2), (1, 2))}
+    normal = np.diag(np.array(edges, dtype=float))
+    for (i, j), count in pairs.items():
+        for one, other in ((i, i), (j, j), (i, j), (j, i)):
+            normal[one, other] += 0.5 * count
+    normal *= c * a**2 / 16e-6
+    compliance = np.linalg.inv(normal)
+    found = piece(block("sodium chloride", 10), SPRINGS)
+    assert np.array(found.elasticity.matrix)[:3, :3] == pytest.approx(normal, rel=1e-5)
+    assert found.elasticity.young == pytest.approx(1.0 / np.diag(compliance), rel=1e-5)
+    assert found.elasticity.unit == "Pa"
+
+
+def test_a_lattice_without_diagonals_resists_along_its_axes_only():
+    one = piece(block("sodium chloride", 10, reach="nearest neighbours"), SPRINGS).elasticity
+    assert min(one.young) > 0.0
+    assert one.shear == (0.0, 0.0, 0.0)
+    assert one.anisotropy == math.inf
+
+
+def test_irregular_nets_are_relaxed_as_independent_statics_relax_them(tmp_path, interpreted):
+    scene = imported(tmp_path, as_vtk(*bar(10.0, 0.25)), "bar.vtk")
+    (found,) = tissuec.properties(scene, frequencies=0)
+    compiled = tissuec.compile(scene)
+    x = compiled.network.position
+    strain = np.array([[1.0, 0.3, -0.2], [0.3, -0.5, 0.4], [-0.2, 0.4, 0.7]])
+    held = {
+        3 * int(node) + axis: float(strain[axis] @ x[node])
+        for node in np.unique(compiled.network.skin)
+        for axis in range(3)
+    }
+    u, force = moved(stiffness(compiled.network, compiled.plan), held)
+    i, j = np.array([(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)]).T
+    voigt = strain[i, j] * np.where(i == j, 1.0, 2.0)
+    stored = 16e-6 * voigt @ np.array(found.elasticity.matrix) @ voigt
+    # Energies of both are precise to the square of what is left of forces.
+    assert stored == pytest.approx(float((u * force).sum()), rel=1e-6)
+    evenly = np.abs(u - x @ strain).max()
+    assert evenly > 1e-3 * np.abs(u).max(), "nothing has to be relaxed"
+
+
+def test_tetrahedra_have_about_the_modulus_of_their_tissue(tmp_path):
+    scene = imported(tmp_path, as_vtk(*bar(5.0, 0.0)), "bar.vtk")
+    (found,) = tissuec.properties(scene, frequencies=0)
+    # Regular ones; irregular ones are stiffer by some per cent where their surface is held.
+    assert found.elasticity.young == pytest.approx([5e3] * 3, rel=3e-3)
+    assert found.mass == pytest.approx(1060.0 * 16e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("fill", ["tetrahedra", "sodium chloride; reach is second neighbours"])
+def test_filled_surfaces_are_solids_of_the_volume_within(fill, tmp_path, repository):
+    surface = (repository / "library" / "meshes" / "liver.obj").read_text()
+    inside = f"; filling is {fill}; cell = 20 mm"
+    scene = imported(tmp_path, surface, "liver.obj", inside=inside)
+    with pytest.warns(tissuec.TissueWarning, match="W207"):
+        (found,) = tissuec.properties(scene, frequencies=0)
+    assert found.kind == "solid"
+    assert found.density == pytest.approx(1060.0)
+    # As W207 says, its stiffness depends on the direction.
+    assert found.elasticity.anisotropy > 1.1
+    assert 0.7 * 5e3 < found.elasticity.mean < 1.4 * 5e3
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(5, 3), (13, 5)])
+def test_a_sheet_of_matter_has_its_modulus_with_its_thickness(columns, rows):
+    one = piece(SHEET.format(columns, rows, "both"), more="thickness = 1 mm").elasticity
+    assert one.unit == "Pa"
+    assert one.directions == ("first edge", "second edge")
+    assert one.young == pytest.approx([5e3] * 2, rel=1e-5)
+    assert one.shear == pytest.approx([5e3 * 3.0 / 8.0], rel=1e-5)
+    assert (one.poisson, one.anisotropy) == pytest.approx((1.0 / 3.0, 1.0), rel=1e-5)
+
+
+def test_a_wall_without_a_thickness_has_a_modulus_times_it():
+    found = piece(SHEET.format(5, 3, "none"), SPRINGS)
+    # Springs of 40 N/m along both edges: 3 rows in 20 mm, 5 columns in 40 mm.
+    assert found.elasticity.unit == "N/m"
+    assert found.elasticity.young == pytest.approx([40.0 * 3 * 10 / 20, 40.0 * 5 * 10 / 40])
+    assert found.elasticity.shear == (0.0,)
+    assert found.density is None
+    per_area = found.mass / 8e-4
+    due = np.sqrt(np.array(found.elasticity.young) / per_area)
+    assert found.wave_speeds == pytest.approx(due)
+
+
+def test_a_tube_knows_its_wall_and_not_the_springs_inside():
+    mesh = (
+        "tube {{ axis from (0, 0, 0) mm to (80, 0, 0) mm; radius = 10 mm; rings = 17; "
+        "sides = 12; diagonals is {0} }}"
+    )
+    found = piece(mesh.format("both"), more="thickness = 1 mm")
+    assert found.elasticity.directions == ("around", "along")
+    # Around it, springs are chords: within the square of half the angle between two sides.
+    assert found.elasticity.young == pytest.approx([5e3] * 2, rel=2e-3)
+    assert found.area == pytest.approx(0.08 * 24 * 0.01 * np.sin(np.pi / 12))
+    plain = piece(mesh.format("one"), SPRINGS)
+    filled = piece(mesh.format("one; interior is spokes"), SPRINGS)
+    assert filled.elasticity == plain.elasticity
+    assert filled.notes == ("elastic constants leave out 102 springs outside of the wall",)
+
+
+@pytest.mark.parametrize(("times", "error"), [(2, 0.05), (3, 0.02)])
+def test_a_sphere_has_the_modulus_of_its_wall_on_average(times, error):
+    mesh = f"sphere {{ centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = {times} }}"
+    one = piece(mesh, more="thickness = 1 mm").elasticity
+    assert one.young == pytest.approx([5e3] * 2, rel=1.2 * error)
+    # Even stretching is exact, as it is for each triangle.
+    (xx, xy, _), (_, yy, _), _ = one.matrix
+    assert (xx + yy + 2.0 * xy) / 4.0 == pytest.approx(0.5 * 5e3 / (1 - 1 / 3), rel=1e-3)
+
+
+@pytest.mark.parametrize(("more", "section"), [("", None), ("section = 2 mm^2", 2e-6)])
+def test_bars_have_a_spring_constant_times_their_length(more, section):
+    text = text_of("explicit", SPRINGS, more) + (
+        'table nodes of piece in mm with columns "id x y" { 1 0 0; 2 10 0; 3 10 20 }\n'
+        'table springs of piece with columns "a b" { 1 2; 2 3 }\n'
+    )
+    (found,) = tissuec.properties(text, frequencies=0)
+    assert found.kind == "bars"
+    assert found.elasticity.unit == ("N" if section is None else "Pa")
+    assert found.elasticity.directions == ("least", "largest")
+    assert found.elasticity.young == pytest.approx(np.array([0.4, 0.8]) / (section or 1.0))
+    assert found.wave_speeds == ()
+
+
+# --- motion -----------------------------------------------------------------------------------
+
+
+def test_waves_along_a_thread_set_its_first_frequency_and_decay():
+    sets = "set left = nodes of piece where x < 0.1 mm"
+    found = piece(THREAD, sets=sets, script="script { at 0 s: fix left }", frequencies=2)
+    assert found.elasticity.young == pytest.approx([5e3])
+    (speed,) = found.wave_speeds
+    assert speed == pytest.approx(np.sqrt(5e3 / 1060.0))
+    # A quarter of a wave; 32 pieces are off by (π / 128)² / 6.
+    first, second = found.vibrations
+    assert first.frequency == pytest.approx(speed / 0.16, rel=2e-4)
+    assert second.frequency == pytest.approx(3.0 * speed / 0.16, rel=2e-3)
+    omega = 2.0 * np.pi * first.frequency
+    assert first.damping_ratio == pytest.approx(omega * 2e-3 / 2.0)
+    assert first.decay_time == pytest.approx(2.0 / (omega**2 * 2e-3))
+
+
+def test_decay_is_the_slower_one_beyond_critical_damping():
+    slow = bodies.Vibration(frequency=1.0 / (2.0 * np.pi), damping_ratio=5.0)
+    rates = np.roots([1.0, 10.0, 1.0])  # u'' + 2 ζ u' + u = 0
+    assert slow.decay_time == pytest.approx(-1.0 / rates.max())
+    assert bodies.Vibration(1.0, 0.0).decay_time == math.inf
+
+
+def test_a_held_body_has_no_frequencies_and_what_is_too_large_says_so(monkeypatch):
+    sets = "set whole = nodes of piece where x < 1 m"
+    held = piece(THREAD, sets=sets, script="script { at 0 s: fix whole }", frequencies=2)
+    assert held.vibrations == ()
+    monkeypatch.setattr(bodies, "LARGEST", 10)
+    monkeypatch.setattr(bodies, "LARGEST_TO_VIBRATE", 5)
+    found = piece(block("sodium chloride", 20), frequencies=2)
+    assert found.elasticity is None
+    assert found.wave_speeds == ()
+    assert [note.partition(" are")[0] for note in found.notes] == [
+        "elastic constants",
+        "frequencies",
+    ]
+
+
+# --- breaking ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("limit", ["breaking strain = 45 %", "strength = 2.25 kPa"])
+@pytest.mark.parametrize(
+    ("mesh", "more"),
+    [
+        (block("sodium chloride", 10), ""),
+        (SHEET.format(5, 3, "both"), "thickness = 1 mm; "),
+        (THREAD, ""),
+    ],
+    ids=["block", "sheet", "thread"],
+)
+def test_bodies_break_at_the_strain_and_stress_of_their_tissue(mesh, more, limit):
+    found = piece(mesh, f"{MATTER}; {limit}", f"{more}rupture is allowed")
+    assert found.breaking.stretch == pytest.approx([1.45] * 3)
+    assert found.breaking.stress == pytest.approx(2.25e3, rel=1e-5)
+    assert piece(mesh, f"{MATTER}; {limit}", more.removesuffix("; ")).breaking is None
+
+
+def test_springs_of_a_law_break_where_it_reaches_their_limit():
+    law = "spring law is exponential { stiffening = 4 }"
+    text = text_of("explicit", f"{law}; {SPRINGS}; fraction force = 2 N", "rupture is allowed")
+    text += (
+        'table nodes of piece in mm with columns "id x" { 1 0; 2 10 }\n'
+        'table springs of piece with columns "a b" { 1 2 }\n'
+    )
+    (found,) = tissuec.properties(text, frequencies=0)
+    strain = found.breaking.stretch[1] - 1.0
+    law = tissuec.compile(text).network.behaviour()
+    assert law.pull(np.array([strain * 10e-3])) == pytest.approx([2.0])
+    assert found.breaking.stress is None
+
+
+def test_a_limit_that_is_never_reached_is_none():
+    table = (
+        'table nodes of piece in mm with columns "id x" { 1 0; 2 10 }\n'
+        'table springs of piece with columns "a b" { 1 2 }\n'
+    )
+    law = "spring force of e = c * e / (1 + abs(e) / 1 mm)"  # below c times 1 mm
+    text = text_of("explicit", f"{law}; {SPRINGS}; fraction force = 2 N", "rupture is allowed")
+    (found,) = tissuec.properties(text + table, frequencies=0)
+    assert found.breaking is None
+
+
+# --- command ----------------------------------------------------------------------------------
+
+
+def test_the_command_prints_each_body_and_gives_the_same_as_data(tmp_path: Path):
+    scene = tmp_path / "piece.tis"
+    tissue = f"{MATTER}; breaking strain = 45 %"
+    scene.write_text(text_of(block("sodium chloride", 10), tissue, "rupture is allowed"))
+    shown = command("explain", "piece.tis", "--bodies", cwd=tmp_path)
+    assert shown.returncode == 0, shown.stderr
+    table = shown.stdout[shown.stdout.index("piece: ") :].splitlines()
+    assert table[0] == "piece: solid of gel; 45 nodes, 232 springs"
+    lines = {line[2:].split("  ")[0]: " ".join(line.split()) for line in table[1:]}
+    assert lines["mass"] == "mass 17 g 1060 kg/m^3, 16 ml"
+    assert lines["Young's modulus"] == "Young's modulus 5 kPa"
+    assert lines["breaks at"] == "breaks at 1.45 times its length, at 2.25 kPa"
+    given = command("explain", "piece.tis", "--bodies", "--json", cwd=tmp_path)
+    (body,) = json.loads(given.stdout)["bodies"]
+    (same,) = tissuec.properties(scene)
+    assert body["elasticity"]["young"] == pytest.approx(same.elasticity.young)
+    assert body["vibrations"][0]["frequency"] == pytest.approx(same.vibrations[0].frequency)
+    assert body["wave_speeds"] == pytest.approx(same.wave_speeds)
+    assert body["density"] == pytest.approx(1060.0)
+
+
+def test_a_body_that_is_not_there_is_told():
+    with pytest.raises(tissuec.TissueError, match='no body "pece"; did you mean "piece"'):
+        tissuec.properties(text_of(THREAD), body="pece")
+    (found,) = tissuec.properties(text_of(THREAD), body="Piece", frequencies=0)
+    assert found.name == "piece"

@@ -1,0 +1,288 @@
+"""Elastic constants of a net as it stands, however it was made.
+
+A body is stretched evenly by ε: the nodes of its boundary go by ε x, and those inside go to
+where they are in balance, by one linear system. What its springs store is then ½ V ε : C : ε,
+which gives the stiffness C. It bounds that of a body with a free boundary from above, and is
+exact if an even strain leaves all nodes in balance, as in a net that passes the patch test.
+(R. Hill, J. Mech. Phys. Solids 11:357, 1963; C. Huet, J. Mech. Phys. Solids 38:813, 1990.)
+
+A wall is stretched in its own plane, which turns with it; its nodes stay in the wall. Those
+inside a rim are relaxed if it is a grid or flat. Elsewhere even strains do not fit together.
+
+Strains are in Voigt's order xx, yy, zz, yz, zx, xy, shear strains being changes of angles.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.matter.linear import elongations, solution, stiffness
+from tissuec.network import Floats, Grid
+from tissuec.shapes.edges import Edges
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+Pairs = NDArray[np.int32]
+Unit = Literal["Pa", "N/m", "N"]
+VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
+NONE = 1e-6  # of the largest: what is less stiff gives way
+_FLAT = 1e-6  # sine of an angle between normals that is rounding
+_SAMPLES = 400  # directions in which Young's modulus is compared
+
+
+@dataclass(frozen=True, slots=True)
+class Elasticity:
+    """Young's modulus and what belongs to it.
+
+    Attributes:
+        unit: "Pa"; or, of a wall without a thickness, "N/m": all is multiplied by its
+            thickness; or, of bars without a section, "N": by their section.
+        directions: Those of ``young``: "x", "y", "z" in a solid; "around" and "along" in a
+            tube; "first edge" and "second edge" in a sheet; the longest side of its bounding
+            box and "across" it in other walls; "along" bars, or the "least" and the "largest"
+            value of all bars.
+        young: Young's modulus in each direction [unit].
+        shear: Shear modulus in yz, zx and xy of a solid, or of a wall; none of bars [unit].
+        poisson: Mean Poisson's ratio; None of bars and of what gives way.
+        anisotropy: The largest over the least Young's modulus of all directions; infinite if
+            nothing resists in one of them, None of bars.
+        matrix: C in Voigt's order, 6 x 6 of a solid, 3 x 3 of a wall (first direction, second
+            one, shear) [unit]; none of bars.
+    """
+
+    unit: Unit
+    directions: tuple[str, ...]
+    young: tuple[float, ...]
+    shear: tuple[float, ...] = ()
+    poisson: float | None = None
+    anisotropy: float | None = None
+    matrix: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def mean(self) -> float:
+        """Return the mean Young's modulus of the directions [unit]."""
+        return sum(self.young) / len(self.young)
+
+
+def of_solid(
+    position: Floats,
+    ends: Pairs,
+    constant: Floats,
+    cells: "csr_matrix | None",
+    boundary: NDArray[np.integer],
+    volume: float,
+) -> Elasticity:
+    """Return the elastic constants of a solid.
+
+    Args:
+        position: [m], shape (node, 3).
+        ends: Node pair of each spring, shape (spring, 2).
+        constant: dT/dL of each spring [N/m], shape (spring,).
+        cells: √(K/V) ∂V/∂x of cells that keep their volume [(N/m)^½], shape (3 node, cell).
+        boundary: Nodes of its surface.
+        volume: Of the body [m³].
+    """
+    from scipy.sparse import csr_matrix, vstack
+
+    rows = elongations(position, ends)
+    if cells is not None:
+        rows = csr_matrix(vstack([rows, cells.T]))
+        constant = np.concatenate([constant, np.ones(cells.shape[1])])
+    even = rows @ np.stack([_evenly(position, *pair) for pair in VOIGT], axis=1)
+    inside = np.ones(len(position), dtype=bool)
+    inside[boundary] = False
+    free = (3 * np.flatnonzero(inside)[:, None] + np.arange(3)).ravel()
+    return _constants(_relaxed(rows[:, free], constant, even) / volume, "Pa", ("x", "y", "z"))
+
+
+def of_wall(
+    position: Floats,
+    ends: Pairs,
+    constant: Floats,
+    skin: NDArray[np.integer],
+    grid: Grid | None,
+    thickness: float | None,
+) -> Elasticity:
+    """Return the elastic constants of a wall.
+
+    Args:
+        position: [m], shape (node, 3).
+        ends: Node pair of each spring of the wall, shape (spring, 2).
+        constant: dT/dL of each spring [N/m], shape (spring,).
+        skin: Triangles of the wall, shape (triangle, 3).
+        grid: How the nodes stand in rows and columns, if they do.
+        thickness: [m]; None if it has none.
+    """
+    normal, area = _normals(position, skin)
+    directions, first = _first_direction(position, grid)
+    frame = _frames(normal, first)
+    rows, even = _in_wall(position, ends, frame)
+    free = np.zeros(0, dtype=np.int64)
+    if grid is not None or np.abs(np.cross(normal, normal[skin[0, 0]])).max() < _FLAT:
+        edges = Edges.among(skin.astype(np.int64))
+        inner = np.setdiff1d(np.unique(skin), edges.ends[edges.count == 1])
+        free = (2 * inner[:, None] + np.arange(2)).ravel()
+    across = 1.0 if thickness is None else thickness
+    matrix = _relaxed(rows[:, free], constant, even) / (area * across)
+    return _constants(matrix, "N/m" if thickness is None else "Pa", directions)
+
+
+def wall_springs(skin: NDArray[np.integer], ends: Pairs) -> NDArray[np.bool_]:
+    """Return which springs lie in a surface: sides and diagonals of its faces, (spring,)."""
+    edges = Edges.among(skin.astype(np.int64))
+    one, other, _ = edges.pairs
+    shared = edges.ends[edges.count == 2].sum(axis=1)
+    diagonals = np.stack([edges.triangles[t].sum(axis=1) - shared for t in (one, other)], 1)
+    size = int(max(skin.max(initial=0), ends.max(initial=0))) + 1
+    known, asked = (
+        np.sort(pairs.astype(np.int64), axis=1) @ np.array([size, 1])
+        for pairs in (np.concatenate([edges.ends, diagonals]), ends)
+    )
+    return np.isin(asked, known)
+
+
+# --- even strains -----------------------------------------------------------------------------
+
+
+def _evenly(position: Floats, one: int, other: int) -> Floats:
+    """Return displacements ε x under a unit strain [m], shape (3 node,)."""
+    strain = np.zeros((3, 3))
+    strain[one, other] += 0.5
+    strain[other, one] += 0.5
+    return (position @ strain).ravel()
+
+
+def _relaxed(rows: "csr_matrix", constant: Floats, even: Floats) -> Floats:
+    """Return what two even strains store together after unknowns have found their balance [J].
+
+    Args:
+        rows: From unknowns to elongations, shape (spring, unknown).
+        constant: [N/m], shape (spring,).
+        even: Elongations under even strains, shape (spring, strain).
+
+    Returns:
+        Shape (strain, strain).
+    """
+    pulled = constant[:, None] * even
+    stored = even.T @ pulled
+    if rows.shape[1]:
+        matrix, force = stiffness(rows, constant), -(rows.T @ pulled)
+        moved = np.stack([solution(matrix, one) for one in force.T], axis=1)
+        stored = stored - force.T @ moved
+    return 0.5 * (stored + stored.T)
+
+
+def _normals(position: Floats, skin: NDArray[np.integer]) -> tuple[Floats, float]:
+    """Return the normal of a surface at each node, shape (node, 3), and its area [m²]."""
+    a, b, c = position[skin].swapaxes(0, 1)
+    double = np.cross(b - a, c - a)
+    total = np.zeros_like(position)
+    for corner in skin.T:
+        np.add.at(total, corner, double)
+    return _unit(total), 0.5 * float(np.linalg.norm(double, axis=1).sum())
+
+
+def _first_direction(position: Floats, grid: Grid | None) -> tuple[tuple[str, str], Floats]:
+    """Return how directions in a wall are called, and about the first one, shape (node, 3)."""
+    if grid is None:
+        longest = int(np.argmax(np.ptp(position, axis=0)))
+        names = ("xyz"[longest], f"across {'xyz'[longest]}")
+        return names, np.broadcast_to(np.eye(3)[longest], position.shape)
+    rows = position.reshape(grid.rows, grid.columns, 3)
+    if grid.closed:
+        steps = np.roll(rows, -1, axis=1) - np.roll(rows, 1, axis=1)
+        return ("around", "along"), steps.reshape(-1, 3)
+    return ("first edge", "second edge"), np.gradient(rows, axis=1).reshape(-1, 3)
+
+
+def _frames(normal: Floats, first: Floats) -> Floats:
+    """Return two directions in a wall at right angles, shape (…, 2, 3)."""
+    along = first - np.einsum("...i,...i->...", first, normal)[..., None] * normal
+    lost = np.linalg.norm(along, axis=-1) < NONE * np.linalg.norm(first, axis=-1)
+    if lost.any():  # where a direction is that of the normal, any other will do
+        beside = np.eye(3)[np.argmin(np.abs(normal[lost]), axis=-1)]
+        along[lost] = np.cross(normal[lost], beside)
+    along = _unit(along)
+    return np.stack([along, np.cross(normal, along)], axis=-2)
+
+
+def _in_wall(position: Floats, ends: Pairs, frame: Floats) -> tuple["csr_matrix", Floats]:
+    """Return how springs lengthen: by nodes within the wall, and under even strains.
+
+    Args:
+        frame: Directions in the wall at each node, shape (node, 2, 3).
+
+    Returns:
+        From displacements along these directions, shape (spring, 2 node); under unit strains
+        along both of them and in shear, shape (spring, 3).
+    """
+    from scipy.sparse import block_diag, csr_matrix
+
+    along = position[ends[:, 1]] - position[ends[:, 0]]
+    length = np.linalg.norm(along, axis=1)
+    both = frame[ends]  # halfway, the mean of both frames
+    normal = _unit(np.cross(both[:, :, 0], both[:, :, 1]).sum(axis=1))
+    first, second = _frames(normal, both[:, :, 0].sum(axis=1)).swapaxes(0, 1)
+    u, v = (np.einsum("si,si->s", along, axis) / length for axis in (first, second))
+    even = length[:, None] * np.stack([u * u, v * v, u * v], axis=1)
+    within = block_diag([one.T for one in frame], format="csr")
+    return csr_matrix(elongations(position, ends) @ within), even
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
+
+
+# --- constants --------------------------------------------------------------------------------
+
+
+def _constants(matrix: Floats, unit: Unit, directions: tuple[str, ...]) -> Elasticity:
+    """Return what a stiffness in Voigt's order means."""
+    values, vectors = np.linalg.eigh(matrix)
+    least = NONE * NONE * max(float(values[-1]), 1e-300)
+    compliance = (vectors / np.maximum(values, least)) @ vectors.T
+    count = len(directions)
+    every = _resisting(1.0 / np.diag(compliance), values[-1])
+    young, shear = every[:count], every[count:]
+    tried = _resisting(1.0 / _drawn(compliance, count), values[-1])
+    poisson = anisotropy = None
+    if tried.max() > 0.0:
+        anisotropy = float(tried.max() / tried.min()) if tried.min() else float("inf")
+    if young.all():
+        ratios = -compliance[:count, :count] * young[:, None]
+        poisson = float(ratios[~np.eye(count, dtype=bool)].mean())
+    return Elasticity(
+        unit, directions, tuple(young.tolist()), tuple(shear.tolist()), poisson, anisotropy,
+        tuple(map(tuple, matrix.tolist())),
+    )  # fmt: skip
+
+
+def _resisting(moduli: Floats, scale: float) -> Floats:
+    """Return moduli with 0 for those that are rounding."""
+    return np.where(moduli > NONE * scale, moduli, 0.0)
+
+
+def _drawn(compliance: Floats, count: int) -> Floats:
+    """Return the strains along many directions under a unit stress along each, (direction,)."""
+    if count == 2:
+        angle = np.linspace(0.0, np.pi, _SAMPLES)
+        n = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        pairs: tuple[tuple[int, int], ...] = ((0, 0), (1, 1), (0, 1))
+    else:
+        n, pairs = _around(), VOIGT
+    stress = np.stack([n[:, i] * n[:, j] for i, j in pairs], axis=1)
+    return np.einsum("ni,ij,nj->n", stress, compliance, stress)
+
+
+def _around() -> Floats:
+    """Return directions in space: axes and diagonals of a cube, and others on a spiral."""
+    k = np.arange(_SAMPLES) + 0.5
+    height, turn = 1.0 - 2.0 * k / _SAMPLES, np.pi * (1.0 + 5.0**0.5) * k
+    ring = np.sqrt(1.0 - height**2)
+    spiral = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
+    cube = np.indices((3, 3, 3)).reshape(3, -1).T - 1.0
+    return np.concatenate([_unit(cube[np.any(cube, axis=1)]), spiral])

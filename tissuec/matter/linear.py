@@ -1,0 +1,54 @@
+"""Small displacements of a net: how they lengthen its springs, and where forces lead."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.network import Floats
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+_PRECISE = 1e-6  # residual of forces; energies are off by its square
+
+
+def elongations(position: Floats, ends: NDArray[np.int32]) -> "csr_matrix":
+    """Return the matrix from displacements to elongations, shape (spring, 3 node).
+
+    Args:
+        position: [m], shape (node, 3).
+        ends: Node pair of each spring, shape (spring, 2).
+    """
+    from scipy.sparse import csr_matrix
+
+    along = position[ends[:, 1]] - position[ends[:, 0]]
+    n = along / np.linalg.norm(along, axis=1, keepdims=True)
+    column = (3 * ends.astype(np.int64)[:, :, None] + np.arange(3)).ravel()
+    row = np.repeat(np.arange(len(ends)), 6)
+    values = np.concatenate([-n, n], axis=1).ravel()
+    return csr_matrix((values, (row, column)), shape=(len(ends), position.size))
+
+
+def stiffness(rows: "csr_matrix", constant: Floats) -> "csr_matrix":
+    """Return the stiffness matrix of springs, shape (unknown, unknown).
+
+    Args:
+        rows: From unknowns to elongations, shape (spring, unknown).
+        constant: Of the springs [N/m], shape (spring,).
+    """
+    from scipy.sparse import csr_matrix, diags
+
+    return csr_matrix(rows.T @ diags(constant) @ rows)
+
+
+def solution(matrix: "csr_matrix", force: Floats) -> Floats:
+    """Return displacements under forces in balance; rigid motions stay out of them."""
+    from scipy.sparse.linalg import LinearOperator, cg
+
+    diagonal = matrix.diagonal()
+    diagonal = np.where(diagonal > 0.0, diagonal, 1.0)
+    inverse = LinearOperator(matrix.shape, matvec=lambda y: y / diagonal)
+    most = 20 * round(len(force) ** 0.5)
+    found, _ = cg(matrix, force, rtol=_PRECISE, maxiter=most, M=inverse)
+    return np.asarray(found)
