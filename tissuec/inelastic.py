@@ -214,3 +214,29 @@ def pulled(
     variables = inelastic.variables(velocity)
     e = stretch - variables[..., -1, :]
     return behaviour.pull(e) + inelastic.pull(e, variables)
+
+
+def elongated(inelastic: Inelastic | None, stretch: Floats, velocity: Floats) -> Floats:
+    """Return e, which is L - L0 less what the rest length has flowed [m], shape (…, spring).
+
+    Args: as of ``pulled``.
+    """
+    return stretch if inelastic is None else stretch - inelastic.flowed(velocity)
+
+
+def tightened(
+    behaviour: Behaviour,
+    inelastic: Inelastic | None,
+    stretch: Floats,
+    closing: Floats,
+    velocity: Floats,
+) -> Floats:
+    """Return the tension S + g(e, w) of springs with or without memory [N], shape (…, spring).
+
+    Args:
+        stretch: L - L0 [m], shape (…, spring).
+        closing: w, the rate of lengthening [m/s], shape (…, spring).
+        velocity: Of all nodes, flat, shape (…, 3 node).
+    """
+    braking = behaviour.brake(elongated(inelastic, stretch, velocity), closing)
+    return pulled(behaviour, inelastic, stretch, velocity) + braking

@@ -1,7 +1,7 @@
 """Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
 
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
-closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(w) of its law; it pulls a with
+closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law; it pulls a with
 T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus
 none either. What springs remember (``tissuec.inelastic``) stands in the velocities of hidden
 nodes.
@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.inelastic import flat, pulled
+from tissuec.inelastic import flat, pulled, tightened
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
@@ -76,10 +76,12 @@ def pull(
     direction = reach / np.where(has_direction, length, 1.0)[..., None]
     behaviour = situation.behaviour(springs)
     stretch = length - behaviour.rest
-    tension = pulled(behaviour, situation.memory(springs), stretch, flat(velocity))
+    memory, own = situation.memory(springs), flat(velocity)
     if behaviour.is_viscous:
         closing = np.einsum("...sk,...sk->...s", direction, _reach(ends, velocity))
-        tension = tension + behaviour.brake(closing)
+        tension = tightened(behaviour, memory, stretch, closing, own)
+    else:
+        tension = pulled(behaviour, memory, stretch, own)
     works = situation.alive[chosen] & has_direction
     return Pull(length, direction, np.where(works, tension, 0.0))
 

@@ -14,7 +14,8 @@ from tissuec.engine import unknowns
 from tissuec.engine.layout import Layout
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels import banded, iterative, linear, scalar
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, code
+from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
+from tissuec.laws.formula import exp
 from tissuec.situation import Situation
 
 MEMBER = INTEGRATORS["trbdf2"]  # nets ask for one to know what is near
@@ -53,9 +54,9 @@ def coincident():
 
 
 def curved(seed):
-    """Return a net whose springs stiffen and whose dashpots do so as well, in motion."""
+    """Return a net whose springs stiffen, as do dashpots with speed and stretch, in motion."""
     spring = SPRING_LAWS["exponential"](stiffening=3.0).force()
-    dashpot = VISCOSITY_LAWS["power"](exponent=1.7, speed=0.5).force()
+    dashpot = VISCOSITY_LAWS["power"](exponent=1.7, speed=0.5).force() * exp(E / REST)
     net = random_net(seed)
     return replace(
         net,
@@ -92,8 +93,8 @@ def dense(situation, q):
         spring = situation.behaviour(np.array([s]))
         e = np.array([length - situation.rest[s]])
         w = np.array([n @ (situation.velocity[b] - situation.velocity[a])])
-        steep = max(float(spring.slope(e)[0]), 0.0)
-        along = q * float(spring.brake_slope(w)[0]) + q * q * steep
+        steep = max(float(spring.slope(e)[0] + spring.brake_by_e(e, w)[0]), 0.0)
+        along = q * float(spring.brake_slope(e, w)[0]) + q * q * steep
         # Of tension over length only what is not negative; without rest length it is c.
         share = spring.pull(e)[0] / length if length else steep * (situation.rest[s] == 0.0)
         across = q * q * max(float(share), 0.0)

@@ -94,7 +94,8 @@ def test_functions_of_a_net_choose_by_number_and_are_named_by_what_they_do():
     assert made["pull"](0, 2.0, 5.0, 1.0) == 10.0
     assert made["pull"](1, 2.0, 5.0, 1.0) == 34.0
     assert made["slope"](1, 2.0, 5.0, 1.0) == 41.0
-    assert made["brake"](1, 2.0, 5.0, 1.0) == 10.0
+    assert made["brake"](1, 7.0, 2.0, 5.0, 1.0) == 10.0
+    assert made["brake_by_e"](1, 7.0, 2.0, 5.0, 1.0) == 0.0
     again = code.functions((LINEAR, other))
     assert made["pull"].__name__ != again["pull"].__name__
     assert made["brake"].__name__ == code.functions((LINEAR,))["brake"].__name__

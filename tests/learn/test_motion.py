@@ -5,6 +5,7 @@ import pytest
 from scipy import sparse
 
 from tests.learn.precise import LONG, positions
+from tests.learn.trials import sheet
 from tests.learn.tubes import tube
 from tissuec.learn.choosing import choose
 from tissuec.learn.freezing import Freezer
@@ -88,11 +89,26 @@ def test_adjoint_and_changes_are_transposes(scene, name):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_every_array_has_its_derivative(scene, name):
+    check_derivatives(scene, name)
+
+
+@pytest.mark.parametrize("name", ["velocity verlet", "esdirk43"])
+def test_dashpots_of_elongation_and_speed_have_their_derivatives(name):
+    check_derivatives(
+        sheet(
+            "  from 0 s to 20 ms: move right by (2, 3, 1) mm using smooth profile",
+            tissue="; viscous force of e and w = d * exp(5 * e / rest length) * w",
+        ),
+        name,
+    )
+
+
+def check_derivatives(scene, name):
     # Sixth-order differences with a step of 1e-3: h^6 and rounding over h leave 1e-8 or so.
     times = np.array([3.3e-3, 27e-3, 50e-3])
     motion, vector = motion_of(scene, name, METHODS[name], times)
     random = np.random.default_rng(3)
-    weight = random.standard_normal((len(times), 480))
+    weight = random.standard_normal((len(times), scene.network.position.size))
     motion.forward(vector)
     gradient = motion.backward(weight, np.zeros_like(weight))
     for array in (*VALUES[:-1], "position", "velocity"):

@@ -54,8 +54,25 @@ def test_formulas_use_params_and_units_and_both_laws_stand_side_by_side():
     )
     behaviour = net.behaviour()
     assert behaviour.pull(np.full(3, 0.01)) == pytest.approx(20 * 0.01 + 40e3 * 1e-6)
-    assert behaviour.brake(np.full(3, 2e-3)) == pytest.approx(0.01 * 2e-3 * 2.0)
-    assert behaviour.brake(np.full(3, 5e-4)) == pytest.approx(0.01 * 5e-4)
+    none = np.zeros(3)
+    assert behaviour.brake(none, np.full(3, 2e-3)) == pytest.approx(0.01 * 2e-3 * 2.0)
+    assert behaviour.brake(none, np.full(3, 5e-4)) == pytest.approx(0.01 * 5e-4)
+
+
+@pytest.mark.parametrize(
+    "head", ["viscous force of e and w", "viscous force of stretch and rate"]
+)
+def test_a_viscous_force_of_elongation_and_speed(head):
+    e, w = head.split()[3], head.split()[5]
+    net = compiled(
+        f"tissue special like plain {{ {head} = d * (1 + 8 * {e} / rest length) * {w} }}"
+    )
+    stretch, speed = np.array([-1e-3, 0.0, 4e-3]), np.array([0.2, -0.1, 0.05])
+    found = net.behaviour()
+    assert found.brake(stretch, speed) == pytest.approx(0.01 * (1 + 800 * stretch) * speed)
+    assert found.brake_slope(stretch, speed) == pytest.approx(0.01 * (1 + 800 * stretch))
+    assert found.brake_by_e(stretch, speed) == pytest.approx(0.01 * 800 * speed)
+    assert found.pull(stretch) == pytest.approx(20.0 * stretch)
 
 
 def test_a_law_is_inherited_and_can_be_replaced():
@@ -109,6 +126,16 @@ MISTAKES = {
     "mass of e = 3 g": ("TIS303", "write mass = …"),
     "viscosity law is power { exponent = 2 }": ("TIS304", "speed"),
     "viscous force of w = d": ("TIS502", "a force"),
+    "viscous force of e and w = d * e": ("TIS502", "a force"),
+    "viscous force of e and w = d * w + 3 N * exp(e / (1 m))": ("TIS309", "4.05 N at 300 mm"),
+    "viscous force of w = d * w + 1 N": ("TIS309", "spring force"),
+    "viscous force of e and w = d * w * sqrt(e / (1 mm))": ("TIS504", "-100 um and -0.1 mm/s"),
+    "viscous force of w and e = d * w": ("TIS503", "call it e"),
+    "viscous force of d and w = d * w": ("TIS503", "call it e"),
+    "viscous force of w and w = d * w": ("TIS503", "call it e"),
+    "viscous force of x and x = d * x": ("TIS503", "call it w"),
+    "viscous force on e and w = d * w": ("TIS312", "viscous force of e and w = …"),
+    "spring force of e and w = c * e": ("TIS312", "spring force of e = …"),
 }  # fmt: skip
 
 

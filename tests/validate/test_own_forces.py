@@ -10,7 +10,7 @@ from tests.contact.scenes import contact_of, contact_with, meeting
 from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
 from tests.validate.scenes import compiled_scene
 from tissuec.enclosures import Enclosure, open_edges
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W
+from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import apply, exp
 from tissuec.shapes.nearest import CAPSULE, TRIANGLE
@@ -60,16 +60,27 @@ def test_springs_of_every_law_pull_store_and_stiffen_alike(name):
     assert slope == pytest.approx(own.pull(e), rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.parametrize("exponent", [0.4, 1.0, 2.5, None])
-def test_dashpots_of_every_law_brake_alike(exponent):
-    rng = np.random.default_rng(4)
-    member = None if exponent is None else VISCOSITY_LAWS["power"](exponent=exponent, speed=0.3)
-    viscous = D * W * apply("abs", (W,)) if member is None else member.force()
-    linear = SPRING_LAWS["linear"]()
-    own, engine = both(Law("dashpot", LINEAR.elastic, viscous, linear, member), rng)
+@pytest.mark.parametrize(
+    "dashpot",
+    [0.4, 1.0, 2.5, D * W * apply("abs", (W,)), D * W * exp(30.0 * E) + E * E * W * W / REST],
+    ids=["0.4", "1", "2.5", "of speed", "of elongation and speed"],
+)
+def test_dashpots_of_every_law_brake_alike(dashpot):
+    rng, linear = np.random.default_rng(4), SPRING_LAWS["linear"]()
+    if isinstance(dashpot, float):
+        member = VISCOSITY_LAWS["power"](exponent=dashpot, speed=0.3)
+        law = Law("power", LINEAR.elastic, member.force(), linear, member)
+    else:
+        law = Law("free", LINEAR.elastic, dashpot, linear)
+    own, engine = both(law, rng)
+    e = rng.uniform(-0.02, 0.03, len(own.rest))
     w = np.append(rng.uniform(-1.0, 1.0, len(own.rest) - 1), 0.0)
-    assert own.brake(w) == pytest.approx(engine.brake(w), rel=1e-12)
-    assert own.brake_slope(w) == pytest.approx(engine.sluggishness(w), rel=1e-10)
+    assert own.brake(e, w) == pytest.approx(engine.brake(e, w), rel=1e-12)
+    assert own.brake_slope(e, w) == pytest.approx(engine.sluggishness(e, w), rel=1e-10)
+    assert own.brake_by_stretch(e, w) == pytest.approx(engine.brake_by_e(e, w), rel=1e-10)
+    # By differences, whose error is near 1e-8.
+    difference = (own.brake(e + 1e-7, w) - own.brake(e - 1e-7, w)) / 2e-7
+    assert own.brake_by_stretch(e, w) == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
 
 def enclosure(position, triangles):

@@ -57,12 +57,11 @@ def constants_of(tissue: Tissue, scene: Scene) -> dict[str, Constant]:
 def force_with_params(law: WrittenLaw, scene: Scene, params: Mapping[str, Formula]) -> Formula:
     """Return a free formula with others in the places of params, by their names."""
     written = _formula(law, scene)
-    assert written is not None and isinstance(written.argument.value, s.Name)
+    assert written is not None
     kind = next(kind for kind in LAW_KINDS if kind.formula == written.name.key)
-    own = {**kind.names, written.argument.value.key: (kind.argument, kind.dimension)}
     known = {s.key_of(name): (f"param {s.key_of(name)}", units.NUMBER) for name in params}
     exponents = [name for name, _ in known.values()]
-    scope = FormulaScope(scene.constants, {**known, **own}, exponents)
+    scope = FormulaScope(scene.constants, {**known, **kind.variables(written)}, exponents)
     formula = scope.formula(written.value)
     return replaced(formula, {f"param {s.key_of(n)}": value for n, value in params.items()})
 

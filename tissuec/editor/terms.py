@@ -214,7 +214,9 @@ def _of_material(kind: str) -> Terms:
         for name, quantity in QUANTITIES.items()
     }  # fmt: skip
     laws: dict[str, Terms] = {kind.word: members(kind.family) for kind in LAW_KINDS}
-    forms = {kind.formula: f" of {kind.argument} = " for kind in LAW_KINDS}
+    forms = {
+        kind.formula: f"{kind.forms[0].removeprefix(kind.formula)} = " for kind in LAW_KINDS
+    }
     if kind == "region":
         own = _meant("region", {"prestress": " = "})
         return own | {"prestress": quantities["prestress"]}

@@ -118,11 +118,10 @@ def _damping_ratio_of_nodes(situation: Situation) -> float:
     """Return λ / 2ω of the node with the largest Σ d/m, with its own ω² = Σ c/m."""
     ends, alive = situation.network.ends, situation.alive
     behaviour, count = situation.behaviour(), situation.network.node_count
-    speeds = np.zeros(len(ends))
-    sluggish = np.where(alive, behaviour.sluggishness(speeds), 0.0)
+    elongation = lengths(ends, situation.position) - behaviour.rest
+    sluggish = np.where(alive, behaviour.sluggishness(elongation, 0.0 * elongation), 0.0)
     if not sluggish.any():
         return 0.0
-    elongation = lengths(ends, situation.position) - behaviour.rest
     steep = np.where(alive, behaviour.steepness(elongation), 0.0)
     rates, squares = (
         np.where(

@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.method import Interruption
-from tissuec.inelastic import flat, pulled
+from tissuec.inelastic import flat, tightened
 from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
@@ -23,8 +23,7 @@ def overloaded(situation: Situation) -> Indices:
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
     behaviour = situation.behaviour(able)
     memory, velocity = situation.memory(able), flat(situation.velocity)
-    pull = pulled(behaviour, memory, length - behaviour.rest, velocity)
-    tension = pull + behaviour.brake(closing)
+    tension = tightened(behaviour, memory, length - behaviour.rest, closing, velocity)
     torn, crushed = tension > situation.strength[able], -tension > situation.crush[able]
     return able[torn | crushed]
 
@@ -69,8 +68,7 @@ def _culprit(x: Floats, v: Floats, layout: Layout) -> int | None:
     r = x.reshape(-1, 3)[springs.high] - x.reshape(-1, 3)[springs.low]
     w = v.reshape(-1, 3)[springs.high] - v.reshape(-1, 3)[springs.low]
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    pull = springs.pulled(length - springs.rest, v)
-    tension = np.abs(pull + springs.behaviour().brake(closing))
+    tension = np.abs(springs.tension(length - springs.rest, closing, v))
     undefined = np.flatnonzero(~np.isfinite(tension))
     if len(undefined):
         return int(springs.ids[undefined].min())

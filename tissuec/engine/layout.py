@@ -25,7 +25,7 @@ from tissuec.engine.acts import (
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
-from tissuec.inelastic import Inelastic, pulled
+from tissuec.inelastic import Inelastic, tightened
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import (
     Acts,
@@ -84,19 +84,24 @@ class Springs:
             self.laws, self.law[some], self.stiffness[some], self.damping[some], self.rest[some]
         )
 
-    def pulled(
-        self, stretch: Floats, velocity: Floats, chosen: Indices | None = None
+    def tension(
+        self,
+        stretch: Floats,
+        closing: Floats,
+        velocity: Floats,
+        chosen: Indices | None = None,
     ) -> Floats:
-        """Return the forces of springs and branches, of all springs by default [N].
+        """Return the tension of some of them, all by default [N], shape (spring,).
 
         Args:
             stretch: L - L0 [m], shape (spring,).
+            closing: Rates of lengthening [m/s], shape (spring,).
             velocity: Of all nodes, flat [m/s].
         """
         memory = self.inelastic
         if memory is not None and chosen is not None:
             memory = memory.some(chosen)
-        return pulled(self.behaviour(chosen), memory, stretch, velocity)
+        return tightened(self.behaviour(chosen), memory, stretch, closing, velocity)
 
 
 class Layout:

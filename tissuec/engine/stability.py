@@ -10,7 +10,7 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.enclosures import Enclosure
-from tissuec.inelastic import flat, pulled
+from tissuec.inelastic import elongated, flat, pulled
 from tissuec.integrators.verlet import VelocityVerlet
 from tissuec.mechanics import lengths
 from tissuec.network import Floats, Indices
@@ -74,13 +74,12 @@ def spectral_radius(situation: Situation) -> float:
     """
     low, high, direction, length, alive = _geometry(situation)
     behaviour = situation.behaviour(alive)
-    elongation = length - behaviour.rest
+    elongation, closing = length - behaviour.rest, _closing(situation, low, high, direction)
     memory, velocity = situation.memory(alive), flat(situation.velocity)
     tension = pulled(behaviour, memory, elongation, velocity)
-    if memory is None:
-        stiffness = behaviour.steepness(elongation)
-    else:
-        stiffness = behaviour.steepness(elongation - memory.flowed(velocity)) + memory.sudden
+    stiffness = behaviour.steepness(elongated(memory, elongation, velocity), closing)
+    if memory is not None:
+        stiffness = stiffness + memory.sudden
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
@@ -98,10 +97,11 @@ def spectral_radius(situation: Situation) -> float:
 
 def damping_radius(situation: Situation) -> float:
     """Return λ̂ [1/s], a bound of the rates at which all that brakes does, and springs yield."""
-    low, high, direction, _, alive = _geometry(situation)
-    relative = situation.velocity[high] - situation.velocity[low]
-    closing = np.einsum("sk,sk->s", direction, relative)
-    damping, root = situation.behaviour(alive).sluggishness(closing), _root(situation)
+    low, high, direction, length, alive = _geometry(situation)
+    behaviour, root = situation.behaviour(alive), _root(situation)
+    stretch, velocity = length - behaviour.rest, flat(situation.velocity)
+    elongation = elongated(situation.memory(alive), stretch, velocity)
+    damping = behaviour.sluggishness(elongation, _closing(situation, low, high, direction))
     giving = _giving(situation)  # both together may be as fast as their sum, and are no faster
     if not damping.any() and not situation.drag:
         return giving
@@ -138,6 +138,14 @@ def _geometry(
     r = situation.position[high] - situation.position[low]
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     return low, high, r / np.where(length > 0.0, length, 1.0)[:, None], length, alive
+
+
+def _closing(
+    situation: Situation, low: np.ndarray, high: np.ndarray, direction: Floats
+) -> Floats:
+    """Return how fast springs lengthen [m/s], shape (spring,)."""
+    relative = situation.velocity[high] - situation.velocity[low]
+    return np.asarray(np.einsum("sk,sk->s", direction, relative))
 
 
 def _coordinates(nodes: Indices) -> Indices:

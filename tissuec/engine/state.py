@@ -159,7 +159,9 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
     r, w = (of[ends[1]] - of[ends[0]] for of in (situation.position, situation.velocity))
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    stiff, viscous = behaviour.steepness(length - springs.rest), behaviour.sluggishness(closing)
+    elongation = length - springs.rest
+    stiff = behaviour.steepness(elongation, closing)
+    viscous = behaviour.sluggishness(elongation, closing)
     giving = 0.0
     if springs.inelastic is not None:
         giving = float(springs.inelastic.fastest(stiff).max(initial=0.0))

@@ -65,9 +65,8 @@ class Within:
         r = x[high] - x[low]
         length = np.sqrt(np.einsum("sk,sk->s", r, r))
         closing = np.einsum("sk,sk->s", r, v[high] - v[low]) / (length + TINY)
-        behaviour = springs.behaviour(limits.spring)
-        pull = springs.pulled(length - behaviour.rest, v.ravel(), limits.spring)
-        return limits.sign * (pull + behaviour.brake(closing))
+        stretch = length - springs.rest[limits.spring]
+        return limits.sign * springs.tension(stretch, closing, v.ravel(), limits.spring)
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
         """Return when the first spring surpasses a limit, and which do at that time."""

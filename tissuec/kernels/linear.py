@@ -110,10 +110,12 @@ class Matrix:
         across = q * q * net.stiffness * np.maximum(1.0 - net.rest * inverse, 0.0)
         if not net.behaviour.is_linear:
             closing = np.einsum("ij,ij->j", n, v[net.high] - v[net.low])
-            viscous = np.clip(net.behaviour.brake_slope(closing), 0.0, STIFFEST)
-            steep = np.maximum(net.behaviour.slope(length - net.rest), 0.0)
+            e = length - net.rest
+            viscous = np.clip(net.behaviour.brake_slope(e, closing), 0.0, STIFFEST)
+            steep = net.behaviour.slope(e) + net.behaviour.brake_by_e(e, closing)
+            steep = np.maximum(steep, 0.0)
             along = q * viscous + q * q * steep
-            pull = net.behaviour.pull(length - net.rest)
+            pull = net.behaviour.pull(e)
             across = q * q * np.maximum(pull * inverse, 0.0)
             across = np.where(length + net.rest == 0.0, q * q * steep, across)
         block = (along - across) * n[:, None] * n[None, :] + across * np.eye(3)[..., None]

@@ -1,9 +1,9 @@
 """The operations as scalar loops for Numba; they also run, slowly, as plain Python.
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
-T = c (L - L0) + d w with w = r·(v_j - v_i) / L, or what laws say instead, and what branches
-add; force T r / L. Flags in capitals are constants of a variant: what is switched off is never
-compiled.
+T = c e + d w with e = L - L0 and w = r·(v_j - v_i) / L, or what laws say instead, and what
+branches add; force T r / L. Flags in capitals are constants of a variant: what is switched off
+is never compiled.
 """
 
 from math import inf, sqrt
@@ -33,7 +33,8 @@ RINSED = True  # there are jets
 INELASTIC = True  # some springs relax or flow
 CURVED = True  # some springs have laws that are not linear
 CORNERED = True  # some of these laws have corners
-pull, slope, brake, brake_slope, side, brake_side = functions((LINEAR,)).values()
+pull, slope, side, *_viscous = functions((LINEAR,)).values()
+brake, brake_slope, brake_by_e, brake_side = _viscous
 
 # Added to a length before dividing: a spring of no length then has no direction and no force,
 # while any length that is not squared to zero stays what it is.
@@ -87,7 +88,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
                 ) * inverse
                 braking = damping[s] * closing
                 if CURVED:
-                    braking = brake(law[s], closing, damping[s], rest[s])
+                    braking = brake(law[s], e, closing, damping[s], rest[s])
                 tension += braking
                 if LEDGER:
                     dissipated += braking * closing
@@ -142,7 +143,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
 def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None:
     """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
 
-    Of laws of elongations and of rates, and whether springs yield.
+    Of springs and of dashpots, and whether springs yield.
     """
     first, other, law, rest = net.first, net.other, net.law, net.rest
     if REELED:
@@ -153,7 +154,7 @@ def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None
             if law[s] > 0 or INELASTIC:
                 e, w = stretching(s, i, np.uint64(other[s]), x, v, net)
                 out[0, s] = side(law[s], e, net.stiffness[s], rest[s])
-                out[1, s] = brake_side(law[s], w, net.damping[s], rest[s])
+                out[1, s] = brake_side(law[s], e, w, net.damping[s], rest[s])
                 if INELASTIC:
                     out[2, s] = abs(pull_of(s, e, v, net)) > net.internal.limit[s]
 
@@ -190,7 +191,8 @@ def bend_of_passed(
 ) -> float:
     """Return how suddenly corners change the rates of accelerations [m/s³].
 
-    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass. Where
+    The largest f' |w| (1/m + 1/m') of springs, and (∂g/∂w |Δw| / Δt + ∂g/∂e |w|) (1/m + 1/m')
+    of dashpots, that pass. Where
     one begins or ceases to yield, its lasting elongation bends: |ΔS| / η Δt, a rate of m/s²
     that positions follow, hence over Δt once more.
 
@@ -217,9 +219,17 @@ def bend_of_passed(
                     one, two = slope(k, e, c, rest[s]), slope(k, e_end, c, rest[s])
                     bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
                 if brakes:
-                    one, two = brake_slope(k, w, d, rest[s]), brake_slope(k, w_end, d, rest[s])
+                    one, two = (
+                        brake_slope(k, e, w, d, rest[s]),
+                        brake_slope(k, e_end, w_end, d, rest[s]),
+                    )
                     thick = min(max(abs(one), abs(two)), STIFFEST)
                     bend += thick * abs(w_end - w) / span
+                    one, two = (
+                        brake_by_e(k, e, w, d, rest[s]),
+                        brake_by_e(k, e_end, w_end, d, rest[s]),
+                    )
+                    bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
                 bend *= light
                 if INELASTIC and yields:
                     more = pull_of(s, e_end, v_end, net) - pull_of(s, e, v, net)
@@ -266,13 +276,16 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
             j = other[s]
             r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-            out[s] = pull_at(s, length, v, net)
+            e = length - net.rest[s]
+            if INELASTIC:
+                e -= flowed(s, v, net.internal)
+            out[s] = pull_of(s, e, v, net)
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
                 ) / (length + TINY)
                 if CURVED:
-                    out[s] += brake(net.law[s], closing, net.damping[s], net.rest[s])
+                    out[s] += brake(net.law[s], e, closing, net.damping[s], net.rest[s])
                 else:
                     out[s] += net.damping[s] * closing
 
@@ -280,7 +293,7 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
 def resistance(
     q: float, s: int, i: int, j: int, length: float, x: Floats, v: Floats, net: Net
 ) -> tuple[float, float]:
-    """Return q dg/dw + q² df/de and q² T/L of a spring, neither of them negative [kg].
+    """Return q ∂g/∂w + q² ∂(f + g)/∂e and q² f/L of a spring, neither of them negative [kg].
 
     Args:
         s: Its number; ``i`` and ``j`` are where its nodes begin in ``x`` and ``v``.
@@ -289,12 +302,14 @@ def resistance(
     closing = 0.0
     for k in range(3):
         closing += (x[j + k] - x[i + k]) * (v[j + k] - v[i + k]) * inverse
-    steep = max(slope(law, length - rest, net.stiffness[s], rest), 0.0)
-    across = max(pull(law, length - rest, net.stiffness[s], rest) * inverse, 0.0)
+    e, damping = length - rest, net.damping[s]
+    steep = slope(law, e, net.stiffness[s], rest) + brake_by_e(law, e, closing, damping, rest)
+    steep = max(steep, 0.0)
+    across = max(pull(law, e, net.stiffness[s], rest) * inverse, 0.0)
     if length == 0.0 and rest == 0.0:
         across = steep  # in all directions alike
     # At rest, a dashpot may be infinitely stiff.
-    viscous = min(max(brake_slope(law, closing, net.damping[s], rest), 0.0), STIFFEST)
+    viscous = min(max(brake_slope(law, e, closing, damping, rest), 0.0), STIFFEST)
     return q * viscous + q * q * steep, q * q * across
 
 

@@ -1,10 +1,12 @@
 """Forces of springs with their derivatives, and velocity Verlet forwards and backwards.
 
 A spring from node i to node j has r = x_j - x_i, L = |r|, n = r/L, e = L - L0, w = n·(v_j -
-v_i) and the tension T = f(e) + g(w); it acts with T n on i and with -T n on j. A change of the
-state changes it by
+v_i) and the tension T = f(e) + g(e, w); it acts with T n on i and with -T n on j. A change of
+the state changes it by
 
-    δT = f' n·δr + g' (n·δv + v·δn) - f' δL0 + ∂f/∂c δc + ∂g/∂d δd,   δn = (δr - n n·δr) / L.
+    δT = T' (n·δr - δL0) + ∂g/∂w (n·δv + v·δn) + ∂f/∂c δc + ∂g/∂d δd,   δn = (δr - n n·δr) / L,
+
+where T' = ∂(f + g)/∂e.
 
 ``pull_back`` is the transpose of that, ``push_forward`` does it for many changes at once. Plain
 Python that Numba compiles; names in capitals are constants of a variant.
@@ -22,7 +24,7 @@ from tissuec.laws.partial import functions
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 pull, slope, pull_by_c, pull_by_rest, *_viscous = functions((LINEAR,), 0).values()
-brake, brake_slope, brake_by_d, brake_by_rest, by_constant = _viscous
+brake, brake_slope, brake_by_e, brake_by_d, brake_by_rest, by_constant = _viscous
 CURVED = True  # some springs have laws that are not linear
 
 
@@ -102,7 +104,7 @@ def acceleration(x: Floats, v: Floats, load: Floats, links: Links, values: Value
         tension = c * (length - rest) + d * w
         if CURVED:
             tension = pull(law, length - rest, c, rest, values.constants)
-            tension += brake(law, w, d, rest, values.constants)
+            tension += brake(law, length - rest, w, d, rest, values.constants)
         tension *= inverse
         a[i] += tension * r0
         a[i + 1] += tension * r1
@@ -166,13 +168,14 @@ def pull_back(
         tension, steep, brisk = c * e + d * w, c, d
         if CURVED:
             constants = values.constants
-            tension = pull(law, e, c, rest, constants) + brake(law, w, d, rest, constants)
+            tension = pull(law, e, c, rest, constants) + brake(law, e, w, d, rest, constants)
             steep = slope(law, e, c, rest, constants)
-            brisk = brake_slope(law, w, d, rest, constants)
+            steep += brake_by_e(law, e, w, d, rest, constants)
+            brisk = brake_slope(law, e, w, d, rest, constants)
             by.stiffness[k] += along * pull_by_c(law, e, c, rest, constants)
-            by.damping[k] += along * brake_by_d(law, w, d, rest, constants)
+            by.damping[k] += along * brake_by_d(law, e, w, d, rest, constants)
             by.rest[k] += along * pull_by_rest(law, e, c, rest, constants)
-            by.rest[k] += along * brake_by_rest(law, w, d, rest, constants)
+            by.rest[k] += along * brake_by_rest(law, e, w, d, rest, constants)
             for m in range(constants.size):
                 by.constants[m] += along * by_constant(law, m, e, w, c, d, rest, constants)
         else:
@@ -239,13 +242,14 @@ def push_forward(
         tension, steep, brisk, by_c, by_d = c * e + d * w, c, d, e, w
         by_rest = -steep
         if CURVED:
-            tension = pull(law, e, c, rest, constants) + brake(law, w, d, rest, constants)
+            tension = pull(law, e, c, rest, constants) + brake(law, e, w, d, rest, constants)
             steep = slope(law, e, c, rest, constants)
-            brisk = brake_slope(law, w, d, rest, constants)
+            steep += brake_by_e(law, e, w, d, rest, constants)
+            brisk = brake_slope(law, e, w, d, rest, constants)
             by_c = pull_by_c(law, e, c, rest, constants)
-            by_d = brake_by_d(law, w, d, rest, constants)
+            by_d = brake_by_d(law, e, w, d, rest, constants)
             by_rest = pull_by_rest(law, e, c, rest, constants) - steep
-            by_rest += brake_by_rest(law, w, d, rest, constants)
+            by_rest += brake_by_rest(law, e, w, d, rest, constants)
         # What the tension changes by for numbers alone.
         for m in range(count):
             part[m] = 0.0
@@ -263,7 +267,7 @@ def push_forward(
         across = tension * inverse
         if length == 0.0 and rest == 0.0:
             across = steep  # in all directions alike
-        # δT = (f' - g' w/L) n·δr + g'/L u·δr + g' n·δv
+        # δT = (T' - g' w/L) n·δr + g'/L u·δr + g' n·δv with g' = ∂g/∂w
         l0 = steep * n0 + brisk * inverse * (u0 - w * n0)
         l1 = steep * n1 + brisk * inverse * (u1 - w * n1)
         l2 = steep * n2 + brisk * inverse * (u2 - w * n2)

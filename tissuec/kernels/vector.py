@@ -125,12 +125,14 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
     np.sqrt(np.einsum("ij,ij->j", r, r, out=length), out=length)
     np.divide(1.0, np.add(length, TINY, out=inverse), out=inverse)
     np.subtract(length, net.rest, out=tension)
+    e = tension if net.linear else tension.copy()  # dashpots ask for it, too
     if net.inelastic is not None:
-        tension[:] = _remembering(tension, v, net, net.inelastic)
+        e = e - net.inelastic.variables(v)[-1]
+        tension[:] = _remembering(e, v, net, net.inelastic)
     elif net.linear:
         np.multiply(tension, net.stiffness, out=tension)
     else:
-        tension[:] = net.behaviour.pull(tension)
+        tension[:] = net.behaviour.pull(e)
     if net.viscous:
         v.take(net.high, out=net.w, mode="clip")
         np.subtract(net.w, v.take(net.low, out=net.end, mode="clip"), out=net.w)
@@ -139,15 +141,14 @@ def _stretch(x: Floats, v: Floats, net: VectorNet) -> Floats:
         if net.linear:
             np.multiply(net.closing, net.damping, out=length)
         else:
-            length[:] = net.behaviour.brake(net.closing)
+            length[:] = net.behaviour.brake(e, net.closing)
         np.add(tension, length, out=tension)
     return tension
 
 
-def _remembering(stretch: Floats, v: Floats, net: VectorNet, inelastic: Inelastic) -> Floats:
+def _remembering(e: Floats, v: Floats, net: VectorNet, inelastic: Inelastic) -> Floats:
     """Return the forces of springs and branches; keep how fast both give way."""
     variables = inelastic.variables(v)
-    e = stretch - variables[-1]
     pull = net.behaviour.pull(e) + inelastic.pull(e, variables)
     rates, has = inelastic.rates(e, pull, variables), inelastic.slot >= 0
     net.giving = (inelastic.rate * rates)[has]
@@ -253,7 +254,7 @@ def _reeled(time: float, x: Floats, v: Floats, net: VectorNet) -> float:
 def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: VectorNet) -> None:
     """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
 
-    Of laws of elongations and of rates, and whether springs yield.
+    Of springs and of dashpots, and whether springs yield.
     """
     reel(time, net.rest, net.reels, net.acts)
     e, w = _stretching(x, v, net)
@@ -297,7 +298,8 @@ def bend_of_passed(
 ) -> float:
     """Return how suddenly corners change the rates of accelerations [m/s³].
 
-    The largest f' |w| (1/m + 1/m') of springs, and g' |Δw| / Δt of dashpots, that pass. Where
+    The largest f' |w| (1/m + 1/m') of springs, and (∂g/∂w |Δw| / Δt + ∂g/∂e |w|) (1/m + 1/m')
+    of dashpots, that pass. Where
     one begins or ceases to yield, its lasting elongation bends: |ΔS| / η Δt, a rate of m/s²
     that positions follow, hence over Δt once more.
 
@@ -308,10 +310,12 @@ def bend_of_passed(
     light = net.inverse_mass[net.low[0]] + net.inverse_mass[net.high[0]]
     of = net.behaviour
     # The larger slope, not their difference: a dead band has the same one on both sides.
-    steep = np.maximum(np.abs(of.slope(e)), np.abs(of.slope(e_end)))
-    steep *= np.maximum(np.abs(w), np.abs(w_end))
-    thick = np.maximum(np.abs(of.brake_slope(w)), np.abs(of.brake_slope(w_end)))
+    fastest = np.maximum(np.abs(w), np.abs(w_end))
+    steep = np.maximum(np.abs(of.slope(e)), np.abs(of.slope(e_end))) * fastest
+    thick = np.maximum(np.abs(of.brake_slope(e, w)), np.abs(of.brake_slope(e_end, w_end)))
     thick = np.minimum(thick, STIFFEST) * np.abs(w_end - w) / span
+    turned = np.maximum(np.abs(of.brake_by_e(e, w)), np.abs(of.brake_by_e(e_end, w_end)))
+    thick += turned * fastest
     pulls, brakes, yields = before != after
     bend = (steep * pulls + thick * brakes) * light
     if net.inelastic is not None:

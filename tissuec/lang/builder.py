@@ -221,9 +221,11 @@ class Builder:
         return s.Assign(word, name, value, bounds, tuple(clauses), span)
 
     def function(self, children: list[Any]) -> s.Function:
-        name, word, argument, value = children
-        clause = s.Clause(word.value, argument, self._span(word, argument))
-        return s.Function(name, clause, value, self._span(name, value))
+        name, word, first, second, value = children
+        arguments = [s.Clause(word.value, first, self._span(word, first))]
+        if second is not None:
+            arguments.append(s.Clause("and", second, second.span))
+        return s.Function(name, tuple(arguments), value, self._span(name, value))
 
     def sentence(self, children: list[Any]) -> s.Sentence:
         name, phrase, *clauses = children

@@ -218,10 +218,10 @@ class Assign:
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """``name of argument = value``: a formula of its argument."""
+    """``name of argument [and argument] = value``: a formula of its arguments."""
 
     name: Name
-    argument: Clause
+    arguments: tuple[Clause, ...]  # the word of a second one is "and"
     value: Expression
     span: Span = _span()
 

@@ -1,8 +1,9 @@
 """Laws of springs and dashpots: a member is one file with a dataclass and its formula.
 
-A spring pulls with f(e) + g(w), e being its elongation and w the speed at which it lengthens
-(the paper's SpringFunction and ViscosityFunction, its equations 5 and 6). Formulas may use the
-spring constant c or the viscosity d of the spring, and its rest length ``rest``.
+A spring pulls with f(e) + g(e, w), e being its elongation and w the speed at which it
+lengthens (the paper's equation 8; its SpringFunction and ViscosityFunction, equations 5 and 6,
+are f and a g of w alone). Formulas may use the spring constant c or the viscosity d of the
+spring, and its rest length ``rest``. Where nothing moves, g is zero.
 """
 
 from dataclasses import dataclass, field
@@ -21,7 +22,8 @@ class Law:
     Attributes:
         name: For people.
         elastic: Force [N] of ``e`` [m], ``c`` [N/m] and ``rest`` [m].
-        viscous: Force [N] of ``w`` [m/s], ``d`` [N s/m] and ``rest`` [m].
+        viscous: Force [N] of ``e`` [m], ``w`` [m/s], ``d`` [N s/m] and ``rest`` [m]; zero
+            where w is.
         spring, dashpot: The members of the families that say so; None for free formulas.
     """
 
@@ -53,7 +55,7 @@ class ViscosityLaw(Protocol):
     """What a member of ``VISCOSITY_LAWS`` can do; its fields are its entries."""
 
     def force(self) -> Formula:
-        """Return the force [N] as a formula of w, d and rest."""
+        """Return the force [N] as a formula of e, w, d and rest."""
         ...
 
 

@@ -24,33 +24,34 @@ _HEAD = "from math import cos, exp, log, sin, sqrt\n"
 
 @cache
 def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
-    """Return what kernels ask of a net's laws, as functions of (law, e or w, c or d, rest).
+    """Return what kernels ask of a net's laws, as functions of plain numbers.
 
-    These are pull, slope, brake, brake_slope, and the sides of the laws' corners: numbers that
-    change wherever a corner is passed.
+    Those of springs take (law, e, c, rest), those of dashpots (law, e, w, d, rest). They are
+    the forces with their derivatives, and the sides of the laws' corners: numbers that change
+    wherever a corner is passed.
 
     Their names end in a digest of what they do, so that compiled code can be told apart.
 
     Args:
         laws: The first is ``LINEAR``.
     """
+    spring, dashpot = "e, c, rest", "e, w, d, rest"
     written = {
-        "pull": ("e, c, rest", [law.elastic for law in laws]),
-        "slope": ("e, c, rest", [law.elastic.slope("e") for law in laws]),
-        "brake": ("w, d, rest", [law.viscous for law in laws]),
-        "brake_slope": ("w, d, rest", [law.viscous.slope("w") for law in laws]),
-    }
-    written |= {
-        "side": ("e, c, rest", [sides(law.elastic, "e") for law in laws]),
-        "brake_side": ("w, d, rest", [sides(law.viscous, "w") for law in laws]),
+        "pull": (spring, [law.elastic for law in laws]),
+        "slope": (spring, [law.elastic.slope("e") for law in laws]),
+        "side": (spring, [sides(law.elastic, "e") for law in laws]),
+        "brake": (dashpot, [law.viscous for law in laws]),
+        "brake_slope": (dashpot, [law.viscous.slope("w") for law in laws]),
+        "brake_by_e": (dashpot, [law.viscous.slope("e") for law in laws]),
+        "brake_side": (dashpot, [sides(law.viscous, "e", "w") for law in laws]),
     }
     return {name: choosing(name, *parts) for name, parts in written.items()}
 
 
-def sides(formula: Formula, name: str) -> Formula:
+def sides(formula: Formula, *names: str) -> Formula:
     """Return a formula whose value changes wherever a corner of another one is passed."""
     total: Formula = ZERO
-    for number, test in enumerate(kinks(formula, name)):
+    for number, test in enumerate(kinks(formula, *names)):
         total = total + Choice(test, Constant(2.0 ** (number % 50)), ZERO)
     return total
 

@@ -1,7 +1,7 @@
 """What springs with laws do: force, stiffness and energy, spring by spring."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import cache
 
@@ -61,48 +61,63 @@ class Behaviour:
 
     def pull(self, elongation: Floats) -> Floats:
         """Return the elastic forces at elongations [m], both of shape (…, spring) [N]."""
-        return self._with(self.stiffness * elongation, elongation, "e", _elastic)
+        return self._with(self.stiffness * elongation, {"e": elongation}, _elastic)
 
     def slope(self, elongation: Floats) -> Floats:
         """Return the stiffness df/de at elongations [m], shape (…, spring) [N/m]."""
         linear = np.broadcast_to(self.stiffness, elongation.shape).copy()
-        return self._with(linear, elongation, "e", _elastic_slope)
+        return self._with(linear, {"e": elongation}, _elastic_slope)
 
-    def brake(self, speed: Floats) -> Floats:
-        """Return the viscous forces at speeds [m/s], both of shape (…, spring) [N]."""
-        return self._with(self.damping * speed, speed, "w", _viscous)
+    def brake(self, elongation: Floats, speed: Floats) -> Floats:
+        """Return the viscous forces [N], shape (…, spring).
 
-    def brake_slope(self, speed: Floats) -> Floats:
-        """Return the viscosity dg/dw at speeds [m/s], shape (…, spring) [N s/m]."""
+        Args:
+            elongation, speed: e [m] and w [m/s], shape (…, spring).
+        """
+        return self._with(self.damping * speed, {"e": elongation, "w": speed}, _viscous)
+
+    def brake_slope(self, elongation: Floats, speed: Floats) -> Floats:
+        """Return the viscosity ∂g/∂w, shape (…, spring) [N s/m]; arguments as of ``brake``."""
         linear = np.broadcast_to(self.damping, speed.shape).copy()
-        return self._with(linear, speed, "w", _viscous_slope)
+        return self._with(linear, {"e": elongation, "w": speed}, _viscous_slope)
 
-    def steepness(self, elongation: Floats) -> Floats:
-        """Return the stiffness where it is one that resists, as estimates need it [N/m]."""
-        return _resisting(self.slope(elongation))
+    def brake_by_e(self, elongation: Floats, speed: Floats) -> Floats:
+        """Return ∂g/∂e, shape (…, spring) [N/m]; arguments as of ``brake``."""
+        return self._with(np.zeros_like(speed), {"e": elongation, "w": speed}, _viscous_by_e)
 
-    def sluggishness(self, speed: Floats) -> Floats:
+    def steepness(self, elongation: Floats, speed: Floats | None = None) -> Floats:
+        """Return the stiffness where it is one that resists, as estimates need it [N/m].
+
+        Without speeds [m/s] it is that at rest, where dashpots add nothing.
+        """
+        steep = self.slope(elongation)
+        return _resisting(
+            steep if speed is None else steep + self.brake_by_e(elongation, speed)
+        )
+
+    def sluggishness(self, elongation: Floats, speed: Floats) -> Floats:
         """Return the viscosity where it is one that brakes, as estimates need it [N s/m].
 
         Dashpots that are infinitely stiff at rest count as none.
         """
-        return _resisting(self.brake_slope(speed))
+        return _resisting(self.brake_slope(elongation, speed))
 
     @property
     def has_corners(self) -> bool:
         """Return whether the force of any spring or dashpot is not smooth somewhere."""
         return any(
-            kinks(law.elastic, "e") or kinks(law.viscous, "w") for law, _ in self._curved
+            kinks(law.elastic, "e") or kinks(law.viscous, "e", "w") for law, _ in self._curved
         )
 
     def sides(self, elongation: Floats, speed: Floats) -> Floats:
         """Return numbers that change where corners are passed, shape (2, spring).
 
-        The first ones are those of elongations [m], the others those of speeds [m/s].
+        The first ones are those of springs at elongations [m], the others those of dashpots,
+        which move at speeds [m/s].
         """
-        none = np.zeros((2, len(self.stiffness)))
-        none[0] = self._with(none[0], elongation, "e", _elastic_sides)
-        none[1] = self._with(none[1], speed, "w", _viscous_sides)
+        none, at = np.zeros((2, len(self.stiffness))), {"e": elongation, "w": speed}
+        none[0] = self._with(none[0], at, _elastic_sides)
+        none[1] = self._with(none[1], at, _viscous_sides)
         return none
 
     def energy(self, elongation: Floats) -> Floats:
@@ -115,14 +130,17 @@ class Behaviour:
             total[..., chosen] = _integral(law.elastic, elongation[..., chosen], values)
         return total
 
-    def _with(self, linear: Floats, at: Floats, name: str, of) -> Floats:
+    def _with(
+        self, linear: Floats, at: Mapping[str, Floats], of: Callable[[Law], Formula]
+    ) -> Floats:
         """Return values of linear springs with those of others put in their places.
 
         What is too large becomes infinite, which whoever asks has to look for.
         """
         with np.errstate(all="ignore"):
             for law, chosen in self._curved:
-                values = self._values(chosen) | {name: at[..., chosen]}
+                values = self._values(chosen)
+                values |= {name: each[..., chosen] for name, each in at.items()}
                 linear[..., chosen] = of(law).at(values)
         return linear
 
@@ -153,7 +171,7 @@ def _elastic_sides(law: Law) -> Formula:
 
 @cache
 def _viscous_sides(law: Law) -> Formula:
-    return sides(law.viscous, "w")
+    return sides(law.viscous, "e", "w")
 
 
 @cache
@@ -164,6 +182,11 @@ def _elastic_slope(law: Law) -> Formula:
 @cache
 def _viscous_slope(law: Law) -> Formula:
     return law.viscous.slope("w")
+
+
+@cache
+def _viscous_by_e(law: Law) -> Formula:
+    return law.viscous.slope("e")
 
 
 def _integral(force: Formula, upper: Floats, values: Values) -> Floats:

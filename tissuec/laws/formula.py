@@ -384,15 +384,15 @@ def variables(formula: Formula) -> frozenset[str]:
     return frozenset(part.name for part in every(formula) if isinstance(part, Variable))
 
 
-def kinks(formula: Formula, name: str) -> tuple[Formula, ...]:
-    """Return the tests at whose zeros a formula of a variable is not smooth."""
+def kinks(formula: Formula, *names: str) -> tuple[Formula, ...]:
+    """Return the tests at whose zeros a formula of some variables is not smooth."""
     tests: list[Formula] = []
     for part in every(formula):
         if isinstance(part, Choice):
             tests.append(part.test)
         elif isinstance(part, Spline):
             tests += (part.argument - place for place in part.places)
-    return tuple(dict.fromkeys(test for test in tests if name in variables(test)))
+    return tuple(dict.fromkeys(test for test in tests if variables(test).intersection(names)))
 
 
 def _add(left: Formula, right: Formula, *, minus: bool = False) -> Formula:

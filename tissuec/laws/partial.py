@@ -19,8 +19,9 @@ def constant_name(number: int) -> str:
 
 @cache
 def functions(laws: tuple[Law, ...], constants: int) -> dict[str, Callable[..., float]]:
-    """Return the functions by name; all take (law, e or w, c or d, rest, k).
+    """Return the functions by name.
 
+    Those of springs take (law, e, c, rest, k), those of dashpots (law, e, w, d, rest, k), and
     ``by_constant`` takes (law, number of the constant, e, w, c, d, rest, k).
 
     Args:
@@ -37,10 +38,11 @@ def functions(laws: tuple[Law, ...], constants: int) -> dict[str, Callable[..., 
         "slope": ("e, c", derived(elastic, "e")),
         "pull_by_c": ("e, c", derived(elastic, "c")),
         "pull_by_rest": ("e, c", derived(elastic, "rest")),
-        "brake": ("w, d", viscous),
-        "brake_slope": ("w, d", derived(viscous, "w")),
-        "brake_by_d": ("w, d", derived(viscous, "d")),
-        "brake_by_rest": ("w, d", derived(viscous, "rest")),
+        "brake": ("e, w, d", viscous),
+        "brake_slope": ("e, w, d", derived(viscous, "w")),
+        "brake_by_e": ("e, w, d", derived(viscous, "e")),
+        "brake_by_d": ("e, w, d", derived(viscous, "d")),
+        "brake_by_rest": ("e, w, d", derived(viscous, "rest")),
     }
     found = {
         name: choosing(name, f"{at}, rest, k", formulas)

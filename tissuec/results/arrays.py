@@ -89,7 +89,7 @@ def write_network(store: Store, network: Network) -> None:
     for name, (description, texts) in {
         "name": ("name of each law", [law.name for law in network.laws]),
         "elastic": ("force by e, c and rest", [law.elastic.code() for law in network.laws]),
-        "viscous": ("force by w, d and rest", [law.viscous.code() for law in network.laws]),
+        "viscous": ("force by e, w, d and rest", [law.viscous.code() for law in network.laws]),
     }.items():
         store.texts(f"{NETWORK}/laws/{name}", texts, description)
     _write_names(store, f"{NETWORK}/bodies", "body", bodies)

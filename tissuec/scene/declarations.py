@@ -298,14 +298,15 @@ def _quoted(word: str, item: s.Sentence | s.Block) -> str:
 
 def reject_function(item: s.Function, findings: Findings) -> NoReturn:
     """Reject a formula where none can stand; what was meant may be a name of several words."""
-    word, text = item.argument.word, item.argument.value.span.text
+    argument = item.arguments[0].span.to(item.arguments[-1].span)
+    whole = item.name.span.to(argument)
     findings.reject(
         "TIS115",
-        f'"{word}" cannot stand inside a name',
-        item.argument.span,
+        f'"{item.arguments[0].word}" cannot stand inside a name',
+        argument,
         hint=Hint(
-            f'write the name in quotes: "{item.name.text} {word} {text}"; formulas of springs '
+            f'write the name in quotes: "{whole.text}"; formulas of springs '
             "and dashpots stand inside a tissue",
-            Edit(f'"{item.name.text} {word} {text}"', item.name.span.to(item.argument.span)),
+            Edit(f'"{whole.text}"', whole),
         ),
     )

@@ -31,6 +31,7 @@ from tissuec.scene.model import WrittenLaw, WrittenLaws
 from tissuec.scene.values import Value
 
 TRIED = (1e-4, 1e-2, 0.3)  # of a metre, or metres per second, to either side
+AT_REST = 1e-9  # of the largest force tried: one that rounding leaves
 #: Parts of a formula, of its derivative, and how deep both are nested; Python's own limit on
 #: nested brackets is 200.
 MOST_PARTS, MOST_OF_SLOPE, DEEPEST = 4000, 40_000, 150
@@ -45,27 +46,47 @@ class LawKind:
     Attributes:
         family: Laws by name, behind ``word``.
         word: "spring law".
-        formula: "spring force", before the argument of a free formula.
-        argument: The variable of formulas that the argument stands for.
-        dimension: Of the argument.
+        formula: "spring force", before the arguments of a free formula.
+        arguments: Variable of formulas and dimension of what each argument stands for; a
+            formula may leave out all but the last.
         names: What else a free formula can use: variable and dimension.
     """
 
     family: Family[type]
     word: str
     formula: str
-    argument: str
-    dimension: Dimension
+    arguments: tuple[tuple[str, Dimension], ...]
     names: Mapping[str, tuple[str, Dimension]]
 
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """Return what stands before the sign = of a free formula: of fewest arguments first."""
+        names = [name for name, _ in self.arguments]
+        return tuple(
+            f"{self.formula} of {' and '.join(names[-count:])}"
+            for count in range(1, len(names) + 1)
+        )
 
+    def variables(self, item: s.Function) -> dict[str, tuple[str, Dimension]]:
+        """Return all that a free formula can use: variable and dimension by name."""
+        written = [argument.value.key for argument in item.arguments]
+        meant = self.arguments[-len(written) :]
+        return {**self.names, **dict(zip(written, meant, strict=True))}
+
+
+_LENGTHENING = (("e", units.LENGTH),)
+_SPEED = (("w", units.VELOCITY),)
 _REST = {"rest length": ("rest", units.LENGTH)}
 _STIFF = dict.fromkeys(("c", "spring constant"), ("c", units.STIFFNESS))
 _VISCOUS = dict.fromkeys(("d", "viscosity"), ("d", units.VISCOSITY))
 LAW_KINDS = (
-    LawKind(SPRING_LAWS, "spring law", "spring force", "e", units.LENGTH, _STIFF | _REST),
+    LawKind(SPRING_LAWS, "spring law", "spring force", _LENGTHENING, _STIFF | _REST),
     LawKind(
-        VISCOSITY_LAWS, "viscosity law", "viscous force", "w", units.VELOCITY, _VISCOUS | _REST
+        VISCOSITY_LAWS,
+        "viscosity law",
+        "viscous force",
+        _LENGTHENING + _SPEED,
+        _VISCOUS | _REST,
     ),
 )
 #: The kind of law that an entry of a tissue writes, by its name.
@@ -131,7 +152,7 @@ def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:
         "TIS312",
         f"a {kind.word} is written in another form",
         item.span,
-        hint=f'write "{kind.word} is …", or "{kind.formula} of {kind.argument} = …"',
+        hint=f'write "{kind.word} is …", or "{kind.forms[0]} = …"',
     )
 
 
@@ -153,23 +174,8 @@ def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLa
 
 
 def _free(kind: LawKind, item: s.Function, scope: Scope) -> WrittenLaw:
-    if item.argument.word != "of" or not isinstance(item.argument.value, s.Name):
-        scope.findings.reject(
-            "TIS312",
-            "a formula names what it is of",
-            item.argument.span,
-            hint=f"write {kind.formula} of {kind.argument} = …",
-        )
-    argument = item.argument.value
-    names = {**kind.names, argument.key: (kind.argument, kind.dimension)}
-    if argument.key in kind.names:
-        scope.findings.reject(
-            "TIS503",
-            f'"{argument.text}" already stands for the {kind.word.partition(" ")[0]} itself',
-            argument.span,
-            hint=f"call it {kind.argument}",
-        )
-    variables = FormulaScope(scope, names)
+    _check_arguments(kind, item, scope)
+    variables = FormulaScope(scope, kind.variables(item))
     value = variables.number(item.value)
     variables.expect(value, units.FORCE, item.value.span, what=kind.formula)
     formula = variables.formula(item.value)
@@ -178,30 +184,84 @@ def _free(kind: LawKind, item: s.Function, scope: Scope) -> WrittenLaw:
     return WrittenLaw(item.value.span.one_line, formula, item.span)
 
 
+def _check_arguments(kind: LawKind, item: s.Function, scope: Scope) -> None:
+    """Reject arguments that are none, or that stand for something else."""
+    hint = f"write {' or '.join(f'{form} = …' for form in kind.forms)}"
+    first, last = item.arguments[0], item.arguments[-1]
+    if first.word != "of":
+        scope.findings.reject("TIS312", "a formula names what it is of", first.span, hint=hint)
+    if len(item.arguments) > len(kind.arguments):
+        scope.findings.reject(
+            "TIS312",
+            f"a {kind.formula} is of one variable",
+            first.span.to(last.span),
+            hint=hint,
+        )
+    given = [argument.value for argument in item.arguments]
+    meant = [name for name, _ in kind.arguments[-len(given) :]]
+    for name, own in zip(given, meant, strict=True):
+        if name.key in kind.names:
+            what = f"the {kind.word.partition(' ')[0]} itself"
+        elif name.key in meant and name.key != own:
+            what = "another variable"
+        elif given[0].key == given[-1].key and len(given) > 1:
+            what = "the elongation"
+            own, name = meant[-1], given[-1]
+        else:
+            continue
+        scope.findings.reject(
+            "TIS503",
+            f'"{name.text}" already stands for {what}',
+            name.span,
+            hint=f"call it {own}",
+        )
+
+
 def _limit(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
     """Reject a formula that is too long to be compiled, or whose derivative is."""
     (parts, depth), hint = extent(formula), "name a measured curve: spring law is curve { … }"
     if parts <= MOST_PARTS and depth <= DEEPEST:
-        parts, depth = extent(formula.slope(kind.argument))
-        if parts <= MOST_OF_SLOPE and depth <= DEEPEST:
+        slopes = [extent(formula.slope(name)) for name, _ in kind.arguments]
+        if all(parts <= MOST_OF_SLOPE and depth <= DEEPEST for parts, depth in slopes):
             return
     message = f"the {kind.formula} is too long or too deeply nested to be compiled"
     scope.findings.reject("TIS116", message, span, hint=hint)
 
 
 def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
-    """Reject a formula that has no value somewhere near rest."""
+    """Reject a formula that has no value somewhere near rest, or brakes what does not move."""
     places = np.array([*(-t for t in TRIED), 0.0, *TRIED])
+    grid = np.meshgrid(*(places for _ in kind.arguments), indexing="ij")
+    known = {name: each for (name, _), each in zip(kind.arguments, grid, strict=True)}
     with np.errstate(all="ignore"):
-        found = formula.at(SAMPLE | {kind.argument: places})
-    bad = np.flatnonzero(np.isnan(np.broadcast_to(found, places.shape)))
-    if len(bad):
-        shown = units.show(float(places[bad[0]]), kind.dimension)
+        found = np.broadcast_to(formula.at(SAMPLE | known), grid[0].shape)
+
+    def shown(where: np.intp) -> str:
+        parts = [
+            units.show(float(known[name].flat[where]), dimension)
+            for name, dimension in kind.arguments
+            if name in variables(formula)
+        ]
+        return " and ".join(parts) or "rest"
+
+    bad = np.isnan(found)
+    if bad.any():
         scope.findings.reject(
             "TIS504",
-            f'"{span.one_line}" has no value at {shown}',
+            f'"{span.one_line}" has no value at {shown(np.argmax(bad))}',
             span,
             hint="springs are pressed as well as drawn: use max(…, 0) or abs(…)",
+        )
+    if "w" not in known:
+        return
+    left = np.where(known["w"] == 0.0, np.abs(found), 0.0)
+    if left.max() > AT_REST * np.abs(found[np.isfinite(found)]).max(initial=0.0):
+        force = units.show(float(found.flat[np.argmax(left)]), units.FORCE)
+        scope.findings.reject(
+            "TIS309",
+            f"the viscous force is {force} at {shown(np.argmax(left))}, where nothing moves",
+            span,
+            hint="a force without motion belongs into the spring force",
         )
 
 

@@ -38,7 +38,8 @@ ENTRIES = {
         "spring law": "What replaces the linear springs, by name.",
         "viscosity law": "What replaces the linear dashpots, by name.",
         "spring force": "A formula for the force of a spring of its elongation e.",
-        "viscous force": "A formula for the force of a dashpot of its speed w of lengthening.",
+        "viscous force": "A formula for the force of a dashpot of its speed w of lengthening, "
+        "or of its elongation e and w.",
     },
     "body": {
         "mesh": "Where nodes and springs are.",

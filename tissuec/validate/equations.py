@@ -3,7 +3,7 @@
 With the signed incidence matrix B (row s: -1 at the first end of spring s, +1 at the second),
 x the positions and v the velocities of all nodes,
 
-    r = B x,  L = |r|,  n = r / L,  w = n · (B v),  T = f(L - L0) + g(w),
+    r = B x,  L = |r|,  e = L - L0,  n = r / L,  w = n · (B v),  T = f(e) + g(e, w),
     forces on the nodes = -Bᵀ (T n),    m a = forces + loads - drag v + m g.
 
 The unknowns are y = (u, v, z, s, W, D): displacements u from the drawing and velocities of the
@@ -217,13 +217,14 @@ class Equations:
         direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
                               out=np.zeros_like(reach))  # fmt: skip
         closing = np.einsum("sk,sk->s", direction, self.along(velocity))
-        stretch, brake = length - behaviour.rest, behaviour.brake(closing)
+        stretch = length - behaviour.rest
         if self.yielding.count:
             given = self.yielding.read(velocity)
             stretch = stretch - self.yielding.flowed(given)
             pull = behaviour.pull(stretch) + self.yielding.pull(stretch, given)
         else:
             pull = behaviour.pull(stretch)
+        brake = behaviour.brake(stretch, closing)
         tension = np.where(length > 0.0, pull + brake, 0.0)
         return Springs(direction, length, closing, tension, brake, stretch, pull)
 
@@ -298,7 +299,8 @@ class Equations:
         along = n[:, :, None] * n[:, None, :]
         steep = behaviour.slope(springs.stretch)
         stiffness = steep + self.yielding.sudden
-        damping = behaviour.brake_slope(springs.closing)
+        stiffness = stiffness + behaviour.brake_by_stretch(springs.stretch, springs.closing)
+        damping = behaviour.brake_slope(springs.stretch, springs.closing)
         sideways = (self.along(velocity) - springs.closing[:, None] * n) / safe[:, None]
         by_place = (
             stiffness[:, None, None] * along

@@ -211,7 +211,8 @@ def _resisted(net: _Net, phi: Floats) -> float:
     ends = net.balance.ends
     moved = np.where(ends[..., None] >= 0, phi[ends], 0.0)
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
-    viscosity = net.balance.behaviour.sluggishness(np.zeros(len(ends)))
+    elongation = net.bars.length - net.balance.rest
+    viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
     return float(viscosity @ closing**2) + net.situation.drag * float((phi**2).sum())
 
 
@@ -233,7 +234,8 @@ def _notes(
         yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if situation.inelastic is not None:
         yield "springs that relax or yield are as stiff here as after they have given way"
-    viscosity = net.balance.behaviour.brake_slope(np.zeros(len(net.balance.ends)))
+    elongation = net.bars.length - net.balance.rest
+    viscosity = net.balance.behaviour.brake_slope(elongation, np.zeros_like(elongation))
     if not np.isfinite(viscosity).all():
         yield "dashpots whose resistance is infinite at rest are left out of damping ratios"
     if count > unknowns:

@@ -61,7 +61,7 @@ class Matrices:
             known |= {"c": c[chosen], "d": d[chosen], "rest": rest[chosen]}
             known |= {"e": e[chosen], "w": w[chosen]}
             tension[chosen] = _at(law.elastic, known) + _at(law.viscous, known)
-            steep[chosen] = _at(law.elastic.slope("e"), known)
+            steep[chosen] = _at(law.elastic.slope("e") + law.viscous.slope("e"), known)
             brisk[chosen] = _at(law.viscous.slope("w"), known)
         return tension, steep, brisk
 

@@ -78,8 +78,7 @@ def _formula_text(
 ) -> str:
     """Return a free formula in which every name that is no variable is a number."""
     function = _parsed(law)
-    assert isinstance(function.argument.value, s.Name)
-    own = {*kind.names, function.argument.value.key}
+    own = kind.variables(function)
     by_key = {s.key_of(name): number for name, number in learned.items()}
     text = function.span.source.text
     end = function.span.end

@@ -21,19 +21,37 @@ QUADRATURE = 1e-13  # relative error of energies of free formulas
 
 
 class Rule(NamedTuple):
-    """A force [N] as a function of an elongation [m], or of a speed [m/s].
+    """The force of springs [N] as a function of their elongations [m].
 
-    Each function takes it, c [N/m] (or d [N s/m]) and rest lengths [m], of shape (spring,).
+    Each function takes them, c [N/m] and rest lengths [m], of shape (spring,).
 
     Attributes:
         force: [N].
-        slope: Its derivative [N/m] or [N s/m].
-        energy: Its integral from 0 on [J]; None for dashpots.
+        slope: Its derivative [N/m].
+        energy: Its integral from 0 on [J].
     """
 
     force: Callable[[Floats, Floats, Floats], Floats]
     slope: Callable[[Floats, Floats, Floats], Floats]
-    energy: Callable[[Floats, Floats, Floats], Floats] | None = None
+    energy: Callable[[Floats, Floats, Floats], Floats]
+
+
+class Dashpot(NamedTuple):
+    """The force of dashpots [N] as a function of elongations [m] and speeds [m/s].
+
+    Each function takes both, d [N s/m] and rest lengths [m], of shape (spring,).
+
+    Attributes:
+        force: [N].
+        by_speed: Its derivative by the speed [N s/m].
+        by_stretch: Its derivative by the elongation [N/m].
+    """
+
+    force: Callable[[Floats, Floats, Floats, Floats], Floats]
+    by_speed: Callable[[Floats, Floats, Floats, Floats], Floats]
+    by_stretch: Callable[[Floats, Floats, Floats, Floats], Floats] = lambda e, w, d, rest: (
+        0.0 * w
+    )
 
 
 LINEAR = Rule(
@@ -41,7 +59,7 @@ LINEAR = Rule(
     lambda e, c, rest: c + 0.0 * e,
     lambda e, c, rest: c * e * e / 2.0,
 )
-LINEAR_DASHPOT = Rule(lambda w, d, rest: d * w, lambda w, d, rest: d + 0.0 * w)
+LINEAR_DASHPOT = Dashpot(lambda e, w, d, rest: d * w, lambda e, w, d, rest: d + 0.0 * w)
 
 
 def _tension_only(law: Any) -> Rule:
@@ -128,14 +146,14 @@ def _curve(law: Any) -> Rule:
     )
 
 
-def _power(law: Any) -> Rule:
+def _power(law: Any) -> Dashpot:
     n, v = law.exponent, law.speed
 
-    def slope(w: Floats, d: Floats, rest: Floats) -> Floats:
+    def slope(e: Floats, w: Floats, d: Floats, rest: Floats) -> Floats:
         with np.errstate(divide="ignore"):
             return n * d * (np.abs(w) / v) ** (n - 1.0)
 
-    return Rule(lambda w, d, rest: np.sign(w) * d * v * (np.abs(w) / v) ** n, slope)
+    return Dashpot(lambda e, w, d, rest: np.sign(w) * d * v * (np.abs(w) / v) ** n, slope)
 
 
 #: By the names of the classes that the language has for them.
@@ -148,27 +166,45 @@ RULES: dict[str, Callable[[Any], Rule]] = {
     "Polynomial": _polynomial,
     "Curve": _curve,
 }
-DASHPOTS: dict[str, Callable[[Any], Rule]] = {
+DASHPOTS: dict[str, Callable[[Any], Dashpot]] = {
     "Linear": lambda law: LINEAR_DASHPOT,
     "PowerLaw": _power,
 }
 
 
-def _free(tree: Any, argument: str, factor: str) -> Rule:
-    """Return what a free formula says; its variables are ``argument``, ``factor`` and rest."""
+def _free_spring(tree: Any) -> Rule:
+    """Return what a free formula of e, c and rest says."""
 
-    def both(x: Floats, c: Floats, rest: Floats) -> tuple[Floats, Floats]:
-        found = derived(tree, {argument: x, factor: c, "rest": rest}, argument)
-        value, slope = np.broadcast_arrays(*found, x)[:2]
-        return value, slope
+    def both(e: Floats, c: Floats, rest: Floats) -> tuple[Floats, Floats]:
+        return _like(e, *derived(tree, {"e": e, "c": c, "rest": rest}, "e"))
 
-    def energy(x: Floats, c: Floats, rest: Floats) -> Floats:
+    def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
         found, _ = quad_vec(
-            lambda part: x * both(part * x, c, rest)[0], 0.0, 1.0, epsrel=QUADRATURE
+            lambda part: e * both(part * e, c, rest)[0], 0.0, 1.0, epsrel=QUADRATURE
         )
         return np.asarray(found)
 
     return Rule(lambda *given: both(*given)[0], lambda *given: both(*given)[1], energy)
+
+
+def _free_dashpot(tree: Any) -> Dashpot:
+    """Return what a free formula of e, w, d and rest says."""
+
+    def by(name: str, *given: Floats) -> tuple[Floats, Floats]:
+        known = dict(zip(("e", "w", "d", "rest"), given, strict=True))
+        return _like(known["w"], *derived(tree, known, name))
+
+    return Dashpot(
+        lambda *given: by("w", *given)[0],
+        lambda *given: by("w", *given)[1],
+        lambda *given: by("e", *given)[1],
+    )
+
+
+def _like(one: Floats, *values: Any) -> tuple[Floats, Floats]:
+    """Return two values in the shape of an array."""
+    value, slope, _ = np.broadcast_arrays(*values, one)
+    return value, slope
 
 
 def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
@@ -261,26 +297,28 @@ class Laws:
         """Return the stored energy at elongations [m] [J], shape (spring,)."""
         return self._each(self._springs, LINEAR, "energy", e, self._c)
 
-    def brake(self, w: Floats) -> Floats:
-        """Return viscous forces at speeds [m/s] [N], shape (spring,)."""
-        return self._each(self._dashpots, LINEAR_DASHPOT, "force", w, self._d)
+    def brake(self, e: Floats, w: Floats) -> Floats:
+        """Return viscous forces at elongations [m] and speeds [m/s] [N], shape (spring,)."""
+        return self._each(self._dashpots, LINEAR_DASHPOT, "force", e, w, self._d)
 
-    def brake_slope(self, w: Floats) -> Floats:
-        """Return the viscosity at speeds [m/s] [N s/m], shape (spring,); zero where endless."""
-        return _resisting(self._each(self._dashpots, LINEAR_DASHPOT, "slope", w, self._d))
+    def brake_slope(self, e: Floats, w: Floats) -> Floats:
+        """Return the viscosity [N s/m], shape (spring,), as ``brake``; zero where endless."""
+        return _resisting(self._each(self._dashpots, LINEAR_DASHPOT, "by_speed", e, w, self._d))
+
+    def brake_by_stretch(self, e: Floats, w: Floats) -> Floats:
+        """Return how viscous forces change with elongations [N/m], shape (spring,)."""
+        return self._each(self._dashpots, LINEAR_DASHPOT, "by_stretch", e, w, self._d)
 
     def _each(
         self,
-        groups: list[tuple[Rule, NDArray[np.int64]]],
-        linear: Rule,
+        groups: list[tuple[Any, NDArray[np.int64]]],
+        linear: Rule | Dashpot,
         name: str,
-        at: Floats,
-        factor: Floats,
+        *at: Floats,
     ) -> Floats:
-        found = np.asarray(getattr(linear, name)(at, factor, self.rest))
+        found = np.asarray(getattr(linear, name)(*at, self.rest))
         for rule, chosen in groups:
-            function = getattr(rule, name)
-            found[chosen] = function(at[chosen], factor[chosen], self.rest[chosen])
+            found[chosen] = getattr(rule, name)(*(each[chosen] for each in (*at, self.rest)))
         return found
 
 
@@ -291,12 +329,12 @@ def _resisting(slope: Floats) -> Floats:
 def spring_rule(law: "Law") -> Rule:
     """Return what a spring of a law pulls with."""
     if law.spring is None:
-        return _free(law.elastic, "e", "c")
+        return _free_spring(law.elastic)
     return RULES[type(law.spring).__name__](law.spring)
 
 
-def dashpot_rule(law: "Law") -> Rule:
+def dashpot_rule(law: "Law") -> Dashpot:
     """Return what a dashpot of a law pulls with."""
     if law.dashpot is None:
-        return _free(law.viscous, "w", "d")
+        return _free_dashpot(law.viscous)
     return DASHPOTS[type(law.dashpot).__name__](law.dashpot)
