@@ -13,11 +13,13 @@ from tissuec import topology
 from tissuec.compiler import Compiled
 from tissuec.compiling.points import extents
 from tissuec.core.errors import Diagnostic, Note, SimulationError, counted
-from tissuec.core.units import LENGTH, MASS, STIFFNESS, TIME, show
+from tissuec.core.names import key_of
+from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
+from tissuec.matter.breaking import breaking_strains
 from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.plan import RELAXATION
 from tissuec.running.failing import explain_action
@@ -38,10 +40,16 @@ from tissuec.verbs.turn import Turn
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
+# Strain at break. Elastin, the most extensible of what tissues are made of, bears 1.5.
+IMPLAUSIBLE, PLAUSIBLE = 3.0, 0.5
 
 
 def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
-    """Return the warnings of every check; only thorough ones take time."""
+    """Return the warnings of every check.
+
+    Args:
+        thorough: Whether to make also those that take time, or are of use only to whoever asks.
+    """
     checks = (*CHECKS, *(THOROUGH if thorough else ()))
     return [finding for check in checks for finding in check(compiled)]
 
@@ -250,6 +258,47 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
         )
 
 
+def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W209: springs that break at a strain which no tissue bears.
+
+    Left out are threads, many of which are made softer so that steps are longer, and nets typed
+    in as tables, which need not be tissue.
+    """
+    network = compiled.network
+    if not np.isfinite(network.strength).any():
+        return
+    strain = breaking_strains(network.behaviour(), network.strength)
+    for body in network.bodies:
+        springs = np.arange(body.springs.start, body.springs.stop)
+        springs = springs[np.isfinite(strain[springs])]
+        is_typed = compiled.scene.bodies[key_of(body.name)].tables is not None
+        if body.thread is not None or is_typed or not len(springs):
+            continue
+        median = springs[np.argsort(strain[springs])[len(springs) // 2]]
+        if strain[median] > IMPLAUSIBLE:
+            yield _breaks_late(network, body, int(median), float(strain[median]))
+
+
+def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -> Diagnostic:
+    rest, force = float(network.rest[spring]), float(network.strength[spring])
+    constant = float(network.stiffness[spring])
+    better = float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring])
+    arrays = {"fraction force": "strength", "spring constant": "stiffness"}
+    return Diagnostic(
+        "W209",
+        f"springs of {body.name} break at {1.0 + strain:.3g} times their length: one of "
+        f"{show(rest, LENGTH)} has a spring constant of {show(constant, STIFFNESS)} and a "
+        f"fraction force of {show(force, FORCE)}",
+        body.span,
+        f"{show(better, FORCE)} would break it at {1.0 + PLAUSIBLE:g} times its length; "
+        "a tissue with a Young's modulus can have a breaking strain instead",
+        tuple(
+            Note(f"the {name}", network.provenance[array][spring].span)
+            for name, array in arrays.items()
+        ),
+    )
+
+
 def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W404: the ruptures of something that cannot rupture are measured."""
     plan, groups = compiled.plan, compiled.groups
@@ -385,7 +434,7 @@ CHECKS: tuple[Check, ...] = (
     cuts_in_vain,
     passing_threads,
 )
-THOROUGH: tuple[Check, ...] = (floppy, unstable)
+THOROUGH: tuple[Check, ...] = (late_breaking, floppy, unstable)
 
 
 def _stiffest(compiled: Compiled) -> str:

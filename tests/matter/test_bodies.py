@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -305,6 +306,19 @@ def test_a_limit_that_is_never_reached_is_none():
     text = text_of("explicit", f"{law}; {SPRINGS}; fraction force = 2 N", "rupture is allowed")
     (found,) = tissuec.properties(text + table, frequencies=0)
     assert found.breaking is None
+
+
+def test_springs_that_break_late_are_told_with_a_force_that_breaks_them_early():
+    def said(force):
+        tissue = f"{SPRINGS}; fraction force = {force}"
+        return text_of(SHEET.format(9, 5, "both"), tissue, "rupture is allowed")
+
+    (late,) = tissuec.check(said("5 N"))
+    assert late.code == "W209"
+    better = re.match(r"(\S+ mN) would break it at 1.5 times", str(late.hint))[1]
+    assert not tissuec.check(said(better))
+    (found,) = tissuec.properties(said(better), frequencies=0)
+    assert found.breaking.stretch[1] == pytest.approx(1.5, rel=1e-2)  # of its three digits
 
 
 # --- command ----------------------------------------------------------------------------------

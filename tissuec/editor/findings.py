@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from tissuec.checks import floppy, unstable, unstable_node
+from tissuec.checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler import Compiled
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.editor.desk import Desk, Memory
@@ -53,9 +53,9 @@ def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
         return Checked(warnings, None, is_thorough=True)
     count = partial(_modes, desk.memory, thorough)
     find = unstable_node if thorough else _not_now
-    further: tuple[Diagnostic, ...] = ()
+    further = tuple(late_breaking(compiled))
     try:
-        further = tuple(floppy(compiled, count))
+        further += tuple(floppy(compiled, count))
         further += tuple(unstable(compiled, find))
     except _NotCounted:
         return Checked((*warnings, *further), compiled, is_thorough=False)
