@@ -17,7 +17,7 @@ def read_damaged(*options):
 
 
 def test_a_damaged_result_is_a_result_error():
-    read_damaged("--count", 5, "--seed", 4, "--quick")
+    read_damaged("--count", 3, "--seed", 4, "--quick")
 
 
 @pytest.mark.slow

@@ -213,7 +213,7 @@ def test_quantities_of_springs_are_said_to_depend_on_the_mesh(tmp_path):
     gum = text("spring constant = 40 N/m")
     code, told = lab(tmp_path, gum, "--spacing", "5 mm")
     assert code == 0, told
-    assert "no strips" in lab(tmp_path, gum, "--thickness", "1 mm")[1]
+    assert "no strips" in lab(tmp_path, gum, "--thickness", "1 mm", "--spacing", "5 mm")[1]
     assert "depends on the mesh" in told and "the spacing is 5 mm" in told
 
 
