@@ -309,7 +309,8 @@ class _Examined:
         return Elasticity(unit, ("least", "largest"), (low, high))
 
     def _retardation_time(self) -> float | None:
-        viscosity = self.behaviour.sluggishness(np.zeros(len(self.own)))
+        elongation = self.length - self.behaviour.rest
+        viscosity = self.behaviour.sluggishness(elongation, 0.0 * elongation)
         resists = (self.constant > 0.0) & (viscosity > 0.0)
         if not resists.any():
             return None
