@@ -179,6 +179,7 @@ SOLIDS = {
     "cubic, face diagonals": lattice("sodium chloride", 3, "second neighbours"),
     "body-centred": lattice("caesium chloride", 3),
     "body-centred, edges": lattice("caesium chloride", 3, "second neighbours"),
+    "braced": lattice("braced cubes", 3),
     "diamond": lattice("diamond", 2),
     "diamond, second": lattice("diamond", 2, "second neighbours"),
     "tube": tube(),
@@ -200,7 +201,9 @@ def test_unstressed_counts_follow_from_the_rank_of_the_rigidity_matrix(name):
     assert modes(position, ends) == FloppyModes(expected, 0, 6, checked=True)
 
 
-@pytest.mark.parametrize("kind", ["sodium chloride", "caesium chloride", "diamond"])
+@pytest.mark.parametrize(
+    "kind", ["sodium chloride", "caesium chloride", "diamond", "braced cubes"]
+)
 def test_lattices_are_floppy_until_second_neighbours_or_prestress_hold_them(kind):
     assert modes(*lattice(kind, 2)).count > 6
     assert modes(*lattice(kind, 2, "second neighbours")).count == 0

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, diags, eye
 from scipy.sparse.linalg import spsolve
 
+from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.network import Network
 from tissuec.pipeline import Request, compile_request
@@ -13,14 +14,25 @@ from tissuec.verbs.preserve import Preserve
 
 def scene(tissue: str, body: str) -> tuple[Network, Plan]:
     """Return a scene of one body; its tissue is called gel."""
-    text = f"""language 1
+    compiled, _ = compile_request(Request(Source("piece.tis", _text(tissue, body))))
+    return compiled.network, compiled.plan
+
+
+def _text(tissue: str, body: str) -> str:
+    return f"""language 1
 tissue gel {{ {tissue} }}
 body piece {{ {body}; tissue is gel }}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 simulate {{ duration = 1 ms; tolerance = 1e-6; integrator is dop853 }}
 """
-    compiled, _ = compile_request(Request(Source("piece.tis", text)))
-    return compiled.network, compiled.plan
+
+
+def findings(tissue: str, body: str) -> list[Diagnostic]:
+    """Return what the compiler finds in a scene of one body."""
+    try:
+        return list(compile_request(Request(Source("piece.tis", _text(tissue, body))))[1])
+    except CompileError as error:
+        return list(error.diagnostics)
 
 
 def stiffness(network: Network, plan: Plan) -> csc_matrix:

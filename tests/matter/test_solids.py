@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.matter.elastic import drawn_out, moved, scene, stiffness
+from tests.matter.elastic import drawn_out, findings, moved, scene, stiffness
 
 YOUNG, DENSITY = 5e3, 1060.0
 TISSUE = f"Young's modulus = {YOUNG} Pa; density = {DENSITY} kg/m^3; retardation time = 2 ms"
@@ -90,6 +90,38 @@ def test_stiffness_of_a_large_block_is_that_of_a_small_one():
     # Deep inside, springs are those of a block of seven cells.
     network, plan = block("caesium chloride", 2.5)
     young, ratios = in_tension(network, plan, 0)
+    assert young == pytest.approx(YOUNG, rel=0.01)
+    assert np.abs(ratios - 0.25).max() < 0.01
+
+
+# Ten springs at an inner node: six edges, and the diagonals of every other cube. Nodes in faces
+# shift without the half of their neighbours that is missing; in tension it does not show.
+@pytest.mark.parametrize("ratio", [None, 0.45])
+def test_braced_cubes_have_youngs_modulus_and_a_third_as_poissons_ratio(ratio):
+    tissue = TISSUE if ratio is None else f"{TISSUE}; Poisson's ratio = {ratio}"
+    network, plan = block("braced cubes", 5, tissue, "nearest")
+    for axis in (0, 2):
+        young, ratios = in_tension(network, plan, axis)
+        assert young == pytest.approx(YOUNG, rel=0.02)
+        assert np.abs(ratios - (ratio or 1 / 3)).max() < 0.02
+
+
+def test_braced_cubes_say_how_soft_faces_make_them_in_shear_and_what_ratio_is_the_least():
+    body = (
+        "mesh is lattice {{ kind is braced cubes; cell = {} mm; "
+        "box from (0, 0, 0) mm to (40, 40, 40) mm }}"
+    )
+    assert [one.code for one in findings(TISSUE, body.format(10))] == ["W207"]
+    found, *_ = findings(f"{TISSUE}; Poisson's ratio = 0.3", body.format(10))
+    assert "the least is 1/3" in found.message
+
+
+@pytest.mark.parametrize("cells", [11, 12])
+def test_braced_cubes_with_second_neighbours_are_as_even_as_others(cells):
+    """Springs repeat from every other cell to the next: those of 8 or 9 cells tell all."""
+    sides = (cells * 5.0, 10.0, 20.0)
+    network, plan = block("braced cubes", 5, sides=sides)
+    young, ratios = in_tension(network, plan, 2, sides)
     assert young == pytest.approx(YOUNG, rel=0.01)
     assert np.abs(ratios - 0.25).max() < 0.01
 

@@ -39,7 +39,7 @@ def samples():
         entries = {"subdivisions": subdivisions, "interior": interior}
         yield "sphere", {"centre": np.array([0.1, 0.2, 0.3]), "radius": 0.02} | entries
     for kind, reach, box in product(
-        ("sodium chloride", "caesium chloride", "diamond"), REACH, (BOX, BAR)
+        ("sodium chloride", "caesium chloride", "diamond", "braced cubes"), REACH, (BOX, BAR)
     ):
         yield "lattice", {"kind": kind, "cell": 0.01, "box": box, "reach": reach}
     line = {"line": (np.zeros(3), np.array([0.03, 0.01, 0.0]))}
@@ -51,7 +51,13 @@ def samples():
     yield "explicit", {"position": np.eye(4, 3), "ends": ring}
     liver = LocatedFile("liver.obj", library() / "meshes" / "liver.obj", 1e-3)
     yield "imported", {"file": liver}
-    for filling in ("sodium chloride", "caesium chloride", "diamond", "tetrahedra"):
+    for filling in (
+        "sodium chloride",
+        "caesium chloride",
+        "diamond",
+        "braced cubes",
+        "tetrahedra",
+    ):
         yield "imported", {"file": liver, "filling": filling, "cell": 0.018}
 
 
@@ -183,6 +189,11 @@ def symmetries(kind, entries):
         return []
     if entries["kind"] == "diamond":  # the crystal itself has no mirror parallel to a face
         return [half_turned, diagonal_swapped]
+    if entries["kind"] == "braced cubes" and entries["reach"] != "third neighbours":
+        # Even numbers of cells have another diagonal at either end.
+        low, high = entries["box"]
+        odd = np.rint((high - low) / entries["cell"]) % 2 == 1
+        return [mirrored(axis) for axis in range(3) if odd[axis]]
     return [mirrored(0), mirrored(1), mirrored(2)]
 
 

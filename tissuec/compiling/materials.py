@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing
-from tissuec.compiling.matter import SHEARS, Matter, MatterReader
+from tissuec.compiling.matter import Matter, MatterReader
 from tissuec.compiling.poisson import Poisson, poisson_of
 from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.names import key_of
@@ -368,7 +368,8 @@ class MaterialReader:
                 each = self._matter(given).stiffness
                 each = each if self.poisson is None else each * self.poisson.of_springs
             case "shear viscosity":
-                each = SHEARS * self._matter(given).stiffness
+                matter = self._matter(given)
+                each = matter.shears * matter.stiffness
             case "flow viscosity":
                 each = self._matter(given).stiffness
             case "retardation time":

@@ -14,7 +14,7 @@ import numpy as np
 from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
-from tissuec.matter.block import fitted_block
+from tissuec.matter.block import POISSON_OF_BRACED, fitted_block
 from tissuec.matter.patch import fitted
 from tissuec.matter.solid import Solid
 from tissuec.matter.surface import surface
@@ -24,7 +24,6 @@ from tissuec.meshes.lattice import Lattice
 from tissuec.network import Floats
 from tissuec.scene.findings import Findings
 
-SHEARS = 2.0 * (1.0 + POISSON)  # Young's modulus of a solid of springs / its shear modulus
 POISSON_OF_SURFACE = 1.0 / 3.0
 UNEVEN = 0.1  # how much the stiffness of a mesh may depend on the direction, untold
 _TESTED = 300_000  # springs of a solid up to which it is tested
@@ -46,6 +45,12 @@ class Matter:
     poisson: float | None
     is_solid: bool = False
 
+    @property
+    def shears(self) -> float:
+        """Return Young's modulus over the shear modulus of springs alone, as in a solid."""
+        poisson = self.poisson if self.is_solid else None
+        return 2.0 * (1.0 + (POISSON if poisson is None else poisson))
+
 
 class _Drawn:
     """A solid as it is drawn; equal to others that have the same nodes and springs."""
@@ -63,13 +68,11 @@ class _Drawn:
 
 @lru_cache(maxsize=4)  # who learns compiles a scene many times, with other numbers
 def _fitted(drawn: _Drawn) -> Floats:
-    """Return the constants of springs per Young's modulus, before any test [m]."""
+    """Return the constants of springs per shear modulus, before any test [m]."""
     mesh = drawn.mesh
     if isinstance(drawn.generator, Lattice):
-        constant = fitted_block(drawn.generator, mesh)
-    else:
-        constant = fitted(mesh.position, mesh.ends, drawn.solid)
-    return constant / SHEARS
+        return fitted_block(drawn.generator, mesh)
+    return fitted(mesh.position, mesh.ends, drawn.solid)
 
 
 class MatterReader:
@@ -146,15 +149,18 @@ class MatterReader:
                 "use tetrahedra, a lattice, or a closed surface with a filling",
             )
         solid = Solid.of(mesh.position, volume, mesh.skin)
-        stiffness = _fitted(_Drawn(mesh, solid, self.body.mesh))
+        generator, poisson = self.body.mesh, POISSON
+        if isinstance(generator, Lattice) and generator.is_braced:
+            poisson = POISSON_OF_BRACED
+        stiffness = _fitted(_Drawn(mesh, solid, generator)) / (2.0 * (1.0 + poisson))
         if len(mesh.ends) <= _TESTED:
-            stiffness = stiffness * self._correction(mesh, stiffness, solid)
-        return Matter(self._with_bending(stiffness), volume, POISSON, is_solid=True)
+            stiffness = stiffness * self._correction(mesh, stiffness, solid, poisson)
+        return Matter(self._with_bending(stiffness), volume, poisson, is_solid=True)
 
-    def _correction(self, mesh: Mesh, stiffness: Floats, solid: Solid) -> float:
+    def _correction(self, mesh: Mesh, stiffness: Floats, solid: Solid, poisson: float) -> float:
         """Return by what springs are to be multiplied for the right Young's modulus."""
         try:
-            found = measured(mesh.position, mesh.ends, stiffness, solid)
+            found = measured(mesh.position, mesh.ends, stiffness, solid, poisson)
         except ValueError as error:
             self._impossible(
                 f"{error} in its mesh",

@@ -1,19 +1,21 @@
 """Poisson's ratio: what springs alone have, and what cells that keep their volume add to it.
 
-Springs have both Lamé's constants alike, μ = λ, so that ν is 1/4 in a solid. A body of
+Springs have both Lamé's constants alike, μ = λ, so that ν is n = 1/4 in a solid (and n = 1/3
+where nodes of two kinds shift against one another, see ``matter.block``). A body of
 
-    μ = E / (2 (1 + ν)),    λ = E ν / ((1 + ν) (1 - 2 ν))
+    μ = E / (2 (1 + ν)),    λ = 2 μ ν / (1 - 2 ν)
 
-is made of springs for μ, and of cells with the bulk modulus K = λ - μ (see ``enclosures``).
+is made of springs for μ, and of cells with the bulk modulus (see ``enclosures``)
+
+    K = λ - 2 μ n / (1 - 2 n) = 2 μ (ν - n) / ((1 - 2 ν) (1 - 2 n)).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tissuec.compiling.matter import SHEARS, Matter
+from tissuec.compiling.matter import Matter
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
-from tissuec.matter.traction import POISSON
 from tissuec.meshes import Celled
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Given
@@ -62,12 +64,16 @@ def poisson_of(
             hint=hint,
             notes=(Note(f"used by {body.name}", body.span),),
         )
-    young, ratio = moduli[0], given.value
-    if young is None or not matter.is_solid or ratio == POISSON:
+    young, ratio, own = moduli[0], given.value, matter.poisson
+    if young is None or own is None or not matter.is_solid or ratio == own:
         return None
     shear = young.value / (2.0 * (1.0 + ratio))
-    modulus = shear * (4.0 * ratio - 1.0) / (1.0 - 2.0 * ratio)
-    return Poisson(SHEARS / (2.0 * (1.0 + ratio)), modulus, given.span)
+    modulus = 2.0 * shear * (ratio - own) / ((1.0 - 2.0 * ratio) * (1.0 - 2.0 * own))
+    return Poisson(matter.shears / (2.0 * (1.0 + ratio)), modulus, given.span)
+
+
+def _shown(ratio: float) -> str:
+    return f"1/{round(1.0 / ratio)}"
 
 
 def _flaw(
@@ -87,7 +93,7 @@ def _flaw(
             return None
         return "in a surface, springs always give 1/3", "leave it out"
     if ratio < matter.poisson:
-        return "with springs, the least is 1/4", "leave it out"
+        return f"with springs, the least is {_shown(matter.poisson)}", "leave it out"
     if ratio == matter.poisson:
         return None
     if not isinstance(body.mesh, Celled):

@@ -1,7 +1,16 @@
 """Springs of a block of crystal cells, of which a few cells along each side tell all.
 
-Deep inside, every cell has the same springs. So a block is fitted that has no more than a few
-cells along a side, and each spring of the whole gets the constant of the one in its place.
+Deep inside, springs repeat from cell to cell, or from every other cell to the next. So a block
+is fitted that has no more than a few cells along a side, and each spring of the whole gets the
+constant of the one in its place.
+
+Cubes of edge a of which every other one has its body diagonals cannot pass the patch test:
+where the block is sheared, nodes whose diagonals go up shift against those whose go down.
+With edges of the constant k and diagonals of 3/2 k they have
+
+    C11 = 2 k/a,    C12 = k/a,    C44 = k / (2 a)    (k/a, were it not for the shift),
+
+so that they are isotropic with the shear modulus k / (2 a) and Poisson's ratio 1/3.
 """
 
 from dataclasses import replace
@@ -16,13 +25,16 @@ from tissuec.meshes.lattice import CRYSTALS, Lattice
 from tissuec.network import Floats, Indices
 
 BESIDE = 3  # cells at either end of a side that differ from those between them
-SIDE = 2 * BESIDE + 1
+POISSON_OF_BRACED = 1.0 / 3.0
 
 
 def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
     """Return the constants of a lattice's springs per shear modulus [m], shape (spring,)."""
-    cells = np.array(lattice.cells())
-    kept = np.minimum(cells, SIDE)
+    if lattice.is_braced:
+        return _braced(lattice, mesh)
+    cells, period = np.array(lattice.cells()), CRYSTALS[lattice.kind].period
+    least = 2 * BESIDE + period
+    kept = np.where(cells > least, least + (cells - least) % period, cells)
     low, _ = lattice.corners
     small = replace(lattice, box=(low, low + kept * lattice.cell))
     sample = small.build()
@@ -31,13 +43,12 @@ def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
         return constant
     steps = CRYSTALS[lattice.kind].divisions
     fine = np.rint((mesh.position - low) * (steps / lattice.cell)).astype(np.int64)
-    first, last = BESIDE * steps, (cells - BESIDE - 1) * steps
+    shift = (cells - kept) * steps
+    first, last = BESIDE * steps, BESIDE * steps + shift
     start = fine[mesh.ends[:, 0]]
-    inside = first + (start - first) % steps
+    inside = first + (start - first) % (steps * period)
     # A spring is looked up by where it starts and how it goes on.
-    place = np.where(
-        start < first, start, np.where(start >= last, start - last + first, inside)
-    )
+    place = np.where(start < first, start, np.where(start >= last, start - shift, inside))
     place = np.where(kept == cells, start, place)
     site = _numbered(sample.position, low, steps / lattice.cell, kept * steps + 1)
     ends = np.stack([place, place + fine[mesh.ends[:, 1]] - start])
@@ -45,6 +56,17 @@ def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
     count = len(sample.position)
     keys = sample.ends.astype(np.int64) @ np.array([count, 1])
     return constant[np.searchsorted(keys, pairs[0] * count + pairs[1])]
+
+
+def _braced(lattice: Lattice, mesh: Mesh) -> Floats:
+    """Return the constants of cubes with diagonals per shear modulus [m], shape (spring,)."""
+    ends = mesh.position[mesh.ends]
+    low, high = lattice.corners
+    # Edges in a face of the block belong to half as many cells, along its edges to a quarter.
+    in_face = (ends[:, 0] == ends[:, 1]) & ((ends[:, 0] == low) | (ends[:, 0] == high))
+    share = np.prod(np.where(in_face, 0.5, 1.0), axis=1)
+    is_edge = (ends[:, 0] == ends[:, 1]).any(axis=1)
+    return lattice.cell * np.where(is_edge, 2.0 * share, 3.0)
 
 
 def _fitted(mesh: Mesh) -> Floats:

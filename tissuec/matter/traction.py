@@ -1,7 +1,7 @@
 """Virtual tests of a solid net: it is drawn by a uniform stress, and what it gives is compared.
 
 A uniform stress σ acts on the nodes of the boundary with forces σ N (see ``solid``). A body of
-volume V, Young's modulus E and Poisson's ratio ν = 1/4 stores
+volume V, Young's modulus E and Poisson's ratio ν stores
 
     ½ V σ²/E  in tension,     ½ V σ²/G  in shear,     G = E / (2 (1 + ν)).
 """
@@ -32,7 +32,11 @@ class Stiffness(NamedTuple):
 
 
 def measured(
-    position: Floats, ends: NDArray[np.int32], constant: Floats, solid: Solid
+    position: Floats,
+    ends: NDArray[np.int32],
+    constant: Floats,
+    solid: Solid,
+    poisson: float = POISSON,
 ) -> Stiffness:
     """Return how stiff springs make a body whose Young's modulus should be 1 Pa.
 
@@ -41,6 +45,7 @@ def measured(
         ends: Node pair of each spring, shape (spring, 2).
         constant: Of each spring per Young's modulus [m], shape (spring,).
         solid: What the nodes stand for.
+        poisson: Poisson's ratio of the body.
 
     Raises:
         ValueError: Nothing resists one of the stresses.
@@ -54,7 +59,7 @@ def measured(
         if one != other:
             force[:, other] += solid.outward[:, one]
         stored = 0.5 * float(force.ravel() @ solution(matrix, force.ravel()))
-        asked = 0.5 * volume * (1.0 if one == other else 2.0 * (1.0 + POISSON))
+        asked = 0.5 * volume * (1.0 if one == other else 2.0 * (1.0 + poisson))
         if not 0.0 < stored < _FLOPPY * asked:
             raise ValueError("nothing resists " + ("tension" if one == other else "shear"))
         found.append(asked / stored)

@@ -1,4 +1,4 @@
-"""A block of crystal cells: sodium chloride, caesium chloride or diamond with springs as bonds.
+"""A block of cells: a crystal with springs as bonds, or cubes with diagonals.
 
 Sites lie on a fine grid of whole numbers, ``divisions`` to a cell, which makes "nearest",
 "second" and "third neighbour" exact statements about squared distances on that grid.
@@ -29,12 +29,20 @@ class Crystal:
         sites: Sites of one cell on the fine grid.
         shells: Squared distance of nearest, second and third neighbours, in fine steps.
         neighbours: How many of each an inner site has.
+        braced: Whether nearest neighbours are joined across every other cell as well: the cells
+            whose numbers along x, y and z, from 0 on, have an even sum.
     """
 
     divisions: int
     sites: tuple[Triple, ...]
     shells: Triple
     neighbours: Triple
+    braced: bool = False
+
+    @property
+    def period(self) -> int:
+        """Return after how many cells springs repeat."""
+        return 2 if self.braced else 1
 
 
 _FACE_CENTRED = ((0, 0, 0), (0, 2, 2), (2, 0, 2), (2, 2, 0))
@@ -47,6 +55,7 @@ CRYSTALS = {
         (3, 8, 11),
         (4, 12, 12),
     ),
+    "braced cubes": Crystal(1, ((0, 0, 0),), (1, 2, 3), (10, 12, 4), braced=True),
 }
 REACH = ("nearest neighbours", "second neighbours", "third neighbours")
 LARGEST = 2**53  # cells along a side; up to here each whole number is a float of its own
@@ -65,9 +74,18 @@ class Lattice:
     caesium chloride          half body diagonals    cell edges             face diagonals
     diamond                   quarter diagonals,     half face diagonals    12 longer springs
                               four at each node
+    braced cubes              cell edges, and the    face diagonals         the other body
+                              body diagonals of                             diagonals
+                              every other cell
     ========================  =====================  =====================  ================
 
-    With nearest neighbours only, all three kinds are floppy: some deformations meet no spring.
+    Braced cubes have ten springs at an inner node: six edges, and four diagonals towards the
+    corners of a tetrahedron. Cells are braced as squares of a chessboard are black, the one at
+    the lowest corner of the box among them. (A. Nürnberger, A. Radetzky, R. Kruse, SPIE Medical
+    Imaging 1998, figure 2 (b): cubes with diagonals and ten springs at an inner node. Which
+    diagonals is not said there; with these the three axes are alike.)
+
+    With nearest neighbours only, all kinds are floppy: some deformations meet no spring.
     With second neighbours they are stiff, but for caesium chloride in a bar of one cell by one.
 
     The surface cuts bonds. A node that keeps fewer than two of its springs (a corner of a
@@ -78,7 +96,8 @@ class Lattice:
     Nodes are numbered along z first, then y, then x.
 
     Attributes:
-        kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred) or diamond.
+        kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred), diamond or
+            braced cubes.
         cell: Edge of the cubic cell; each side of the box is a whole number of cells.
         box: Two opposite corners of the block.
         reach: How far springs reach: nearest neighbours, second neighbours or third neighbours.
@@ -121,6 +140,11 @@ class Lattice:
                 raise ValueError(self._misfit(axis, side))
         return int(count[0]), int(count[1]), int(count[2])
 
+    @property
+    def is_braced(self) -> bool:
+        """Return whether springs are edges, and diagonals of every other cell."""
+        return CRYSTALS[self.kind].braced and self.reach == REACH[0]
+
     def _misfit(self, axis: str, length: float) -> str:
         def show(value: float) -> str:
             return units.show(value, units.LENGTH, digits=9)
@@ -150,6 +174,8 @@ class Lattice:
         place = np.flatnonzero(number.ravel() >= 0)
         shells = crystal.shells[: REACH.index(self.reach) + 1]
         pairs = _pairs(number, place, shells)
+        if crystal.braced and self.reach != "third neighbours":
+            pairs = np.concatenate((pairs, _braces(number, place)))
         if self.reach == "nearest neighbours":
             degree = np.bincount(pairs.ravel(), minlength=len(place))
             second = _pairs(number, place, crystal.shells[1:2])
@@ -257,6 +283,19 @@ def _pairs(
             other = flat[place + int(strides @ offset)]
             first = np.flatnonzero(other >= 0)
             found.append(np.stack((first, other[first]), axis=1))
+    return np.concatenate(found)
+
+
+def _braces(number: NDArray[np.int32], place: NDArray[np.int64]) -> Pairs:
+    """Return the pairs of nodes across every other cell; arguments as ``_pairs``."""
+    flat, strides = number.ravel(), np.array(number.strides) // number.itemsize
+    site = np.stack(np.unravel_index(place, number.shape)) - _MARGIN
+    found = []
+    for offset in product((1,), (-1, 1), (-1, 1)):
+        cell = site + np.minimum(offset, 0)[:, None]
+        other = flat[place + int(strides @ offset)]
+        first = np.flatnonzero((other >= 0) & (cell.sum(axis=0) % 2 == 0))
+        found.append(np.stack((first, other[first]), axis=1))
     return np.concatenate(found)
 
 
