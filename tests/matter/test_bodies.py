@@ -190,8 +190,7 @@ def test_a_tube_knows_its_wall_and_not_the_springs_inside():
     )
     found = piece(mesh.format("both"), more="thickness = 1 mm")
     assert found.elasticity.directions == ("around", "along")
-    # Around it, springs are chords: within the square of half the angle between two sides.
-    assert found.elasticity.young == pytest.approx([5e3] * 2, rel=2e-3)
+    assert found.elasticity.young == pytest.approx([5e3] * 2, rel=1e-3)
     assert found.area == pytest.approx(0.08 * 24 * 0.01 * np.sin(np.pi / 12))
     plain = piece(mesh.format("one"), SPRINGS)
     filled = piece(mesh.format("one; interior is spokes"), SPRINGS)
@@ -199,11 +198,12 @@ def test_a_tube_knows_its_wall_and_not_the_springs_inside():
     assert filled.notes == ("elastic constants leave out 102 springs outside of the wall",)
 
 
-@pytest.mark.parametrize(("times", "error"), [(2, 0.05), (3, 0.02)])
+# Its triangles become less regular as they become smaller, but in all directions alike.
+@pytest.mark.parametrize(("times", "error"), [(1, 0.05), (3, 0.005)])
 def test_a_sphere_has_the_modulus_of_its_wall_on_average(times, error):
     mesh = f"sphere {{ centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = {times} }}"
     one = piece(mesh, more="thickness = 1 mm").elasticity
-    assert one.young == pytest.approx([5e3] * 2, rel=1.2 * error)
+    assert one.young == pytest.approx([5e3] * 2, rel=error)
     # Even stretching is exact, as it is for each triangle.
     (xx, xy, _), (_, yy, _), _ = one.matrix
     assert (xx + yy + 2.0 * xy) / 4.0 == pytest.approx(0.5 * 5e3 / (1 - 1 / 3), rel=1e-3)

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 from scipy.sparse import eye
 from scipy.sparse.linalg import spsolve
+from scipy.spatial import Delaunay
 
 from tests.matter.elastic import drawn_out, scene, stiffness
+from tissuec.core.source import Source
+from tissuec.matter.surface import surface
+from tissuec.meshes.tube import Tube
+from tissuec.pipeline import Request, compile_request
 
 YOUNG, DENSITY, THICKNESS = 5e3, 1060.0, 1e-3
 TISSUE = f"Young's modulus = {YOUNG} Pa; density = {DENSITY} kg/m^3; retardation time = 2 ms"
@@ -64,6 +69,60 @@ def test_a_sphere_under_pressure_follows_laplace(times, error):
     u = spsolve(matrix.tocsc(), load.ravel()).reshape(-1, 3)
     widened = np.einsum("ni,ni->n", u, x).mean() / 0.01
     assert widened == pytest.approx(0.01**2 / (3.0 * YOUNG * THICKNESS), rel=error)
+
+
+def imported(folder, places, faces):
+    """Return what is said of a wall of triangles; their corners are places in the plane."""
+    nodes = (f"v {x!r} {y!r} 0" for x, y in places.tolist())
+    corners = ("f " + " ".join(map(str, face)) for face in (faces + 1).tolist())
+    (folder / "wall.obj").write_text("\n".join([*nodes, *corners]) + "\n")
+    text = f"""language 1
+tissue gel {{ {TISSUE} }}
+body piece {{ mesh is imported {{ file "wall.obj" in mm }}; tissue is gel; thickness = 1 mm }}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 1 ms }}
+"""
+    return compile_request(Request(Source("piece.tis", text, folder / "piece.tis")))[1]
+
+
+def squares(side):
+    """Return squares that are divided along the same diagonal, as places and triangles."""
+    places = np.stack(np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0)), -1)
+    node = np.arange((side + 1) ** 2).reshape(side + 1, -1)
+    a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+    return places.reshape(-1, 2), faces.reshape(-1, 3)
+
+
+def test_a_wall_of_aligned_triangles_is_told_how_uneven_it_is(tmp_path):
+    (told,) = imported(tmp_path, *squares(8))
+    # Each triangle is E t Σ n n n n over its sides; these are along x, y, and between.
+    angle = np.radians([0.0, 90.0, 45.0])
+    n = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, np.cos(angle) * np.sin(angle)])
+    compliance = np.linalg.inv(n @ n.T)
+    turn = np.linspace(0.0, np.pi, 721)
+    along = np.stack([np.cos(turn) ** 2, np.sin(turn) ** 2, np.cos(turn) * np.sin(turn)])
+    young = 1.0 / np.einsum("ia,ij,ja->a", along, compliance, along)
+    assert told.code == "W207"
+    assert f"{young.min():.2f} to {young.max():.2f} times" in told.message
+
+
+def test_walls_that_are_uneven_in_no_direction_are_not_told_of(tmp_path):
+    # Irregular triangles: what each lacks another one has.
+    places = np.random.default_rng(0).uniform(0.0, 10.0, (300, 2))
+    faces = Delaunay(places).simplices
+    corners = places[faces]
+    wide = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) > 1e-3
+    assert not [one for one in imported(tmp_path, places, faces[wide]) if one.code == "W207"]
+
+
+@pytest.mark.parametrize(("rings", "sides"), [(9, 4), (9, 6), (17, 12)])
+def test_few_sides_make_no_tube_uneven(rings, sides):
+    tube = Tube(
+        (np.zeros(3), np.array([0.08, 0.01, 0.03])), 0.01, rings, sides, diagonals="both"
+    )
+    # Cells up to 1.7 times as long as wide are exact; chords of four sides turn by 90°.
+    assert surface(tube.build()).range == pytest.approx((1.0, 1.0), abs=5e-3)
 
 
 def test_a_thread_is_a_bar_of_its_thickness():

@@ -134,11 +134,12 @@ class MatterReader:
             found = surface(mesh)
         except ValueError as error:
             self._impossible(str(error), "choose a mesh whose springs lie in its surface")
-        if found.missed > UNEVEN:
-            self._uneven(
-                "its resistance to shear does not match its resistance to tension",
-                "write diagonals is both, and draw cells up to 1.7 times as long as wide",
-            )
+        self._warn_if_uneven(
+            found.range,
+            "use triangles that are nearly equilateral"
+            if mesh.grid is None
+            else "write diagonals is both, and draw cells up to 1.7 times as long as wide",
+        )
         stiffness = self._with_bending(thickness * found.constant)
         return Matter(stiffness, thickness * found.area, POISSON_OF_SURFACE)
 
@@ -168,12 +169,8 @@ class MatterReader:
             )
         mean = float(found.tension.mean())
         every = np.concatenate([found.tension, found.shear]) / mean
-        if np.abs(every - 1.0).max() > UNEVEN:
-            self._uneven(
-                f"depending on the direction, its stiffness is {every.min():.2f} to "
-                f"{every.max():.2f} times the one given",
-                "use springs that reach further, or smaller cells",
-            )
+        limits = float(every.min()), float(every.max())
+        self._warn_if_uneven(limits, "use springs that reach further, or smaller cells")
         return 1.0 / mean
 
     def _with_bending(self, stiffness: Floats) -> Floats:
@@ -219,8 +216,12 @@ class MatterReader:
             hint=hint, notes=self._notes(),
         )  # fmt: skip
 
-    def _uneven(self, why: str, hint: str) -> None:
-        self.findings.add(
-            "W207", f"the mesh of {self.body.name} is not isotropic: {why}", self.body.span,
-            hint=hint, notes=self._notes(),
-        )  # fmt: skip
+    def _warn_if_uneven(self, limits: tuple[float, float], hint: str) -> None:
+        """Tell how much a stiffness depends on the direction, per the one given."""
+        if max(abs(limit - 1.0) for limit in limits) > UNEVEN:
+            self.findings.add(
+                "W207",
+                f"the mesh of {self.body.name} is not isotropic: depending on the direction, "
+                f"its stiffness is {limits[0]:.2f} to {limits[1]:.2f} times the one given",
+                self.body.span, hint=hint, notes=self._notes(),
+            )  # fmt: skip

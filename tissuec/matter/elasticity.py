@@ -6,8 +6,9 @@ which gives the stiffness C. It bounds that of a body with a free boundary from 
 exact if an even strain leaves all nodes in balance, as in a net that passes the patch test.
 (R. Hill, J. Mech. Phys. Solids 11:357, 1963; C. Huet, J. Mech. Phys. Solids 38:813, 1990.)
 
-A wall is stretched in its own plane, which turns with it; its nodes stay in the wall. Those
-inside a rim are relaxed if it is a grid or flat. Elsewhere even strains do not fit together.
+A wall is stretched in its own plane, which turns with it, each spring half by the directions at
+either end. Nodes inside a rim are relaxed within the wall if it is a grid or flat; elsewhere
+even strains do not fit together.
 
 Strains are in Voigt's order xx, yy, zz, yz, zx, xy, shear strains being changes of angles.
 """
@@ -118,8 +119,10 @@ def of_wall(
     """
     normal, area = _normals(position, skin)
     directions, first = _first_direction(position, grid)
+    ends, constant = _from_both_ends(ends, constant)
     frame = _frames(normal, first)
-    rows, even = _in_wall(position, ends, frame)
+    even = _even_in_wall(position, ends, normal, frame[:, 0])
+    rows = _within(position, ends, frame)
     free = np.zeros(0, dtype=np.int64)
     if grid is not None or np.abs(np.cross(normal, normal[skin[0, 0]])).max() < _FLAT:
         edges = Edges.among(skin.astype(np.int64))
@@ -128,6 +131,29 @@ def of_wall(
     across = 1.0 if thickness is None else thickness
     matrix = _relaxed(rows[:, free], constant, even) / (area * across)
     return _constants(matrix, "N/m" if thickness is None else "Pa", directions)
+
+
+def range_of_wall(
+    position: Floats,
+    ends: Pairs,
+    constant: Floats,
+    skin: NDArray[np.integer],
+    grid: Grid | None,
+) -> tuple[float, float]:
+    """Return the least and the largest Young's modulus times thickness of a wall [N/m].
+
+    Among all directions in the wall, under even strains: with regard to the rows of a grid, or
+    else to each of the axes x, y and z. Irregularities without a direction even out. Arguments
+    are those of ``of_wall``.
+    """
+    normal, area = _normals(position, skin)
+    ends, constant = _from_both_ends(ends, constant)
+    axes = [np.broadcast_to(axis, normal.shape) for axis in np.eye(3)]
+    found = []
+    for first in axes if grid is None else [_first_direction(position, grid)[1]]:
+        even = _even_in_wall(position, ends, normal, _frames(normal, first)[:, 0])
+        found.append(_young(even.T @ (constant[:, None] * even) / area))
+    return float(np.min(found)), float(np.max(found))
 
 
 def wall_springs(skin: NDArray[np.integer], ends: Pairs) -> NDArray[np.bool_]:
@@ -198,6 +224,11 @@ def _first_direction(position: Floats, grid: Grid | None) -> tuple[tuple[str, st
     return ("first edge", "second edge"), np.gradient(rows, axis=1).reshape(-1, 3)
 
 
+def _from_both_ends(ends: Pairs, constant: Floats) -> tuple[Pairs, Floats]:
+    """Return each spring twice, from either end, with half of its constant."""
+    return np.concatenate([ends, ends[:, ::-1]]), np.tile(0.5 * constant, 2)
+
+
 def _frames(normal: Floats, first: Floats) -> Floats:
     """Return two directions in a wall at right angles, shape (…, 2, 3)."""
     along = first - np.einsum("...i,...i->...", first, normal)[..., None] * normal
@@ -209,27 +240,31 @@ def _frames(normal: Floats, first: Floats) -> Floats:
     return np.stack([along, np.cross(normal, along)], axis=-2)
 
 
-def _in_wall(position: Floats, ends: Pairs, frame: Floats) -> tuple["csr_matrix", Floats]:
-    """Return how springs lengthen: by nodes within the wall, and under even strains.
+def _even_in_wall(position: Floats, ends: Pairs, normal: Floats, first: Floats) -> Floats:
+    """Return elongations under unit strains along both directions of a wall, and in shear.
 
     Args:
-        frame: Directions in the wall at each node, shape (node, 2, 3).
+        ends: Of springs; the directions are those at the first end, shape (spring, 2).
+        normal: Of the wall at each node, shape (node, 3).
+        first: The first direction at each node, shape (node, 3).
 
     Returns:
-        From displacements along these directions, shape (spring, 2 node); under unit strains
-        along both of them and in shear, shape (spring, 3).
+        [m], shape (spring, 3).
     """
-    from scipy.sparse import block_diag, csr_matrix
-
     along = position[ends[:, 1]] - position[ends[:, 0]]
     length = np.linalg.norm(along, axis=1)
-    both = frame[ends]  # halfway, the mean of both frames
-    normal = _unit(np.cross(both[:, :, 0], both[:, :, 1]).sum(axis=1))
-    first, second = _frames(normal, both[:, :, 0].sum(axis=1)).swapaxes(0, 1)
-    u, v = (np.einsum("si,si->s", along, axis) / length for axis in (first, second))
-    even = length[:, None] * np.stack([u * u, v * v, u * v], axis=1)
-    within = block_diag([one.T for one in frame], format="csr")
-    return csr_matrix(elongations(position, ends) @ within), even
+    # Springs are chords, which lie in a curved wall halfway.
+    halfway = _frames(_unit(normal[ends].sum(axis=1)), first[ends[:, 0]])
+    u, v = _unit(np.einsum("si,sdi->sd", along, halfway)).T
+    return length[:, None] * np.stack([u * u, v * v, u * v], axis=1)
+
+
+def _within(position: Floats, ends: Pairs, frame: Floats) -> "csr_matrix":
+    """Return the matrix from displacements within a wall to elongations, (spring, 2 node)."""
+    from scipy.sparse import block_diag, csr_matrix
+
+    along = block_diag([one.T for one in frame], format="csr")
+    return csr_matrix(elongations(position, ends) @ along)
 
 
 def _unit(vectors: Floats) -> Floats:
@@ -242,13 +277,9 @@ def _unit(vectors: Floats) -> Floats:
 
 def _constants(matrix: Floats, unit: Unit, directions: tuple[str, ...]) -> Elasticity:
     """Return what a stiffness in Voigt's order means."""
-    values, vectors = np.linalg.eigh(matrix)
-    least = NONE * NONE * max(float(values[-1]), 1e-300)
-    compliance = (vectors / np.maximum(values, least)) @ vectors.T
-    count = len(directions)
-    every = _resisting(1.0 / np.diag(compliance), values[-1])
-    young, shear = every[:count], every[count:]
-    tried = _resisting(1.0 / _drawn(compliance, count), values[-1])
+    compliance, count = _compliance(matrix), len(directions)
+    moduli = _resisting(1.0 / np.diag(compliance), matrix)
+    young, shear, tried = moduli[:count], moduli[count:], _young(matrix)
     poisson = anisotropy = None
     if tried.max() > 0.0:
         anisotropy = float(tried.max() / tried.min()) if tried.min() else float("inf")
@@ -261,21 +292,29 @@ def _constants(matrix: Floats, unit: Unit, directions: tuple[str, ...]) -> Elast
     )  # fmt: skip
 
 
-def _resisting(moduli: Floats, scale: float) -> Floats:
+def _compliance(matrix: Floats) -> Floats:
+    """Return the inverse of a stiffness; what does not resist is very soft."""
+    values, vectors = np.linalg.eigh(matrix)
+    least = NONE * NONE * max(float(values[-1]), 1e-300)
+    return np.asarray((vectors / np.maximum(values, least)) @ vectors.T)
+
+
+def _resisting(moduli: Floats, matrix: Floats) -> Floats:
     """Return moduli with 0 for those that are rounding."""
-    return np.where(moduli > NONE * scale, moduli, 0.0)
+    return np.where(moduli > NONE * np.abs(matrix).max(), moduli, 0.0)
 
 
-def _drawn(compliance: Floats, count: int) -> Floats:
-    """Return the strains along many directions under a unit stress along each, (direction,)."""
-    if count == 2:
+def _young(matrix: Floats) -> Floats:
+    """Return Young's modulus in many directions, shape (direction,)."""
+    if len(matrix) == 3:
         angle = np.linspace(0.0, np.pi, _SAMPLES)
         n = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         pairs: tuple[tuple[int, int], ...] = ((0, 0), (1, 1), (0, 1))
     else:
         n, pairs = _around(), VOIGT
     stress = np.stack([n[:, i] * n[:, j] for i, j in pairs], axis=1)
-    return np.einsum("ni,ij,nj->n", stress, compliance, stress)
+    strain = np.einsum("ni,ij,nj->n", stress, _compliance(matrix), stress)
+    return _resisting(1.0 / strain, matrix)
 
 
 def _around() -> Floats:

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tissuec.matter.elasticity import range_of_wall
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Grid
 from tissuec.shapes.sharing import area_shares, node_areas
@@ -34,12 +35,12 @@ class Surface:
     Attributes:
         area: What each node stands for [m²], shape (node,).
         constant: Of each spring per Young's modulus and thickness, shape (spring,).
-        missed: Which part of the stiffness of a cell its springs cannot have; 0 where unknown.
+        range: The least and the largest Young's modulus of all directions, per the one given.
     """
 
     area: Floats
     constant: Floats
-    missed: float = 0.0
+    range: tuple[float, float]
 
 
 def surface(mesh: Mesh) -> Surface:
@@ -49,15 +50,18 @@ def surface(mesh: Mesh) -> Surface:
         ValueError: Some springs lie in no face of the surface.
     """
     if mesh.grid is not None:
-        return _of_grid(mesh, mesh.grid)
-    constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
-    if not constant.all():
-        raise ValueError("some of its springs lie in no triangle of its surface")
-    return Surface(node_areas(mesh.position, mesh.skin), constant)
+        area, constant = _of_grid(mesh, mesh.grid)
+    else:
+        constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
+        if not constant.all():
+            raise ValueError("some of its springs lie in no triangle of its surface")
+        area = node_areas(mesh.position, mesh.skin)
+    found = range_of_wall(mesh.position, mesh.ends, constant, mesh.skin, mesh.grid)
+    return Surface(area, constant, found)
 
 
-def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
-    """Return a grid of equal cells as a surface."""
+def _of_grid(mesh: Mesh, grid: Grid) -> tuple[Floats, Floats]:
+    """Return areas of nodes [m²] and constants of springs of a grid of equal cells."""
     from scipy.optimize import nnls
 
     rows, columns = np.divmod(mesh.ends.astype(np.int64), grid.columns)
@@ -77,12 +81,12 @@ def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
     vectors = np.array(STEPS)[:, ::-1] @ plane
     made_of = np.stack([_moments(vector) for vector in vectors], axis=1) * there
     wanted = _SHEAR * area * np.array([3.0, 0.0, 6.0**0.5, 0.0, 3.0])
-    found, missed = nnls(made_of, wanted)
+    found, _ = nnls(made_of, wanted)
     free = (down == 0) & np.isin(rows[:, 0], (0, grid.rows - 1))
     if not grid.closed:
         free |= (right == 0) & np.isin(columns[:, 0], (0, grid.columns - 1))
     constant = found @ np.array(families) * np.where(free, 0.5, 1.0)
-    return Surface(_areas(grid, area), constant, float(missed / np.linalg.norm(wanted)))
+    return _areas(grid, area), constant
 
 
 def _moments(vector: Floats) -> Floats:
