@@ -41,6 +41,15 @@ script { at 0 s: fix rim }
 simulate { duration = 1 s }
 """
 
+SHELL = (
+    MEMBRANE.replace(
+        "spring constant = 50 N/m; viscosity = 0 N*s/m; mass = 1 g; prestress = 5 %",
+        "Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms",
+    )
+    .replace("tissue is cord\n", "tissue is cord; thickness = 2 mm; bending is elastic\n")
+    .replace("rows = COUNT\n", "rows = COUNT; diagonals is both\n")
+)
+
 PLATE = """language 1
 tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 body plate {
@@ -90,6 +99,9 @@ def rows() -> Iterator[tuple[str, str, str, str]]:
     found = {cells: membrane(cells) for cells in (8, 16, 32)}
     # The net has the tension T/l per length, and m/l² per area.
     yield "square membrane, fixed rim", "√(2 s/μ) / 2a", *compared("cells", found, 1.0)
+    found = {cells: supported(cells) for cells in (8, 16, 32)}
+    due = np.pi / 0.04**2 * np.sqrt(YOUNG * 0.002**2 / 12 / (1 - 1 / 9) / DENSITY)
+    yield "supported square wall, bending", "π √(D/ρh) / a²", *compared("cells", found, due)
     found = {f"{3 / cell:.0f}": plate(cell) for cell in (3, 1.5, 1, 0.75)}
     stiff = YOUNG * 0.003**3 / 12 / (1 - 0.25**2)
     due = 35.985 / (2 * np.pi) * np.sqrt(stiff / (DENSITY * 0.003)) / 0.06**2
@@ -114,6 +126,11 @@ def membrane(cells: int) -> float:
     tension = 50.0 * (length - network.rest[0]) / length  # s, per length
     area = found.situation.mass.max() / length**2
     return found[0].frequency / (np.sqrt(2.0 * tension * 1.0 / area) / (2 * 0.04))
+
+
+def supported(cells: int) -> float:
+    """Return the lowest frequency [Hz] of a wall that bends elastically; its rim is held."""
+    return tissuec.modes(SHELL.replace("COUNT", str(cells + 1)), count=1)[0].frequency
 
 
 def plate(cell: float) -> float:

@@ -26,6 +26,7 @@ from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
+from tissuec.hinges import Hinges
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import Expect
 from tissuec.laws import LINEAR, is_open
@@ -243,6 +244,13 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
             for one, first, last in zip(
                 joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
             )
+        ),
+        hinges=Hinges.joined(
+            [
+                body.hinges.behind(int(n), int(p))
+                for body, n, p in zip(bodies, nodes, springs, strict=False)
+                if body.hinges is not None
+            ]
         ),
         inelastic=inelastic_of([part.arrays for part in parts], np.diff(springs).tolist()),
     )

@@ -18,7 +18,7 @@ face whose last two corners are one, for which V is a · (b × c) / 6.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.network import BodyPart, Floats, Indices, Network
+from tissuec.topology import springs_between
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
@@ -276,7 +277,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     if drawn == 0.0 or not np.isfinite(drawn):
         raise ValueError(f"the surface of {part.name} encloses nothing")
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    walls = np.unique(_springs_between(network, edges)[0])
+    walls = np.unique(springs_between(network.ends, edges)[0])
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
 
@@ -293,20 +294,8 @@ def _cells(
     once = np.sort(np.unique(corners[0], return_index=True)[1])
     members = np.concatenate([corners[:, once], inner], axis=1)
     pairs = np.array(list(combinations(range(members.shape[1]), 2)))
-    walls, which = _springs_between(network, members[:, pairs].reshape(-1, 2))
+    walls, which = springs_between(network.ends, members[:, pairs].reshape(-1, 2))
     return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
-
-
-def _springs_between(network: Network, pairs: Indices) -> tuple[Indices, Indices]:
-    """Return the springs that join pairs of nodes, and the number of the pair of each."""
-    size, ends = network.node_count, np.sort(network.ends, axis=1).astype(np.int64)
-    keys, wanted = ends[:, 0] * size + ends[:, 1], pairs.min(axis=1) * size + pairs.max(axis=1)
-    order = np.argsort(keys, kind="stable")
-    low, high = (np.searchsorted(keys[order], wanted, side=side) for side in _SIDES)
-    count = high - low  # more than one where springs are parallel
-    which = np.repeat(np.arange(len(pairs)), count)
-    within = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    return order[low[which] + within], which
 
 
 def _spans(position: Floats, corners: Indices, first: Indices) -> Sequence[Floats]:
@@ -327,7 +316,6 @@ def _turning(c: Floats) -> Floats:
     return np.cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
-_SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 # How s, p and q depend on the four corners, and from it how [q], [p] and [s] enter between two.
 _S, _P, _Q = np.array([[1, 1, 1, 1], [-1, 0, 1, 0], [0, -1, 0, 1]], dtype=float)
 _TURNS = (

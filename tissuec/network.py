@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.hinges import Hinges
 from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
@@ -174,6 +175,7 @@ class Network:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
         inelastic: What springs remember; None where none does.
+        hinges: Of walls that resist bending; None where none does.
         provenance: Origins by array name ("mass", "stiffness", …).
     """
 
@@ -197,6 +199,7 @@ class Network:
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
     inelastic: Inelastic | None = None
+    hinges: Hinges | None = None
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
+from tissuec.hinges import Hinges
 from tissuec.inelastic import Inelastic
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
@@ -331,10 +332,17 @@ class Situation:
         return None if self.contact is None else self.contact.with_whole(self.alive)
 
     @property
-    def fields(self) -> "tuple[Enclosure | Contact | Jet, ...]":
+    def folding(self) -> Hinges | None:
+        """Return the hinges of walls: none that has lost a spring."""
+        hinges = self.network.hinges
+        return None if hinges is None else hinges.whole(self.alive)
+
+    @property
+    def fields(self) -> "tuple[Enclosure | Hinges | Contact | Jet, ...]":
         """Return what acts on nodes by their places, beside springs."""
         contact = () if (touching := self.touching) is None else (touching,)
-        return (*self.enclosures.values(), *contact, *self.jets.values())
+        hinges = () if (folding := self.folding) is None else (folding,)
+        return (*self.enclosures.values(), *hinges, *contact, *self.jets.values())
 
     def forget_friction(self, nodes: Indices) -> None:
         """Let go what friction on some nodes remembers, as if they had just been put down."""

@@ -10,7 +10,7 @@ left out, so that the sum is positive semidefinite and its null space says what 
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -286,3 +286,27 @@ def _rigid_motions(
     moving = motions[: len(free)].reshape(-1, 6) @ modes[stays].T
     basis, sizes, _ = np.linalg.svd(moving, full_matrices=False)
     return axes.T, rank, basis[:, sizes > SAME_DIRECTION * np.sqrt(len(free))]
+
+
+def springs_between(
+    ends: NDArray[np.int32], pairs: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the springs that join pairs of nodes, and the number of the pair of each.
+
+    Args:
+        ends: Node pair of each spring, shape (spring, 2).
+        pairs: Of nodes, shape (pair, 2).
+    """
+    size = 1 + max(int(ends.max(initial=0)), int(pairs.max(initial=0)))
+    keys, wanted = (
+        each.min(axis=1).astype(np.int64) * size + each.max(axis=1) for each in (ends, pairs)
+    )
+    order = np.argsort(keys, kind="stable")
+    low, high = (np.searchsorted(keys[order], wanted, side=side) for side in _SIDES)
+    count = high - low  # more than one where springs are parallel
+    which = np.repeat(np.arange(len(pairs)), count)
+    within = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    return order[low[which] + within], which
+
+
+_SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")

@@ -41,6 +41,7 @@ SCENES = {
         "laws",
         "thread",
         "volume",
+        "shell",
         "close",
         "jet",
         "edge",
@@ -53,6 +54,7 @@ FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
     "compiled": {
         "tissuec.kernels.scalar": ("force", "reeled", "pull_at", "pull_of"),
         "tissuec.kernels.acts": None,
+        "tissuec.kernels.folding": None,
         "tissuec.kernels.pressing": None,
         "tissuec.kernels.reeling": None,
         "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
@@ -65,6 +67,7 @@ FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
             "touches", "_pressed", "pressure", "push", "loss", "_rubbed", "_bristles",
             "_sliding", "_turning", "steepness",
         ),
+        "tissuec.hinges": ("moments", "gradient", "folding", "add_forces", "folds", "_levers"),
         "tissuec.inelastic": ("pull", "rates", "lost"),
         "tissuec.jets": (
             "add_forces", "_push", "_reach", "_squares", "_facing", "_along", "_left", "_rise",

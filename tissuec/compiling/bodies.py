@@ -9,6 +9,7 @@ from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiling.materials import MaterialReader
 from tissuec.compiling.poisson import Poisson
 from tissuec.compiling.threads import with_slipping
+from tissuec.hinges import Hinges
 from tissuec.inelastic import NAMES as INELASTIC
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
@@ -45,6 +46,7 @@ class BodyArrays:
     bending: int  # how many springs, the last ones, resist bending only
     thread: Thread | None  # numbered within the body
     poisson: Poisson | None  # of a solid whose cells keep their volume
+    hinges: Hinges | None  # of a wall that resists bending, numbered within the body
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
@@ -71,6 +73,7 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         len(drawing.length) - drawing.own,
         drawing.thread,
         reader.poisson,
+        reader.hinges(arrays),
     )
 
 

@@ -92,7 +92,8 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     still = np.zeros(3)
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
-        interface="", may_rupture=joint.may_rupture, bending=None, mass=None, mass_span=None,
+        interface="", may_rupture=joint.may_rupture,
+        bending=None, shell=None, mass=None, mass_span=None,
         thickness=None, section=joint.section,
         velocity=still, spin=still, is_whole=True, span=joint.span,
     )  # fmt: skip

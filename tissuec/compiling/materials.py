@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from tissuec.compiling.drawing import Drawing
 from tissuec.compiling.matter import Matter, MatterReader
 from tissuec.compiling.poisson import Poisson, poisson_of
+from tissuec.compiling.shells import hinges_of
 from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
+from tissuec.hinges import Hinges
 from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
 from tissuec.laws.evaluation import Behaviour
@@ -380,6 +382,13 @@ class MaterialReader:
                 return self._at_strain(given)
         each = given.value * each
         return each if self.shares is None else each / self.shares
+
+    def hinges(self, arrays: Mapping[str, Floats]) -> Hinges | None:
+        """Return what makes the walls of the body resist bending; None where nothing does."""
+        return hinges_of(
+            self.drawing, self._shared_out, self._found("spring constant"),
+            arrays["stiffness"], arrays["damping"], self.findings,
+        )  # fmt: skip
 
     @cached_property
     def poisson(self) -> Poisson | None:

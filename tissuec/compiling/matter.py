@@ -5,7 +5,7 @@ that a virtual test in tension finds; surfaces those of ``matter.surface``, time
 of the body; threads and explicit nets are bars with a section.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
 
@@ -16,6 +16,7 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.matter.block import POISSON_OF_BRACED, fitted_block
 from tissuec.matter.patch import fitted
+from tissuec.matter.plate import RIGIDITY, Plate, plate
 from tissuec.matter.solid import Solid
 from tissuec.matter.surface import surface
 from tissuec.matter.traction import POISSON, measured
@@ -38,12 +39,14 @@ class Matter:
         volume: Of each node [m³], shape (node,).
         poisson: Poisson's ratio that springs alone give; None where there is none.
         is_solid: Whether Poisson's ratio can be raised by keeping the volume.
+        hinges: Of a shell, with constants per Young's modulus [m³].
     """
 
     stiffness: Floats
     volume: Floats
     poisson: float | None
     is_solid: bool = False
+    hinges: Plate | None = None
 
     @property
     def shears(self) -> float:
@@ -141,7 +144,21 @@ class MatterReader:
             else "write diagonals is both, and draw cells up to 1.7 times as long as wide",
         )
         stiffness = self._with_bending(thickness * found.constant)
-        return Matter(stiffness, thickness * found.area, POISSON_OF_SURFACE)
+        hinges = self._hinges(mesh, thickness) if self.body.shell else None
+        return Matter(stiffness, thickness * found.area, POISSON_OF_SURFACE, hinges=hinges)
+
+    def _hinges(self, mesh: Mesh, thickness: float) -> Plate:
+        found = plate(mesh)
+        if not len(found.nodes):
+            self._impossible(
+                "its mesh is too coarse to bend", "use three rows and columns of nodes or more"
+            )
+        if found.missed > UNEVEN:
+            self._uneven(
+                "its resistance to torsion does not match its resistance to bending",
+                "write diagonals is both, and draw cells up to 1.7 times as long as wide",
+            )
+        return replace(found, constant=RIGIDITY * thickness**3 * found.constant)
 
     def _solid(self, mesh: Mesh, volume: Floats) -> Matter:
         if not np.all(volume > 0.0):

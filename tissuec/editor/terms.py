@@ -22,7 +22,7 @@ from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.plan import RELAXATION
 from tissuec.scene import meanings, settings
-from tissuec.scene.bodies import BENDING, BODY_ENTRIES
+from tissuec.scene.bodies import BENDING, BODY_ENTRIES, ELASTIC
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.entries import default_in_words, form_of, kind_in_words
 from tissuec.scene.expressions import FUNCTIONS
@@ -270,10 +270,11 @@ def _rupture() -> Terms:
 
 
 def _bending() -> Terms:
-    return _by_label(
+    parts = [
         Term(word, CHOICE, f"{part:.0%} of the spring constant and viscosity of the tissue")
         for word, part in BENDING.items()
-    )
+    ]
+    return _by_label([*parts, Term(ELASTIC, CHOICE, "as a wall of its thickness does")])
 
 
 @cache

@@ -25,11 +25,13 @@ from tissuec.engine.acts import (
 from tissuec.engine.numbering import node_order
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
+from tissuec.hinges import Hinges
 from tissuec.inelastic import Inelastic, tightened
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import (
     Acts,
     Enclosures,
+    Folds,
     Internal,
     Jets,
     Net,
@@ -227,6 +229,7 @@ class Layout:
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
             enclosed=bool(self.situation.enclosures),
+            folded=self.situation.folding is not None,
             # Whatever may be drawn in, lest a second variant is compiled when it is.
             reeled=self.situation.network.can_be_drawn_in,
             touched=self.situation.contact is not None,
@@ -303,6 +306,7 @@ class Layout:
         needed = self.features
         return {
             "enclosures": self.enclosures() if needed.enclosed else None,
+            "folds": self.folds() if needed.folded else None,
             "reels": self.reels() if needed.reeled else None,
             "touches": self.touches() if needed.touched else None,
             "jets": self.jets() if needed.rinsed else None,
@@ -326,6 +330,7 @@ class Layout:
             drag=float(self.situation.drag),
             acts=self.acts(),
             enclosures=self.enclosures(),
+            hinges=self.hinges,
             inelastic=springs.inelastic,
             internal=self.internal(),
             reels=self.reels(),
@@ -367,6 +372,18 @@ class Layout:
     def enclosures(self) -> Enclosures:
         """Return the enclosed volumes."""
         return pack_enclosures(self.situation, self.place, self._first_acts[0])
+
+    @property
+    def hinges(self) -> Hinges | None:
+        """Return the hinges of walls, None without any."""
+        hinges = self.situation.folding
+        return None if hinges is None else hinges.renumbered(self.place)
+
+    def folds(self) -> Folds:
+        """Return the hinges of walls."""
+        hinges = self.hinges
+        assert hinges is not None
+        return Folds(hinges.nodes, hinges.stiffness, hinges.damping, hinges.drawn)
 
     def reels(self) -> Reels:
         """Return the springs whose rest lengths change."""

@@ -10,6 +10,7 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.enclosures import Enclosure
+from tissuec.hinges import Hinges
 from tissuec.inelastic import elongated, flat, pulled
 from tissuec.integrators.verlet import VelocityVerlet
 from tissuec.mechanics import lengths
@@ -37,6 +38,19 @@ class _Pressing:
         np.add.at(to, self._corners, pressure[self._owner, None, None] * self._sides)
 
 
+class _Folding:
+    """What resists folding at hinges, Σ k ∂θ/∂x ∂θ/∂xᵀ, or brakes it."""
+
+    def __init__(self, hinges: Hinges, part: Floats, position: Floats):
+        self._nodes, self._part = hinges.nodes, part
+        self._slopes = hinges.gradient(position)
+
+    def add(self, moved: Floats, to: Floats) -> None:
+        """Add the operator applied to a vector of shape (node, 3)."""
+        moment = self._part * np.einsum("hkc,hkc->h", self._slopes, moved[self._nodes])
+        np.add.at(to, self._nodes, moment[:, None, None] * self._slopes)
+
+
 @dataclass(frozen=True, slots=True)
 class _Operator:
     """Σ over springs of the force per displacement, scaled by the root of the masses."""
@@ -48,7 +62,7 @@ class _Operator:
     across: Floats | None  # None if springs resist along themselves only
     root: Floats  # 1/√mass, zero for held nodes, shape (node, 1)
     uniform: Floats  # added to the diagonal, shape (node, 1)
-    pressing: tuple["_Pressing", ...] = ()  # of enclosed volumes
+    fields: "tuple[_Pressing | _Folding, ...]" = ()  # beside springs
 
     def __call__(self, z: Floats) -> Floats:
         """Return the operator applied to a vector of shape (node, 3)."""
@@ -62,8 +76,8 @@ class _Operator:
         out = np.zeros(z.shape)
         out += np.bincount(self.high, flat, z.size).reshape(z.shape)
         out -= np.bincount(self.low, flat, z.size).reshape(z.shape)
-        for pressing in self.pressing:
-            pressing.add(y, out)
+        for acting in self.fields:
+            acting.add(y, out)
         return out * self.root + self.uniform * z
 
 
@@ -87,10 +101,12 @@ def spectral_radius(situation: Situation) -> float:
         # Whatever may be touched, lest every touch changes the bound.
         uniform[contact.nodes] = contact.stiffness * root[contact.nodes] ** 2
     volumes = situation.enclosures.values()
-    pressing = tuple(_Pressing(volume, situation.position) for volume in volumes)
+    fields = tuple(_Pressing(volume, situation.position) for volume in volumes)
+    if (hinges := situation.folding) is not None:
+        fields += (_Folding(hinges, hinges.stiffness, situation.position),)
     sideways = across if across.any() else None
     low, high = _coordinates(low), _coordinates(high)
-    operator = _Operator(low, high, direction, stiffness, sideways, root, uniform, pressing)
+    operator = _Operator(low, high, direction, stiffness, sideways, root, uniform, fields)
     # Where nothing swings, what only gives way is taken for a motion of damping ratio 1.
     return sqrt(_largest(operator)) or 0.5 * _giving(situation)
 
@@ -103,11 +119,15 @@ def damping_radius(situation: Situation) -> float:
     elongation = elongated(situation.memory(alive), stretch, velocity)
     damping = behaviour.sluggishness(elongation, _closing(situation, low, high, direction))
     giving = _giving(situation)  # both together may be as fast as their sum, and are no faster
-    if not damping.any() and not situation.drag:
+    fields = ()
+    if (hinges := situation.folding) is not None and hinges.damping.any():
+        fields = (_Folding(hinges, hinges.damping, situation.position),)
+    if not damping.any() and not situation.drag and not fields:
         return giving
     uniform = situation.drag * root * root
     low, high = _coordinates(low), _coordinates(high)
-    return giving + _largest(_Operator(low, high, direction, damping, None, root, uniform))
+    operator = _Operator(low, high, direction, damping, None, root, uniform, fields)
+    return giving + _largest(operator)
 
 
 def _giving(situation: Situation) -> float:

@@ -56,6 +56,7 @@ class Features:
     loaded: bool
     banded: bool = False
     enclosed: bool = False
+    folded: bool = False
     reeled: bool = False
     touched: bool = False
     rinsed: bool = False

@@ -51,6 +51,15 @@ class Enclosures(NamedTuple):
     act: Integers  # whose first component is the relative change of volume, shape (cell,)
 
 
+class Folds(NamedTuple):
+    """Hinges of walls; see ``tissuec.hinges``."""
+
+    nodes: IntegerRows  # both ends of the edge, and the tips beside it, shape (hinge, 4)
+    stiffness: Floats  # [N m], shape (hinge,)
+    damping: Floats  # [N m s], shape (hinge,)
+    drawn: Floats  # [rad], shape (hinge,)
+
+
 class Reels(NamedTuple):
     """Springs whose rest lengths change: base + change times a course."""
 
@@ -173,6 +182,7 @@ class Net(NamedTuple):
     cornered: bool  # some laws have corners
     acts: Acts
     enclosures: Enclosures
+    folds: Folds
     reels: Reels
     touches: Touches
     jets: Jets

@@ -11,6 +11,7 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.kernels.acts import pull_free, put_driven
+from tissuec.kernels.folding import fold
 from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net
 from tissuec.kernels.reeling import reel, reel_rate
@@ -27,6 +28,7 @@ LEDGER = True  # work and dissipation are integrated
 MOVED = True  # there are prescribed motions
 LOADED = True  # there are loads that change in time
 ENCLOSED = True  # there are enclosed volumes
+FOLDED = True  # there are walls that resist bending
 REELED = True  # there are threads that are drawn in or paid out
 TOUCHED = True  # there are instruments or threads that touch
 RINSED = True  # there are jets
@@ -108,6 +110,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         a[i + TWO] += f2
     if ENCLOSED:
         work += press(time, x, a, net.acts, net.enclosures)
+    if FOLDED:
+        dissipated += fold(x, v, a, net.folds)
     if TOUCHED:
         dissipated += touch(x, v, a, net.touches)
     if RINSED:

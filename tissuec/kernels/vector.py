@@ -44,6 +44,7 @@ class VectorNet:
         drag: Ambient damping [N s/m].
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
+        hinges: Of walls that resist bending, in the engine's numbers of nodes.
         reels: Springs whose rest lengths change.
         contact: What instruments and threads touch, if they do.
         touches: Where bristles stay, and how far nodes may move until pairs are listed anew.
@@ -74,6 +75,7 @@ class VectorNet:
         drag: float,
         acts: Acts,
         enclosures: Enclosures,
+        hinges: Any,
         reels: Reels,
         contact: Any,
         touches: Touches,
@@ -99,7 +101,7 @@ class VectorNet:
         is_free = self.inverse_mass > 0.0
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
         self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
-        self.acts, self.enclosures = acts, enclosures
+        self.acts, self.enclosures, self.hinges = acts, enclosures, hinges
         self.reels, self.contact, self.touches = reels, contact, touches
         self.jets = jets
         self.inelastic, self.internal = inelastic, internal
@@ -175,6 +177,11 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         pumped = _press(time, x, f, net)
         if net.ledger:
             power[0] += pumped
+    if net.hinges is not None:
+        at, by = x.reshape(-1, 3), v.reshape(-1, 3)
+        net.hinges.add_forces(time, at, by, f.reshape(-1, 3))
+        if net.ledger:
+            power[1] += net.hinges.dissipated(time, at, by)
     touch = None
     if net.contact is not None:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)

@@ -62,8 +62,6 @@ def surface(mesh: Mesh) -> Surface:
 
 def _of_grid(mesh: Mesh, grid: Grid) -> tuple[Floats, Floats]:
     """Return areas of nodes [m²] and constants of springs of a grid of equal cells."""
-    from scipy.optimize import nnls
-
     rows, columns = np.divmod(mesh.ends.astype(np.int64), grid.columns)
     down, right = rows[:, 1] - rows[:, 0], columns[:, 1] - columns[:, 0]
     if grid.closed:  # the shorter way round
@@ -73,20 +71,39 @@ def _of_grid(mesh: Mesh, grid: Grid) -> tuple[Floats, Floats]:
     families = [(down == d) & (right == r) for d, r in STEPS]
     if not np.any(families, axis=0).all():
         raise ValueError("some of its springs join nodes that are not neighbours in its wall")
-    side, other = mesh.position[[1, grid.columns]] - mesh.position[0]
-    sides = np.array([side, other])
-    plane = np.linalg.cholesky(sides @ sides.T)  # both sides of a cell, in its own plane
+    plane = cell_sides(mesh, grid)
     area = float(np.linalg.det(plane))
     there = np.array([family.any() for family in families])
-    vectors = np.array(STEPS)[:, ::-1] @ plane
-    made_of = np.stack([_moments(vector) for vector in vectors], axis=1) * there
-    wanted = _SHEAR * area * np.array([3.0, 0.0, 6.0**0.5, 0.0, 3.0])
-    found, _ = nnls(made_of, wanted)
+    found, _ = isotropic(np.array(STEPS)[:, ::-1] @ plane, there / area)
     free = (down == 0) & np.isin(rows[:, 0], (0, grid.rows - 1))
     if not grid.closed:
         free |= (right == 0) & np.isin(columns[:, 0], (0, grid.columns - 1))
-    constant = found @ np.array(families) * np.where(free, 0.5, 1.0)
+    constant = _SHEAR * found @ np.array(families) * np.where(free, 0.5, 1.0)
     return _areas(grid, area), constant
+
+
+def cell_sides(mesh: Mesh, grid: Grid) -> Floats:
+    """Return both sides of a cell in its own plane [m], along a row first, shape (2, 2)."""
+    sides = mesh.position[[1, grid.columns]] - mesh.position[0]
+    return np.linalg.cholesky(sides @ sides.T)
+
+
+def isotropic(vectors: Floats, weight: Floats) -> tuple[Floats, float]:
+    """Return k ≥ 0 for which Σ k w L² n n n n is the tensor C of a surface with μ = 1.
+
+    Args:
+        vectors: L n in the plane [m], shape (k, 2).
+        weight: w, shape (k,).
+
+    Returns:
+        k, shape (k,), and which part of C they miss.
+    """
+    from scipy.optimize import nnls
+
+    made_of = np.stack([_moments(vector) for vector in vectors], axis=1) * weight
+    wanted = np.array([3.0, 0.0, 6.0**0.5, 0.0, 3.0])
+    found, missed = nnls(made_of, wanted)
+    return found, float(missed / np.linalg.norm(wanted))
 
 
 def _moments(vector: Floats) -> Floats:

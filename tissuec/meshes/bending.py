@@ -51,6 +51,14 @@ def bending_springs(mesh: Mesh, generator: object) -> NDArray[np.int32]:
 
 def across_edges(skin: NDArray[np.int32]) -> Pairs:
     """Return the two nodes beside each edge that two triangles share, shape (edge, 2)."""
+    return around_edges(skin)[:, 2:]
+
+
+def around_edges(skin: NDArray[np.int32]) -> Pairs:
+    """Return both ends of each edge that two triangles share, and the nodes beside it.
+
+    Shape (edge, 4); triangles that have all three nodes in common have no such edge.
+    """
     triangles = skin.astype(np.int64)
     size = int(triangles.max()) + 1
     first, second = triangles, np.roll(triangles, -1, axis=1)
@@ -60,5 +68,6 @@ def across_edges(skin: NDArray[np.int32]) -> Pairs:
     keys, beside = keys[order], beside[order]
     begins = np.flatnonzero(np.diff(keys, prepend=-1))
     shared = begins[np.diff(begins, append=len(keys)) == 2]
-    pairs = np.stack((beside[shared], beside[shared + 1]), axis=1)
-    return pairs[pairs[:, 0] != pairs[:, 1]]
+    low, high = np.divmod(keys[shared], size)
+    found = np.stack((low, high, beside[shared], beside[shared + 1]), axis=1)
+    return found[found[:, 2] != found[:, 3]]

@@ -68,8 +68,10 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
     )
 }
 _PART = Measure(units.NUMBER, at_least=0.0, at_most=100.0)
+ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
+_CHOICES = (*BENDING, ELASTIC)
 ENTRIES = ("mesh", "tissue", "region", "rupture", "bending", *BODY_ENTRIES)
 
 
@@ -163,6 +165,7 @@ class _BodyReader:
         self.regions: list[Region] = []
         self.may_rupture = False
         self.bending: Bending | None = None
+        self.shell: Span | None = None
         self.rest: dict[str, Any] = {}
 
     def read(self) -> Body:
@@ -211,6 +214,7 @@ class _BodyReader:
             interface=self.rest.get("interface", ""),
             may_rupture=self.may_rupture,
             bending=self.bending,
+            shell=self.shell,
             mass=self.rest.get("mass"),
             mass_span=self.once.get("mass"),
             thickness=self.rest.get("thickness"),
@@ -244,8 +248,7 @@ class _BodyReader:
         elif key == "rupture":
             self.may_rupture = read_rupture(item, self.findings)
         elif key == "bending":
-            part = self._bending(item)
-            self.bending = Bending(part, item.span) if part else None
+            self._bending(item)
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
@@ -285,18 +288,29 @@ class _BodyReader:
     def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
         return read_tissue(item, self.tissues, self.declarations, self.scope)
 
-    def _bending(self, item: s.Assign | s.Sentence | s.Block) -> float:
-        """Return how stiff bending springs are beside those of the tissue."""
-        entry = schema.Entry("bending", "bending", _PART, 0.0, "")
+    def _bending(self, item: s.Assign | s.Sentence | s.Block) -> None:
+        """Read how the body resists bending: by springs beside the tissue's, or as a shell."""
         if isinstance(item, s.Assign):
-            return schema.read_entry(entry, item, self.scope)
-        word = schema.word_of(item, self.scope, example="bending is soft, or bending = 20 %")
+            entry = schema.Entry("bending", "bending", _PART, 0.0, "")
+            part = schema.read_entry(entry, item, self.scope)
+        else:
+            word = schema.word_of(
+                item, self.scope, example="bending is soft, or bending = 20 %"
+            )
+            if word.key == ELASTIC:
+                self.shell = item.span
+                return
+            part = self._named_part(word)
+        self.bending = Bending(part, item.span) if part else None
+
+    def _named_part(self, word: s.Name) -> float:
+        """Return how stiff bending springs are by a word."""
         if word.key not in BENDING:
             self.findings.reject(
                 "TIS305",
                 f'bending cannot be "{word.text}"',
                 word.span,
-                hint=f"{alternatives(word.key, BENDING, what='choices')}, or bending = 20 %",
+                hint=f"{alternatives(word.key, _CHOICES, what='choices')}, or bending = 20 %",
             )
         return BENDING[word.key]
 

@@ -182,6 +182,7 @@ class Body:
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
+        shell: What asks for bending stiffness by the thickness of the wall; None without it.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
@@ -196,6 +197,7 @@ class Body:
     interface: str
     may_rupture: bool
     bending: Bending | None
+    shell: Span | None
     mass: float | None
     mass_span: Span | None
     thickness: float | None

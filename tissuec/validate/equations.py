@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import Laws
 from tissuec.validate.forces.volumes import Volume
@@ -116,6 +117,7 @@ class Equations:
         self.contact = None if touching is None else Vicinity(touching)
         self.fields = (
             *(Volume(each) for each in situation.enclosures.values()),
+            *(() if (hinges := situation.folding) is None else (Folding(hinges),)),
             *(JetForce(each, network) for each in situation.jets.values()),
             *(() if self.contact is None else (self.contact,)),
         )

@@ -213,7 +213,12 @@ def _resisted(net: _Net, phi: Floats) -> float:
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
-    return float(viscosity @ closing**2) + net.situation.drag * float((phi**2).sum())
+    braked = net.situation.drag * float((phi**2).sum())
+    if (hinges := net.situation.folding) is not None:
+        moving = np.zeros_like(net.bars.position)
+        moving[net.balance.free] = phi
+        braked += hinges.dissipated(0.0, net.bars.position, moving)
+    return float(viscosity @ closing**2) + braked
 
 
 def _notes(

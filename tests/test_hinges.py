@@ -1,0 +1,177 @@
+"""Hinges: forces against derivatives, conservation laws, energy in motion, and tears."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.engine.running import TIERS, Bench
+from tests.hand_net import make_net, start
+from tissuec.engine.stability import damping_radius, spectral_radius
+from tissuec.hinges import Hinges, folds
+from tissuec.matter.plate import plate
+from tissuec.mechanics import inner_forces
+from tissuec.meshes.tube import Tube
+from tissuec.statics.settling import settle
+from tissuec.topology import springs_between
+from tissuec.validate.forces.folding import Folding
+
+SIZE = 0.01
+TUBE = Tube(
+    axis=((0.0, 0.0, 0.0), (4 * SIZE, 0.0, 0.0)),
+    radius=SIZE, rings=5, sides=8, diagonals="both",
+)  # fmt: skip
+
+
+def shell(stiffness=1e-4, damping=0.0, **more):
+    """Return the net of a tube that resists bending, with unlike hinges."""
+    mesh = TUBE.build()
+    found = plate(mesh)
+    sides = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
+    walls, which = springs_between(mesh.ends, found.nodes[:, sides].reshape(-1, 2))
+    uneven = 1.0 + 0.2 * np.sin(np.arange(len(found.nodes)))
+    hinges = Hinges(
+        found.nodes,
+        stiffness * uneven * found.constant,
+        damping * uneven * found.constant,
+        folds(mesh.position[found.nodes]),
+        walls,
+        which // len(sides),
+    )
+    net = make_net(mesh.position, mesh.ends, **({"mass": 1e-4, "stiffness": 5.0} | more))
+    return replace(net, skin=mesh.skin, hinges=hinges)
+
+
+def shaken(net, size=0.15):
+    noise = np.random.default_rng(3).normal(size=net.position.shape)
+    return net.position + size * SIZE * noise
+
+
+def forces(hinges, position, velocity=None):
+    total = np.zeros_like(position)
+    still = np.zeros_like(position)
+    hinges.add_forces(0.0, position, still if velocity is None else velocity, total)
+    return total
+
+
+def test_a_fold_is_the_angle_between_two_faces_whichever_way_it_goes():
+    for angle in (-3.0, -1.0, 0.0, 0.5, 3.0):
+        tip = [0.3, np.cos(angle), np.sin(angle)]
+        corners = np.array([[0, 0, 0], [1, 0, 0], tip, [0.6, -2.0, 0.0]])
+        assert folds(corners[None]) == pytest.approx([angle])
+        # The other way round the edge, and seen from the other end.
+        assert folds(corners[None, [1, 0, 3, 2]]) == pytest.approx([angle])
+
+
+def test_forces_are_minus_the_derivative_of_the_energy_and_move_nothing_as_a_whole():
+    hinges = shell().hinges
+    position, h = shaken(shell()), 1e-8
+    velocity = np.random.default_rng(4).normal(size=position.shape)
+    found = forces(hinges, position)
+    for whole in (found, forces(replace(hinges, damping=hinges.stiffness), position, velocity)):
+        assert np.abs(whole.sum(axis=0)).max() < 1e-13 * np.abs(whole).sum()
+        spin = np.cross(position, whole).sum(axis=0)
+        assert np.abs(spin).max() < 1e-13 * np.abs(whole).sum() * SIZE
+    for node in (0, 9, 20):
+        for k in range(3):
+            step = np.zeros_like(position)
+            step[node, k] = h
+            ahead, behind = (float(hinges.energy(0.0, position + s)) for s in (step, -step))
+            # Differences of energies have 1e-16 E / h of rounding.
+            slope = (behind - ahead) / (2.0 * h)
+            assert found[node, k] == pytest.approx(slope, abs=1e-6 * np.abs(found).max())
+
+
+def test_stiffness_is_minus_the_derivative_of_the_forces():
+    net = shell()
+    position, h = shaken(net), 1e-7 * SIZE
+    matrix = net.hinges.matrix(0.0, position, np.arange(40), 40).toarray()
+    assert matrix == pytest.approx(matrix.T, abs=1e-12 * np.abs(matrix).max())
+    for column in (0, 13, 70):
+        step = np.zeros(position.size)
+        step[column] = h
+        ahead, behind = (
+            forces(net.hinges, position + sign * step.reshape(position.shape)).ravel()
+            for sign in (1.0, -1.0)
+        )
+        slope = (behind - ahead) / (2.0 * h)
+        assert matrix[:, column] == pytest.approx(slope, abs=1e-6 * np.abs(matrix).max())
+
+
+def test_the_reference_folds_by_formulas_of_its_own():
+    net = shell(damping=1e-6)
+    position = shaken(net)
+    velocity = np.random.default_rng(4).normal(size=position.shape)
+    own = Folding(net.hinges)
+    found, expected = np.zeros_like(position), forces(net.hinges, position, velocity)
+    own.add_forces(0.0, position, velocity, found)
+    assert found == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+    assert own.energy(0.0, position) == pytest.approx(float(net.hinges.energy(0.0, position)))
+    lost = net.hinges.dissipated(0.0, position, velocity)
+    assert own.dissipated(0.0, position, velocity) == pytest.approx(lost)
+    power = np.vdot(forces(net.hinges, position) - expected, velocity)
+    assert lost == pytest.approx(power)
+    matrices = (one.matrix(0.0, position, np.arange(40), 40) for one in (own, net.hinges))
+    one, other = (matrix.toarray() for matrix in matrices)
+    assert one == pytest.approx(other, abs=1e-10 * np.abs(other).max())
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum(tier):
+    net = shell(damping=1e-7)
+    bench = Bench(net, 0.01, tolerance=1e-9, tier=tier, ledger=True)
+    bench.situation.position = shaken(net, 0.05)
+    bench.situation.velocity[0, 2] = 0.1
+    ran = bench.run()
+    r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
+    stretch = np.linalg.norm(r, axis=2) - net.rest
+    stored = 2.5 * (stretch**2).sum(axis=1) + net.hinges.energy(ran.time, ran.position)
+    kinetic = 0.5e-4 * (ran.velocity**2).sum(axis=(1, 2))
+    assert ran.dissipated[-1] > 1e-3 * stored[0]
+    total = stored + kinetic + ran.dissipated
+    assert np.ptp(total) < 1e-7 * total[0]
+    momentum = ran.velocity.sum(axis=1)
+    assert np.abs(momentum - momentum[0]).max() < 1e-12 * np.abs(ran.velocity).max() * 40
+
+
+def test_bounds_of_rates_cover_the_hinges():
+    net = shell(stiffness=1.0, damping=1e-3)
+    situation = start(net)
+    hinges, count = net.hinges, net.node_count
+    for part, found, power in (
+        (hinges.stiffness, spectral_radius(situation), 0.5),
+        (hinges.damping, damping_radius(situation), 1.0),
+    ):
+        ways = hinges.resistance(part, net.position, np.arange(count), count).toarray()
+        fastest = np.linalg.eigvalsh(ways @ ways.T / 1e-4)[-1] ** power
+        assert fastest < found < 1.1 * fastest
+
+
+def test_a_shell_settles_where_all_forces_balance():
+    net = shell()
+    situation = start(net, gravity=(0.0, 0.0, -9.81))
+    situation.holders["fix"] = np.arange(16)
+    settle(situation, np.ones(net.node_count, dtype=bool))
+    left = inner_forces(situation, 0.0, situation.position, np.zeros_like(net.position))
+    left += situation.mass[:, None] * situation.gravity
+    assert np.abs(left[16:]).max() < 1e-9 * 9.81e-4
+    assert np.abs(forces(net.hinges, situation.position)).max() > 1e-4
+
+
+def test_a_hinge_gives_way_where_a_spring_is_missing_and_others_stay():
+    net = shell()
+    hinges = net.hinges
+    alive = np.ones(net.spring_count, dtype=bool)
+    assert hinges.whole(alive) is hinges
+    alive[20] = False
+    left = hinges.whole(alive)
+    torn = {
+        hinge for hinge, wall in zip(hinges.walled, hinges.walls, strict=True) if wall == 20
+    }
+    kept = [k for k in range(len(hinges.nodes)) if k not in torn]
+    assert 0 < len(torn) < len(hinges.nodes)
+    assert (left.nodes == hinges.nodes[kept]).all()
+    assert 20 not in left.walls
+    assert (left.nodes[left.walled] == hinges.nodes[kept][left.walled]).all()
+    alive[:] = False
+    assert forces(hinges.whole(alive), shaken(net)) == pytest.approx(0.0)

@@ -1,0 +1,258 @@
+"""Hinges: walls that resist bending, by the angles between the faces at their edges.
+
+A hinge has four nodes: the ends i and j of its edge e = x_j - x_i, and the tips k and l of the
+triangles on either side. With a = e × (x_k - x_i) and b = (x_l - x_i) × e, which are normal to
+them, its fold is
+
+    θ = atan2((b × a)·e/|e|, a·b),    ∂θ/∂x_k = |e| a/a²,    ∂θ/∂x_l = |e| b/b²,
+
+and both ends of the edge share the opposite of these by the lever rule (R. Bridson, S. Marino,
+R. Fedkiw, *Simulation of clothing with folds and wrinkles*, 2003). A hinge that is drawn with
+the fold θ0 turns its triangles by the moment
+
+    M = k (θ - θ0) + d dθ/dt,    and stores    E = ½ k (θ - θ0)².
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix, csr_matrix
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# How e, x_k - x_i and x_l - x_i depend on the four nodes.
+_SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
+_FULL_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hinges:
+    """The hinges of a network.
+
+    Attributes:
+        nodes: i, j, k and l of each, shape (hinge, 4).
+        stiffness: k [N m], shape (hinge,).
+        damping: d [N m s], shape (hinge,).
+        drawn: θ0 [rad], shape (hinge,).
+        walls: Springs between nodes of one hinge: where one is missing, the hinge gives way.
+        walled: The hinge of each of them, shape of ``walls``.
+    """
+
+    nodes: Indices
+    stiffness: Floats
+    damping: Floats
+    drawn: Floats
+    walls: Indices
+    walled: Indices
+
+    def whole(self, alive: NDArray[np.bool_]) -> "Hinges":
+        """Return the hinges that have all their springs.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        torn = np.unique(self.walled[~alive[self.walls]])
+        if not len(torn):
+            return self
+        stays = np.ones(len(self.nodes), dtype=bool)
+        stays[torn] = False
+        kept = stays[self.walled]
+        return Hinges(
+            *(each[stays] for each in (self.nodes, self.stiffness, self.damping, self.drawn)),
+            self.walls[kept],
+            (np.cumsum(stays) - 1)[self.walled[kept]],
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
+        """Return the hinges of several bodies, numbered alike; None without any."""
+        if not parts:
+            return None
+        first = np.cumsum([0, *(len(part.nodes) for part in parts)])
+        walled = [part.walled + start for part, start in zip(parts, first, strict=False)]
+        names = ("nodes", "stiffness", "damping", "drawn", "walls")
+        arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        return cls(*arrays, np.concatenate(walled))
+
+    def behind(self, nodes: int, springs: int) -> "Hinges":
+        """Return these with the numbers that they have behind other nodes and springs."""
+        return replace(self, nodes=self.nodes + nodes, walls=self.walls + springs)
+
+    def renumbered(self, place: Indices) -> "Hinges":
+        """Return the hinges with other numbers of nodes, ``place`` of those here."""
+        return replace(self, nodes=place[self.nodes])
+
+    def moments(self, position: Floats) -> Floats:
+        """Return the moments without damping [N m], shape (…, hinge).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        more = folds(position[..., self.nodes, :]) - self.drawn
+        return self.stiffness * (more - _FULL_TURN * np.rint(more / _FULL_TURN))
+
+    def gradient(self, position: Floats) -> Floats:
+        """Return ∂θ/∂x [1/m], shape (…, hinge, 4, 3); ``position`` is that of ``moments``."""
+        e, q, r = _spans(position[..., self.nodes, :])
+        by_k, by_l, at_k, at_l, _ = _levers(e, q, r)
+        by_j = -at_k * by_k - at_l * by_l
+        return np.stack([-by_j - by_k - by_l, by_j, by_k, by_l], axis=-2)
+
+    def folding(self, position: Floats, velocity: Floats) -> Floats:
+        """Return how fast hinges fold [rad/s], shape (…, hinge)."""
+        moving = velocity[..., self.nodes, :]
+        return np.einsum("...hkc,...hkc->...h", self.gradient(position), moving)
+
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N], shape (…, node, 3)."""
+        moment = self.moments(position) + self.damping * self.folding(position, velocity)
+        forces = -moment[..., None, None] * self.gradient(position)
+        for corner in range(4):
+            where: Any = (..., self.nodes[:, corner], slice(None))
+            np.add.at(to, where, forces[..., corner, :])
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        moment = self.moments(position)
+        return np.asarray((0.5 * moment**2 / self.stiffness).sum(axis=-1))
+
+    def resistance(
+        self, part: Floats, position: Floats, number: Indices, size: int
+    ) -> "csr_matrix":
+        """Return √part ∂θ/∂x of each hinge, shape (3 size, hinge).
+
+        Args:
+            part: Such as ``stiffness``, shape (hinge,).
+            number: Of each node of the scene among those that may move, -1 for others.
+            size: How many may move.
+        """
+        from scipy.sparse import csr_matrix
+
+        rows = 3 * number[self.nodes][..., None] + np.arange(3)
+        hinges = np.broadcast_to(np.arange(len(rows))[:, None, None], rows.shape)
+        values = np.sqrt(part)[:, None, None] * self.gradient(position)
+        moves = rows >= 0
+        shape = (3 * size, len(rows))
+        return csr_matrix((values[moves], (rows[moves], hinges[moves])), shape=shape)
+
+    def turning(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
+        """Return what moments add where edges turn, Σ M ∂²θ/∂x∂x [N/m].
+
+        Arguments are those of ``resistance``; the shape is (3 size, 3 size).
+        """
+        from scipy.sparse import csr_matrix
+
+        second = _second(*_spans(position[self.nodes]))
+        moment = self.moments(position)
+        values = np.einsum("h,pi,hpxqy,qj->hixjy", moment, _SPANS, second, _SPANS)
+        place = 3 * number[self.nodes][..., None] + np.arange(3)  # (hinge, node, component)
+        rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
+        columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
+        moves = (rows >= 0) & (columns >= 0)
+        shape = (3 * size, 3 * size)
+        return csr_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return Σ k ∂θ/∂x ∂θ/∂xᵀ [N/m], and ``turning`` if ``exact``; shape as of that."""
+        from scipy.sparse import coo_matrix
+
+        ways = self.resistance(self.stiffness, position, number, size)
+        total = ways @ ways.T
+        if exact:
+            total = total + self.turning(position, number, size)
+        return coo_matrix(total)
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        return float((np.abs(self.moments(position)) * (1.0 + np.abs(self.drawn))).sum())
+
+    def noise(self, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+        slopes = np.abs(self.gradient(position)).max(axis=(-2, -1))
+        return float((self.stiffness * slopes).max(initial=0.0))
+
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
+        """Return how far below zero ``turning`` may bring an eigenvalue [N/m]."""
+        rows = abs(self.turning(position, number, size)).sum(axis=1)
+        return float(np.asarray(rows).max(initial=0.0))
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is lost [W]."""
+        return float(self.damping @ self.folding(position, velocity) ** 2)
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is put in from outside [W]: none."""
+        return 0.0
+
+
+def folds(corners: Floats) -> Floats:
+    """Return θ of hinges [rad], from -π to π, shape (…, hinge).
+
+    Args:
+        corners: Where their nodes are [m], shape (…, hinge, 4, 3).
+    """
+    e, q, r = _spans(corners)
+    a, b = np.cross(e, q), np.cross(r, e)
+    along = np.einsum("...k,...k->...", np.cross(b, a), e) / np.linalg.norm(e, axis=-1)
+    return np.arctan2(along, np.einsum("...k,...k->...", a, b))
+
+
+def _spans(corners: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return e, x_k - x_i and x_l - x_i, shape (…, hinge, 3) each."""
+    i, j, k, x = (corners[..., corner, :] for corner in range(4))
+    return j - i, k - i, x - i
+
+
+def _levers(
+    e: Floats, q: Floats, r: Floats
+) -> tuple[Floats, Floats, Floats, Floats, tuple[Floats, Floats]]:
+    """Return ∂θ/∂x_k, ∂θ/∂x_l, where both are along the edge (0 to 1), and a and b."""
+    square = np.einsum("...k,...k->...", e, e)[..., None]
+    a, b = np.cross(e, q), np.cross(r, e)
+    by_k, by_l = (
+        np.sqrt(square) * n / np.einsum("...k,...k->...", n, n)[..., None] for n in (a, b)
+    )
+    at_k, at_l = (np.einsum("...k,...k->...", s, e)[..., None] / square for s in (q, r))
+    return by_k, by_l, at_k, at_l, (a, b)
+
+
+def _second(e: Floats, q: Floats, r: Floats) -> Floats:
+    """Return ∂²θ by e, x_k - x_i and x_l - x_i, shape (hinge, 3, 3, 3, 3).
+
+    The axes are: by which of the three and by which component of it, twice.
+    """
+    by_k, by_l, at_k, at_l, (a, b) = _levers(e, q, r)
+    length = np.linalg.norm(e, axis=-1)[:, None, None]
+    unit = e[:, None, :] / length
+    found = np.zeros((len(e), 3, 3, 3, 3))
+    by_e = np.zeros((len(e), 3, 3))
+    for tip, by, at, normal, span, sign in (
+        (1, by_k, at_k, a, q, 1.0),
+        (2, by_l, at_l, b, r, -1.0),
+    ):
+        square = np.einsum("hk,hk->h", normal, normal)[:, None, None]
+        outer = normal[:, :, None] * normal[:, None, :] / square
+        turned = sign * length * (np.eye(3) - 2.0 * outer) / square
+        own, mixed = turned @ _crossing(e), -turned @ _crossing(span)
+        mixed = mixed + by[:, :, None] * unit / length
+        found[:, tip, :, tip] = own
+        found[:, tip, :, 0], found[:, 0, :, tip] = mixed, mixed.swapaxes(1, 2)
+        shift = (span - 2.0 * at * e)[:, None, :] / length**2
+        by_e -= by[:, :, None] * shift + at[:, :, None] * mixed
+    found[:, 0, :, 0] = by_e
+    return found
+
+
+def _crossing(c: Floats) -> Floats:
+    """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
+    return np.cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)

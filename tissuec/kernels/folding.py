@@ -1,0 +1,52 @@
+"""The moments of hinges, as scalar loops; what they are stands in ``hinges``."""
+
+from math import atan2, pi, sqrt
+
+from tissuec.kernels.records import Floats, Folds
+
+
+def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
+    """Add the forces of hinges to those on nodes; return the power that they lose [W]."""
+    lost = 0.0
+    for h in range(folds.stiffness.size):
+        i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]
+        k, m = 3 * folds.nodes[h, 2], 3 * folds.nodes[h, 3]
+        e0, e1, e2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
+        q0, q1, q2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
+        r0, r1, r2 = x[m] - x[i], x[m + 1] - x[i + 1], x[m + 2] - x[i + 2]
+        a0, a1, a2 = e1 * q2 - e2 * q1, e2 * q0 - e0 * q2, e0 * q1 - e1 * q0
+        b0, b1, b2 = r1 * e2 - r2 * e1, r2 * e0 - r0 * e2, r0 * e1 - r1 * e0
+        square = e0 * e0 + e1 * e1 + e2 * e2
+        length = sqrt(square)
+        sine = e0 * (b1 * a2 - b2 * a1) + e1 * (b2 * a0 - b0 * a2) + e2 * (b0 * a1 - b1 * a0)
+        more = atan2(sine / length, a0 * b0 + a1 * b1 + a2 * b2) - folds.drawn[h]
+        if more > pi:
+            more -= 2.0 * pi
+        elif more < -pi:
+            more += 2.0 * pi
+        upper = length / (a0 * a0 + a1 * a1 + a2 * a2)
+        lower = length / (b0 * b0 + b1 * b1 + b2 * b2)
+        k0, k1, k2 = upper * a0, upper * a1, upper * a2
+        m0, m1, m2 = lower * b0, lower * b1, lower * b2
+        at_k = (q0 * e0 + q1 * e1 + q2 * e2) / square
+        at_m = (r0 * e0 + r1 * e1 + r2 * e2) / square
+        j0, j1, j2 = -at_k * k0 - at_m * m0, -at_k * k1 - at_m * m1, -at_k * k2 - at_m * m2
+        speed = k0 * (v[k] - v[i]) + k1 * (v[k + 1] - v[i + 1]) + k2 * (v[k + 2] - v[i + 2])
+        speed += m0 * (v[m] - v[i]) + m1 * (v[m + 1] - v[i + 1]) + m2 * (v[m + 2] - v[i + 2])
+        speed += j0 * (v[j] - v[i]) + j1 * (v[j + 1] - v[i + 1]) + j2 * (v[j + 2] - v[i + 2])
+        braking = folds.damping[h] * speed
+        lost += braking * speed
+        moment = folds.stiffness[h] * more + braking
+        f[k] -= moment * k0
+        f[k + 1] -= moment * k1
+        f[k + 2] -= moment * k2
+        f[m] -= moment * m0
+        f[m + 1] -= moment * m1
+        f[m + 2] -= moment * m2
+        f[j] -= moment * j0
+        f[j + 1] -= moment * j1
+        f[j + 2] -= moment * j2
+        f[i] += moment * (j0 + k0 + m0)
+        f[i + 1] += moment * (j1 + k1 + m1)
+        f[i + 2] += moment * (j2 + k2 + m2)
+    return lost

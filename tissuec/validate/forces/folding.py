@@ -1,0 +1,112 @@
+"""The moments of hinges: what turns two triangles about the edge that they share.
+
+A tip at the distance h from the edge, on a triangle with the unit normal n, is pushed by
+M n / h. The edge bears the opposite, shared so that no moment is left across it.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+if TYPE_CHECKING:
+    from tissuec.hinges import Hinges
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+STEP = 1e-30  # of complex steps, by which forces are differentiated
+
+
+class Folding:
+    """The hinges of a net as a field of forces.
+
+    Args:
+        hinges: Read for their nodes, drawn folds, stiffness and damping.
+    """
+
+    def __init__(self, hinges: "Hinges"):
+        self._nodes, self._drawn = hinges.nodes, hinges.drawn
+        self._stiffness, self._damping = hinges.stiffness, hinges.damping
+
+    def _turned(self, corners: Any) -> tuple[Any, Any]:
+        """Return by how much hinges are folded more than drawn [rad], and its slopes [1/m].
+
+        Args:
+            corners: Of each hinge, real or complex, shape (hinge, 4, 3).
+        """
+        foot, along = corners[:, 0], corners[:, 1] - corners[:, 0]
+        length = np.sqrt(_dot(along, along))
+        axis = along / length[:, None]
+        slopes, normals = np.zeros_like(corners), []
+        for tip, sign in ((2, 1.0), (3, -1.0)):
+            reach = corners[:, tip] - foot
+            part = _dot(reach, axis)
+            away = reach - part[:, None] * axis
+            height = np.sqrt(_dot(away, away))
+            normal = sign * np.cross(axis, away) / height[:, None]
+            normals.append(normal)
+            lift, share = normal / height[:, None], (part / length)[:, None]
+            slopes[:, tip] += lift
+            slopes[:, 1] -= share * lift
+            slopes[:, 0] -= (1.0 - share) * lift
+        upper, lower = normals
+        sine, cosine = _dot(np.cross(lower, upper), axis), _dot(upper, lower)
+        fold = np.arctan2(np.real(sine), np.real(cosine)) - self._drawn
+        fold = (fold + np.pi) % (2.0 * np.pi) - np.pi
+        # d atan2(s, c) = c ds - s dc, for s² + c² = 1
+        return fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag), slopes
+
+    def _seen(self, position: Floats) -> tuple[Floats, Floats]:
+        more, slopes = self._turned(position[self._nodes].astype(complex))
+        return more.real, slopes.real
+
+    def _speed(self, slopes: Floats, velocity: Floats) -> Floats:
+        return np.einsum("hkc,hkc->h", slopes, velocity[self._nodes])
+
+    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
+        """Add the forces on all nodes [N], shape (node, 3)."""
+        more, slopes = self._seen(position)
+        moment = self._stiffness * more + self._damping * self._speed(slopes, velocity)
+        np.subtract.at(to, self._nodes, moment[:, None, None] * slopes)
+
+    def energy(self, time: float, position: Floats) -> float:
+        """Return the stored energy [J]: ½ k (θ - θ0)² over all hinges."""
+        return 0.5 * float(self._stiffness @ self._seen(position)[0] ** 2)
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is put in from outside [W]: none."""
+        return 0.0
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is lost [W]."""
+        _, slopes = self._seen(position)
+        return float(self._damping @ self._speed(slopes, velocity) ** 2)
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int
+    ) -> sparse.coo_matrix:
+        """Return the second derivative of the energy [N/m], shape (3 size, 3 size).
+
+        Args:
+            number: Of each node among those that may move, -1 for others.
+            size: How many may move.
+        """
+        blocks = np.zeros((len(self._nodes), 4, 3, 4, 3))
+        for corner in range(4):
+            for axis in range(3):
+                moved = position[self._nodes].astype(complex)
+                moved[:, corner, axis] += 1j * STEP
+                more, slopes = self._turned(moved)
+                forces = (self._stiffness * more)[:, None, None] * slopes
+                blocks[:, :, :, corner, axis] = forces.imag / STEP
+        place = 3 * number[self._nodes][..., None] + np.arange(3)
+        rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
+        columns = np.broadcast_to(place[:, None, None, :, :], blocks.shape)
+        moves = (rows >= 0) & (columns >= 0)
+        shape = (3 * size, 3 * size)
+        return sparse.coo_matrix((blocks[moves], (rows[moves], columns[moves])), shape=shape)
+
+
+def _dot(one: Any, other: Any) -> Any:
+    return np.einsum("hk,hk->h", one, other)
