@@ -52,6 +52,34 @@ def test_a_tube_is_as_stiff_as_its_wall():
         assert network.mass.sum() == pytest.approx(DENSITY * THICKNESS * around * 0.08)
 
 
+@pytest.mark.parametrize(
+    ("inside", "diagonals"), [("crossed", "none"), ("crossed", "both"), ("spokes", "none")]
+)
+@pytest.mark.filterwarnings("ignore::tissuec.core.errors.TissueWarning")  # W207: of torsion
+def test_a_tube_with_springs_inside_is_as_stiff_as_its_wall(inside, diagonals):
+    for rings in (16, 21):
+        network, plan = wall(
+            "tube { axis from (0, 0, 0) mm to (64, 0, 0) mm; radius = 6 mm; sides = 10; "
+            f"rings = {rings}; diagonals is {diagonals}; interior is {inside} }}"
+        )
+        assert network.stiffness.min() > 0.0
+        around = 20.0 * 0.006 * np.sin(np.pi / 10.0)
+        force, _ = drawn_out(network, plan, 0)
+        # Even strains leave nodes of the first and the last ring a little out of balance.
+        assert force == pytest.approx(YOUNG * THICKNESS * around, rel=1e-2)
+        # Under pressure a ring widens by p R / E t.
+        x = network.position
+        outward = x * np.array([0.0, 1.0, 1.0])
+        outward /= np.linalg.norm(outward, axis=1)[:, None]
+        share = np.where(np.isin(x[:, 0], (0.0, x[:, 0].max())), 0.5, 1.0)
+        load = share[:, None] * outward * around * 0.064 / (10 * (rings - 1))
+        matrix = stiffness(network, plan)
+        matrix = matrix + 1e-9 * matrix.diagonal().max() * eye(x.size)
+        u = spsolve(matrix.tocsc(), load.ravel()).reshape(-1, 3)
+        widened = np.einsum("ni,ni->n", u, outward).mean() / 0.006
+        assert widened == pytest.approx(0.006 / (YOUNG * THICKNESS), rel=0.02)
+
+
 @pytest.mark.parametrize(("times", "error"), [(2, 0.04), (3, 0.01)])
 def test_a_sphere_under_pressure_follows_laplace(times, error):
     # A shell of radius R widens by u under p = 2 E t u / ((1 - ν) R²). The polyhedron has

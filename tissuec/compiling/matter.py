@@ -153,11 +153,6 @@ class MatterReader:
             self._impossible(
                 "its mesh is too coarse to bend", "use three rows and columns of nodes or more"
             )
-        if found.missed > UNEVEN:
-            self._uneven(
-                "its resistance to torsion does not match its resistance to bending",
-                "write diagonals is both, and draw cells up to 1.7 times as long as wide",
-            )
         return replace(found, constant=RIGIDITY * thickness**3 * found.constant)
 
     def _solid(self, mesh: Mesh, volume: Floats) -> Matter:

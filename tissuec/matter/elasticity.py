@@ -152,7 +152,7 @@ def range_of_wall(
     found = []
     for first in axes if grid is None else [_first_direction(position, grid)[1]]:
         even = _even_in_wall(position, ends, normal, _frames(normal, first)[:, 0])
-        found.append(_young(even.T @ (constant[:, None] * even) / area))
+        found.append(young_around(even.T @ (constant[:, None] * even) / area))
     return float(np.min(found)), float(np.max(found))
 
 
@@ -279,7 +279,7 @@ def _constants(matrix: Floats, unit: Unit, directions: tuple[str, ...]) -> Elast
     """Return what a stiffness in Voigt's order means."""
     compliance, count = _compliance(matrix), len(directions)
     moduli = _resisting(1.0 / np.diag(compliance), matrix)
-    young, shear, tried = moduli[:count], moduli[count:], _young(matrix)
+    young, shear, tried = moduli[:count], moduli[count:], young_around(matrix)
     poisson = anisotropy = None
     if tried.max() > 0.0:
         anisotropy = float(tried.max() / tried.min()) if tried.min() else float("inf")
@@ -304,7 +304,7 @@ def _resisting(moduli: Floats, matrix: Floats) -> Floats:
     return np.where(moduli > NONE * np.abs(matrix).max(), moduli, 0.0)
 
 
-def _young(matrix: Floats) -> Floats:
+def young_around(matrix: Floats) -> Floats:
     """Return Young's modulus in many directions, shape (direction,)."""
     if len(matrix) == 3:
         angle = np.linspace(0.0, np.pi, _SAMPLES)

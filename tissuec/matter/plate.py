@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissuec.matter.surface import STEPS, cell_sides, isotropic
+from tissuec.matter.surface import STEPS, cell_sides, in_plane, isotropic
 from tissuec.meshes import Mesh
 from tissuec.meshes.bending import around_edges
 from tissuec.network import Floats, Grid, Indices
@@ -38,12 +38,10 @@ class Plate:
     Attributes:
         nodes: Ends of the edge and tips of each hinge, shape (hinge, 4).
         constant: Of each per flexural rigidity D, shape (hinge,); positive.
-        missed: Which part of the rigidity of a cell they cannot have; 0 where unknown.
     """
 
     nodes: Indices
     constant: Floats
-    missed: float = 0.0
 
 
 def plate(mesh: Mesh) -> Plate:
@@ -63,14 +61,16 @@ def _of_grid(mesh: Mesh, grid: Grid) -> Plate:
     area = float(np.linalg.det(plane))
     families = [_along(grid, step, edge) for step, edge in zip(STEPS, _EDGES, strict=True)]
     there = [len(nodes) > 0 and _is_joined(mesh, nodes) for nodes, _ in families]
+    nodes = np.concatenate([nodes for nodes, _ in families])
+    if not any(there):
+        return Plate(nodes[:0], np.zeros(0))
     steps, edges = (np.array(each)[:, ::-1] @ plane for each in (STEPS, _EDGES))
     away = np.linalg.det(np.stack([steps, edges], axis=1)) / np.linalg.norm(edges, axis=1)
-    stretch = np.einsum("fk,fk->f", steps, steps) / away**2
-    found, missed = isotropic(steps, np.array(there) * stretch / area)
+    stretch = in_plane(steps) * (np.linalg.norm(steps, axis=1) / away)[:, None]
+    found = isotropic(stretch, np.array(there) / area)
     constant = [k / 3.0 * share for k, (_, share) in zip(found, families, strict=True)]
-    nodes = np.concatenate([nodes for nodes, _ in families])
     total = np.concatenate(constant)
-    return Plate(nodes[total > 0.0], total[total > 0.0], missed)
+    return Plate(nodes[total > 0.0], total[total > 0.0])
 
 
 #: To the other end of the edge of a hinge whose tips are one of ``STEPS`` away.

@@ -9,15 +9,18 @@ In a grid all cells are alike. The springs of a cell, of length L along n, have 
 
     k = μ A (a² + b²) / (2 a² b²),    sides along a:  k = μ (3 - a²/b²) b/a,
 
-which are not negative up to a = √3 b. Other triangles follow the area rule (see
+which are not negative up to a = √3 b. Springs through the inside of a tube count by how they
+lengthen as it widens, is drawn out and twisted; so the whole tube is as stiff as its wall.
+Other triangles follow the area rule (see
 ``shapes.sharing``), which is exact for even stretching, and for all strains on average.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tissuec.matter.elasticity import range_of_wall
+from tissuec.matter.elasticity import range_of_wall, young_around
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Grid
 from tissuec.shapes.sharing import area_shares, node_areas
@@ -25,6 +28,10 @@ from tissuec.shapes.sharing import area_shares, node_areas
 #: From a node of a grid to others of the same cell, as rows and columns.
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 _SHEAR = 3.0 / 8.0  # μ / (E t)
+_ALIKE = 1e-4  # how much it counts that springs are alike, beside what they make up
+_ROUNDS = 20  # in which the lateral stiffness is found that springs can have
+_TENSION = np.array([3.0, 1.0, 3.0])
+_LEAST = 0.1  # of an even share: what any spring has in a tube with springs inside
 _SHARE = 3.0**0.5 / 2.0  # k / (E t) of a spring with the share 1
 
 
@@ -47,39 +54,76 @@ def surface(mesh: Mesh) -> Surface:
     """Return a mesh with a skin as a surface.
 
     Raises:
-        ValueError: Some springs lie in no face of the surface.
+        ValueError: Some springs lie in no face of the surface, and not across a tube.
     """
     if mesh.grid is not None:
-        area, constant = _of_grid(mesh, mesh.grid)
-    else:
-        constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
-        if not constant.all():
-            raise ValueError("some of its springs lie in no triangle of its surface")
-        area = node_areas(mesh.position, mesh.skin)
-    found = range_of_wall(mesh.position, mesh.ends, constant, mesh.skin, mesh.grid)
-    return Surface(area, constant, found)
+        return _of_grid(mesh, mesh.grid)
+    constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
+    if not constant.all():
+        raise ValueError("some of its springs lie in no triangle of its surface")
+    found = range_of_wall(mesh.position, mesh.ends, constant, mesh.skin, None)
+    return Surface(node_areas(mesh.position, mesh.skin), constant, found)
 
 
-def _of_grid(mesh: Mesh, grid: Grid) -> tuple[Floats, Floats]:
-    """Return areas of nodes [m²] and constants of springs of a grid of equal cells."""
+def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
+    """Return a grid of equal cells as a surface."""
     rows, columns = np.divmod(mesh.ends.astype(np.int64), grid.columns)
     down, right = rows[:, 1] - rows[:, 0], columns[:, 1] - columns[:, 0]
     if grid.closed:  # the shorter way round
         half = grid.columns // 2
         right = (right + half) % grid.columns - half
         right = np.where(down == 0, np.abs(right), right)
-    families = [(down == d) & (right == r) for d, r in STEPS]
-    if not np.any(families, axis=0).all():
+    steps, first, family, count = np.unique(
+        np.stack([down, right], axis=1),
+        axis=0, return_index=True, return_inverse=True, return_counts=True,
+    )  # fmt: skip
+    inside = np.array([tuple(step) not in STEPS for step in steps.tolist()])
+    if inside.any() and not grid.closed:
         raise ValueError("some of its springs join nodes that are not neighbours in its wall")
     plane = cell_sides(mesh, grid)
     area = float(np.linalg.det(plane))
-    there = np.array([family.any() for family in families])
-    found, _ = isotropic(np.array(STEPS)[:, ::-1] @ plane, there / area)
+    stretch = in_plane(steps[:, ::-1] @ plane)
+    stretch[inside] = _through(mesh, grid, mesh.ends[first[inside]])
+    each = (grid.rows - np.abs(steps[:, 0])) * (
+        grid.columns - (0 if grid.closed else np.abs(steps[:, 1]))
+    )
+    weight = count / each / area
+    found = _SHEAR * isotropic(stretch, weight, _LEAST if inside.any() else 0.0)
     free = (down == 0) & np.isin(rows[:, 0], (0, grid.rows - 1))
     if not grid.closed:
         free |= (right == 0) & np.isin(columns[:, 0], (0, grid.columns - 1))
-    constant = _SHEAR * found @ np.array(families) * np.where(free, 0.5, 1.0)
-    return _areas(grid, area), constant
+    constant = found[family.ravel()] * np.where(free, 0.5, 1.0)
+    young = young_around(np.einsum("k,ki,kj->ij", found * weight, stretch, stretch))
+    return Surface(_areas(grid, area), constant, (float(young.min()), float(young.max())))
+
+
+def in_plane(vectors: Floats) -> Floats:
+    """Return elongations of springs in a plane under unit strains xx, yy and xy [m], (k, 3).
+
+    Args:
+        vectors: From end to end [m], shape (k, 2).
+    """
+    x, y = vectors.T
+    return np.stack([x * x, y * y, x * y], axis=1) / np.hypot(x, y)[:, None]
+
+
+def _through(mesh: Mesh, grid: Grid, ends: NDArray[np.int32]) -> Floats:
+    """Return elongations of springs through the inside of a tube [m], shape (k, 3).
+
+    As it widens by a unit strain around, is stretched along, and twisted.
+    """
+    rings = mesh.position.reshape(grid.rows, grid.columns, 3)
+    axis = rings[1, 0] - rings[0, 0]
+    axis /= np.linalg.norm(axis)
+    one, other = mesh.position[ends].swapaxes(0, 1)
+    along = (other - one) @ axis
+    across = other - one - along[:, None] * axis
+    outward = other - rings[ends[:, 1] // grid.columns].mean(axis=1)
+    around = np.cross(axis, outward) / np.linalg.norm(outward, axis=1)[:, None]
+    turned = np.einsum("kc,kc->k", across, around)
+    length = np.linalg.norm(other - one, axis=1)
+    parts = [np.einsum("kc,kc->k", across, across), along * along, turned * along]
+    return np.stack(parts, axis=1) / length[:, None]
 
 
 def cell_sides(mesh: Mesh, grid: Grid) -> Floats:
@@ -88,29 +132,34 @@ def cell_sides(mesh: Mesh, grid: Grid) -> Floats:
     return np.linalg.cholesky(sides @ sides.T)
 
 
-def isotropic(vectors: Floats, weight: Floats) -> tuple[Floats, float]:
-    """Return k ≥ 0 for which Σ k w L² n n n n is the tensor C of a surface with μ = 1.
+def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:
+    """Return k for which Σ k w s s is the tensor C of a surface with μ = 1, shape (k,).
+
+    Where none make it up, they have the right Young's modulus in both directions, if they can.
 
     Args:
-        vectors: L n in the plane [m], shape (k, 2).
+        stretch: s of each spring, as from ``in_plane`` [m], shape (k, 3).
         weight: w, shape (k,).
-
-    Returns:
-        k, shape (k,), and which part of C they miss.
+        least: Least k, as a part of what it is if all springs are alike.
     """
     from scipy.optimize import nnls
 
-    made_of = np.stack([_moments(vector) for vector in vectors], axis=1) * weight
-    wanted = np.array([3.0, 0.0, 6.0**0.5, 0.0, 3.0])
-    found, missed = nnls(made_of, wanted)
-    return found, float(missed / np.linalg.norm(wanted))
-
-
-def _moments(vector: Floats) -> Floats:
-    """Return L² n n n n of a vector in a plane; its squares sum up to the norm of that."""
-    x, y = vector
-    root = np.sqrt([1.0, 4.0, 6.0, 4.0, 1.0])
-    return np.array([x**4, x**3 * y, x**2 * y**2, x * y**3, y**4]) * root / (x * x + y * y)
+    one, other = np.triu_indices(3)
+    shear = (one == 2).astype(int) + (other == 2)
+    times = np.sqrt(np.where(one == other, 1.0, 2.0) * 2.0**shear)
+    made_of = (times * stretch[:, one] * stretch[:, other] * weight[:, None]).T
+    even = _TENSION.sum() / max(float(made_of.sum()), np.finfo(float).tiny)
+    alike = np.linalg.norm(made_of) * _ALIKE * np.eye(len(weight))  # of all that do
+    lateral = 1.0
+    for _ in range(_ROUNDS):
+        straight = 4.0 / 3.0 + np.hypot(4.0 / 3.0, lateral)  # for which E t is 8/3 μ
+        wanted = np.diag([straight, straight, 1.0])
+        wanted[0, 1] = lateral
+        left = times * wanted[one, other] - least * even * made_of.sum(axis=1)
+        rows = np.concatenate([left, (1.0 - least) * even * alike.sum(axis=1)])
+        found = least * even + nnls(np.vstack([made_of, alike]), rows)[0]
+        lateral = float(made_of[1] @ found) / times[1]
+    return np.asarray(found)
 
 
 def _areas(grid: Grid, cell: float) -> Floats:
