@@ -31,10 +31,11 @@ def make_plan(
     tolerance=1e-9,
     step=None,
     ledger=True,
+    choices=None,
 ):
     frames = np.arange(network.node_count if np.isfinite(every) else 0)
     return Plan(
-        simulation=Simulation(duration, integrator, tolerance, step, span("simulate")),
+        simulation=Simulation(duration, integrator, tolerance, step, span("simulate"), choices),
         gravity=np.array(gravity, dtype=float),
         drag=drag,
         contact=None,

@@ -293,6 +293,7 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "integrator": simulation.integrator,
         "tolerance": simulation.tolerance,
         "step": simulation.step,
+        "choices": None if simulation.choices is None else asdict(simulation.choices),
         "duration": simulation.duration,
         "plan": {"skipped": list(skipped(compiled))},
     }

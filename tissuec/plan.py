@@ -15,6 +15,7 @@ from tissuec.verbs import Action
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.contact import Contact
+    from tissuec.integrators.procedures import Choices
     from tissuec.surfaces import Smoothing
 
 RELAXATION = "relaxation"
@@ -31,6 +32,7 @@ class Simulation:
         tolerance: Bound of the error of positions relative to the largest displacement so far.
         step: Fixed step [s]; None where the tolerance rules.
         span: The block.
+        choices: What is chosen of a published procedure; None of other methods.
     """
 
     duration: float
@@ -38,6 +40,7 @@ class Simulation:
     tolerance: float | None
     step: float | None
     span: Span
+    choices: "Choices | None" = None
 
 
 @dataclass(frozen=True, slots=True)

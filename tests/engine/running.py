@@ -53,6 +53,7 @@ class Bench:
         ledger=False,
         ruptures=False,
         tier="interpreted",
+        choices=None,
     ):
         self.duration = duration
         self.situation = Situation.start(network, gravity=gravity, drag=drag)
@@ -60,7 +61,7 @@ class Bench:
             self.situation.holders["fix"] = np.array(fixed)
         times = np.linspace(0.0, duration, 41) if times is None else np.asarray(times)
         self.batches = []
-        asked = Method(method, tolerance, step, duration, ledger, ruptures)
+        asked = Method(method, tolerance, step, duration, ledger, ruptures, choices)
         self.engine = Engine(network, asked, times, self.batches.append, tier=tier)
 
     def move(self, nodes, vector, course, *, turn=None):

@@ -11,6 +11,7 @@ import pytest
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tests.whole_runs import AfterAsking, every_array
+from tissuec.integrators.procedures import PropagationChoices
 from tissuec.running.interrupting import SIGNALS, Terminated, asked_to_stop, exit_code
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
@@ -376,6 +377,12 @@ METHODS = {
     "automatic": {},
     "velocity verlet": {"integrator": "velocity verlet", "tolerance": None, "step": 1e-3},
     "propagation": {"integrator": "propagation", "tolerance": None, "step": 1e-2},
+    "propagation that goes on": {
+        "integrator": "propagation",
+        "tolerance": None,
+        "step": 1e-2,
+        "choices": PropagationChoices(first_step="last step", growth=1.25),
+    },
 }
 
 

@@ -37,9 +37,14 @@ class Whole:
 
 @dataclass(frozen=True, slots=True)
 class OneOf:
-    """One of a few words, written with ``is``."""
+    """One of a few words, written with ``is``.
+
+    Attributes:
+        opens: Whether a word may be followed by a block, of which somebody else knows.
+    """
 
     words: tuple[str, ...]
+    opens: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,8 @@ def inside(head: Statement, outer: Block) -> Block:
             return Block("region", words[1] if words[1:] else "")
         case (("tissue" | "law"), ("spring" | "viscosity")):
             return Block(" ".join(words[:2]), _behind_is(head))
+        case "simulate", "integrator":
+            return Block("integrator", _behind_is(head))
         case "output", "surface":
             return Block("surface", _chosen(head.items, "kind"))
         case "learn", "data":

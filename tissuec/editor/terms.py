@@ -16,6 +16,7 @@ from tissuec.core.units import LENGTH, NUMBER, PRESSURE, Dimension, describe, sh
 from tissuec.fuzzy.operators import CHOICES
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.procedures import PROCEDURES
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.lesson import POSITIONS, WORDS
 from tissuec.measures import MEASURES
@@ -176,6 +177,8 @@ def entries(block: Block) -> Terms:
                 name: _entry(entry, integrators() if name == "integrator" else None)
                 for name, entry in schema.items()
             }
+        case Block("integrator", kind):
+            return _of_kind(PROCEDURES, kind)
         case Block("property" | "quantity"):
             found = _meant("scale", {"evenly": " = [", "applies": " to "})
             return found if block.kind == "quantity" else {"evenly": found["evenly"]}

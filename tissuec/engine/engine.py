@@ -297,6 +297,9 @@ class Engine:
         self._choice, self._integrator = choice, INTEGRATORS[choice.name]
         self._work = new_work(self._integrator, self.network)
         method = self.method
+        if method.choices is not None:
+            row = method.choices.row()
+            self._work.tableau[0, : len(row)] = row
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
         task = new_task(self.network, self._integrator, tolerance, method.duration)
         self._task = task._replace(fixed=0 if method.step is None else 1)

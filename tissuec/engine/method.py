@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from tissuec.integrators.procedures import Choices
 from tissuec.network import Floats, Indices
 
 Tier = Literal["interpreted", "compiled"]
@@ -23,6 +24,7 @@ class Method:
         duration: Of the whole run [s].
         ledger: Whether work and dissipation are integrated.
         watch_strength: Whether springs may rupture.
+        choices: What is chosen of a published procedure; None for what it does by default.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Method:
     duration: float
     ledger: bool = False
     watch_strength: bool = False
+    choices: Choices | None = None
 
 
 class Samples(NamedTuple):

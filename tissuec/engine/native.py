@@ -196,6 +196,7 @@ SIGNATURES: dict[str, Signature] = {
     "find_sides": NOTHING(NUMBER, FLAT, FLAT, TABLE, NET),
     "force": TRUTH(NUMBER, FLAT, FLAT, FLAT, FLAT, NET),
     "greatest_force": NUMBER(FLAT, NET),
+    "greatest_inner_force": NUMBER(NUMBER, FLAT, FLAT, FLAT, NET),
     "kinetic": NUMBER(FLAT, NET),
     "peaks": TRUTH(FLAT, FLAT, FLAT, NUMBER, NET),
     "place": NOTHING(NUMBER, FLAT, FLAT, NET),

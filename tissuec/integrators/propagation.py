@@ -8,20 +8,21 @@ A frame lasts t_Δ, the step of the scene. In it, beginning with t_c = t_Δ,
 
 until the frame is over. The force on a node is the sum of all on it, springs, loads, weight and
 drag: the net input of the paper's acceleration neuron. "Former" is that of the state from which
-the step was tried, whichever frame it was reached in.
+the step was tried, whichever frame it was reached in. Forces rise whenever a net swings away
+from its equilibrium, and no smaller step prevents that: below a part of t_Δ nothing is halved,
+and each step that is taken there although forces rose is counted as a stall. t_c is clipped to
+what is left of the frame. (A. Nürnberger, A. Radetzky, R. Kruse, SPIE Medical Imaging 1998,
+section 3.1.4.)
 
-Two things the table leaves open, and both are needed for it to end. Forces rise whenever a net
-swings away from its equilibrium, and no smaller step prevents that: below ``FLOOR`` t_Δ nothing
-is halved, and each step that is taken there although forces rose is counted as a stall. And t_c
-is clipped to what is left of the frame. (A. Nürnberger, A. Radetzky, R. Kruse, SPIE Medical
-Imaging 1998, section 3.1.4.)
+That is so unless ``procedures`` says otherwise, by the first row of the tableau.
 """
 
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS, hermite
+from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import Floats, Work
 from tissuec.kernels.vector import (
     VectorNet,
@@ -29,43 +30,69 @@ from tissuec.kernels.vector import (
     distance,
     force,
     greatest_force,
+    greatest_inner_force,
     place,
     scale,
 )
 
-FLOOR = 1.0 / 64.0  # of the frame
+# Places in the tableau, see ``procedures``.
+FLOOR, GROWTH, INNER, FORGETS, REPEATS, GOES_ON, OPEN = range(7)
+ROUNDING = 1e-12
 STALLS = 3  # place in ``Work.effort``
 # Rows: velocity over step, accelerations at both ends of the frame, the state that the next
 # step is tried from, and the rows of ``hermite``.
 END, X, V, A = 2, 3, 4, 5
 ROWS = 8
+SCRATCH = 6  # which ``hermite`` fills later
 
 
 def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
     """Carry out a frame into the other half of the state; tell if a spring came near."""
     x, v, a, frame = work.x[1 - current], work.v[1 - current], work.a[1 - current], end - time
+    rule, start = work.tableau[0], time
     begin(frame, current, work)
-    floor = work.tableau[0, 0] * frame * (1.0 + 1e-9)
-    former = greatest_force(work.a[current], net)
-    size, near = frame, False
-    while time < end:
-        then = time + size
-        if size >= (end - time) * (1.0 - 1e-9):
+    floor = rule[FLOOR] * frame * (1.0 + 1e-9)
+    first = inf
+    if rule[FORGETS] == 0.0:
+        first = compared_force(time, work.v[current], work.a[current], work, net)
+    former, pace, near = first, frame, False
+    if rule[GOES_ON] != 0.0 and work.rate[0] > 0.0:
+        pace = min(frame, 1.0 / work.rate[0])
+    growth = 1.0 if rule[REPEATS] != 0.0 else rule[GROWTH]
+    over = end if rule[OPEN] == 0.0 else end - 1e-9 * frame
+    while time < over:
+        size, then = pace, time + pace
+        if rule[OPEN] == 0.0 and size >= (end - time) * (1.0 - 1e-9):
             size, then = end - time, end
-        propagate(then, size, x, v, work, net)
-        close = force(then, x, v, a, work.power[END], net)
+        known = min(then, end)  # where what is prescribed is known
+        propagate(known, size, x, v, work, net)
+        close = force(known, x, v, a, work.power[END], net)
         work.effort[0] += 1
-        greatest = greatest_force(a, net)
-        if greatest > former:
+        now = compared_force(known, v, a, work, net)
+        rounding = 0.0  # of what is left when weight and loads are taken off
+        if rule[INNER] != 0.0:
+            rounding = ROUNDING * greatest_force(a, net)
+        if now > former + rounding:
             if size > floor:
-                size *= 0.5
+                pace = 0.5 * size
+                if rule[REPEATS] != 0.0:
+                    begin(frame, current, work)
+                    time, former, near = start, first, False
                 continue
             work.effort[STALLS] += 1
         keep(size, x, v, a, work, net)
         near |= close
-        time, former, size = then, greatest, 2.0 * size
+        time, former, pace = then, now, growth * pace
+    work.goal[0] = pace if rule[REPEATS] == 0.0 else rule[GROWTH] * pace
     scale(1.0, a, work.rows[END])
     return near
+
+
+def compared_force(time: float, v: Floats, a: Floats, work: Work, net: VectorNet) -> float:
+    """Return the greatest of the forces on a node that are compared [N]."""
+    if work.tableau[0, INNER] == 0.0:
+        return greatest_force(a, net)
+    return greatest_inner_force(time, v, a, work.rows[SCRATCH], net)
 
 
 def begin(frame: float, current: int, work: Work) -> None:
@@ -133,7 +160,8 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
 
 
 def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
-    """Complete a frame: nothing is left to do."""
+    """Keep the time step that a frame ended with, from which the next one may go on."""
+    work.rate[0] = 1.0 / work.goal[0]
     return False
 
 
@@ -165,7 +193,7 @@ class Propagation:
     share = 0.01
     looks = 8
     nearness = 0.9
-    tableau = np.array([[FLOOR, *np.zeros(ROWS - 1)]])
+    tableau = np.array([[*PropagationChoices().row(), 0.0]])
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
 

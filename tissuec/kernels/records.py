@@ -147,6 +147,7 @@ class Operations(NamedTuple):
     find_sides: int = 0
     force: int = 0
     greatest_force: int = 0
+    greatest_inner_force: int = 0
     kinetic: int = 0
     peaks: int = 0
     place: int = 0
@@ -241,7 +242,9 @@ class Work(NamedTuple):
     sides: Stack  # of corners of laws at two looks, shape (2, 3, spring) or (2, 3, 0)
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
-    rate: Floats  # largest rate of the motion [1/s], where the method wants it, shape (1,)
+    # Largest rate of the motion, or one over the time step that a method goes on with [1/s],
+    # where it wants one, shape (1,)
+    rate: Floats
     solver: Solver
 
 

@@ -548,6 +548,23 @@ def greatest_force(a: Floats, net: Net) -> float:
     return sqrt(greatest) + check
 
 
+def greatest_inner_force(time: float, v: Floats, a: Floats, out: Floats, net: Net) -> float:
+    """Return the greatest force on a free node without weight, loads and drag [N].
+
+    Args:
+        out: Scratch, shape (3 node,).
+    """
+    for i in range(out.size):
+        out[i] = 0.0
+    if LOADED:
+        pull_free(time, v, out, net.inverse_mass, net.acts)
+    for node in range(net.inverse_mass.size):
+        inverse = net.inverse_mass[node]
+        for i in range(3 * node, 3 * node + 3):
+            out[i] = a[i] - net.steady[i] + inverse * (net.drag * v[i] - out[i])
+    return greatest_force(out, net)
+
+
 def blended_error(fifth: Floats, third: Floats, blend: Floats) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none.
 

@@ -470,6 +470,16 @@ def greatest_force(a: Floats, net: VectorNet) -> float:
     return sqrt(np.einsum("ij,ij->i", mass_times, mass_times).max(initial=0.0))
 
 
+def greatest_inner_force(
+    time: float, v: Floats, a: Floats, out: Floats, net: VectorNet
+) -> float:
+    """Return the greatest force on a free node without weight, loads and drag [N]."""
+    out[:] = 0.0
+    _pull(time, v, out, net)
+    out[:] = a - net.steady + net.inverse_mass * (net.drag * v - out)
+    return greatest_force(out, net)
+
+
 def blended_error(fifth: Floats, third: Floats, blend: Floats) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
     fifth, third = (e.reshape(-1, 3)[: blend.size] for e in (fifth, third))

@@ -11,6 +11,7 @@ from tissuec.core.units import Dimension, describe
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS, Integrator
+from tissuec.integrators.procedures import PROCEDURES
 from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.measures import MEASURES
@@ -57,6 +58,7 @@ def parts() -> dict[str, str]:
         "tools": tool_sections(),
         "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
         "simulate entries": entry_table(settings.simulate_schema()),
+        "procedures": procedure_sections(),
         "verbs": verb_sections(),
         "profiles": _listed(PROFILES),
         "surfaces": law_sections("kind", SURFACES),
@@ -210,6 +212,14 @@ def law_sections(word: str, family: Mapping[str, type]) -> str:
         table_of = f"\n\n{entry_table(entries)}" if entries else ""
         sections.append(f"#### `{word} is {name}`\n\n{described(law)}{table_of}")
     return "\n\n".join(sections)
+
+
+def procedure_sections() -> str:
+    """Return a section for each published procedure with what can be chosen of it."""
+    return "\n\n".join(
+        f"#### `integrator is {name}`\n\n{entry_table(entries_of(choices))}"
+        for name, choices in PROCEDURES.items()
+    )
 
 
 def column_table(columns: Mapping[str, Dimension | None]) -> str:

@@ -252,6 +252,7 @@ def _make_engine(
         simulation.duration,
         ledger=plan.needs_ledger,
         watch_strength=plan.breakable,
+        choices=simulation.choices,
     )
     if method.name == RELAXATION:
         from tissuec.engine.quasistatic import QuasiStatic

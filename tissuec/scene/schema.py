@@ -298,6 +298,13 @@ def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
     ):
         _wrong_form(entry, item, scope)
     _no_clauses(item, scope)
+    if isinstance(item, s.Block) and not kind.opens:
+        scope.findings.reject(
+            "TIS303",
+            f"{entry.name} has no entries of its own",
+            item.span,
+            hint=Hint(f"write: {item.head.text}", Edit(item.head.text)),
+        )
     if item.phrase.kind != "word" or item.phrase.words[0].key not in kind.words:
         text = item.phrase.span.text
         scope.findings.reject(

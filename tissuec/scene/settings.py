@@ -13,6 +13,7 @@ from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
 from tissuec.lang.heading import last_line
 from tissuec.network import Floats
@@ -154,7 +155,27 @@ def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) ->
     with scope.findings.item():
         _refuse_contradictions(read, places, scope, is_whole=is_whole)
     tolerance = read.tolerance if read.step is None else None
-    return Simulation(read.duration, read.integrator, tolerance, read.step, block.head)
+    choices = None
+    with scope.findings.item():
+        choices = _choices(read.integrator, block, scope)
+    return Simulation(read.duration, read.integrator, tolerance, read.step, block.head, choices)
+
+
+def _choices(name: str, block: s.Block, scope: Scope) -> Choices | None:
+    """Return what is chosen of a published procedure; None of other methods."""
+    written = [i for i in block.items if isinstance(i, s.Block) and i.name.key == "integrator"]
+    if name in PROCEDURES:
+        items = written[0].items if written else ()
+        where = written[0].head if written else block.head
+        return schema.build(PROCEDURES[name], items, scope, what=name, where=where)[0]
+    if written:
+        scope.findings.reject(
+            "TIS303",
+            f"{name} has no entries of its own",
+            written[0].span,
+            hint=f"only {' and '.join(PROCEDURES)} can be told how to proceed",
+        )
+    return None
 
 
 def _refuse_contradictions(
@@ -199,7 +220,7 @@ def simulate_schema() -> dict[str, schema.Entry]:
     """Return the entries of simulate with the integrators there are."""
     entries = schema.entries_of(SimulateEntries)
     old = entries["integrator"]
-    names = OneOf((AUTOMATIC, *INTEGRATORS, RELAXATION))
+    names = OneOf((AUTOMATIC, *INTEGRATORS, RELAXATION), opens=True)
     entries["integrator"] = schema.Entry(old.name, old.field, names, old.default, old.about)
     return entries
 

@@ -1,0 +1,64 @@
+"""What can be chosen of the procedures of the publication.
+
+Table 1 and the text around it differ, and both leave things open (A. Nürnberger, A. Radetzky,
+R. Kruse, SPIE Medical Imaging 1998, section 3.1.4). Each choice is an entry of the language.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.fields import Measure, OneOf
+from tissuec.kernels.records import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class PropagationChoices:
+    """How frames of ``propagation`` are stepped.
+
+    Attributes:
+        compared_forces: Forces whose greatest sum on a node must not rise: all (Table 1), or
+            the internal ones, those without weight, loads and ambient damping (text).
+        former_force: Whether the first step in a frame is compared with the end of the frame
+            before (kept), or with nothing (forgotten); neither is said.
+        repeated: What is taken again with half the time step where forces rise: the step
+            (Table 1), or the frame from its start (text); in a frame that is repeated, the time
+            step does not grow.
+        first_step: Time step at the start of a frame: the whole frame (Table 1), or the last
+            one of the frame before (text).
+        growth: By what the time step is multiplied after a step in which forces do not rise: 2
+            (Table 1), or less (text).
+        frame_end: Whether the last step of a frame is shortened to end with it (exact, text),
+            or leads beyond it (open, Table 1); what is prescribed waits there.
+        smallest_step: Part of the frame below which nothing is repeated; neither has one, and
+            without it time would stand still.
+    """
+
+    compared_forces: Annotated[str, OneOf(("all", "internal"))] = "all"
+    former_force: Annotated[str, OneOf(("kept", "forgotten"))] = "kept"
+    repeated: Annotated[str, OneOf(("step", "frame"))] = "step"
+    first_step: Annotated[str, OneOf(("whole frame", "last step"))] = "whole frame"
+    growth: Annotated[float, Measure(units.NUMBER, at_least=1.0, at_most=2.0)] = 2.0
+    frame_end: Annotated[str, OneOf(("exact", "open"))] = "exact"
+    smallest_step: Annotated[float, Measure(units.NUMBER, at_least=1e-6, at_most=1.0)] = 1 / 64
+
+    def row(self) -> Floats:
+        """Return them as numbers in the order of ``propagation``'s tableau, shape (7,)."""
+        return np.array(
+            [
+                self.smallest_step,
+                self.growth,
+                self.compared_forces == "internal",
+                self.former_force == "forgotten",
+                self.repeated == "frame",
+                self.first_step == "last step",
+                self.frame_end == "open",
+            ]
+        )
+
+
+Choices = PropagationChoices
+#: By the name of the method; of others, nothing can be chosen.
+PROCEDURES: dict[str, type[Choices]] = {"propagation": PropagationChoices}
