@@ -289,13 +289,16 @@ class _Examined:
         return of_solid(mesh.position, self.ends, self.constant, cells, boundary, volume)
 
     def _of_wall(self) -> Elasticity:
+        grid = self.mesh.grid
         within = wall_springs(self.mesh.skin, self.ends) | self.drawing.bends[self.own]
+        if grid is not None and grid.closed:  # springs through the inside of a tube take part
+            within[:] = True
         if others := int((~within).sum()):
             springs = counted(others, "spring")
             self.notes.append(f"elastic constants leave out {springs} outside of the wall")
         return of_wall(
             self.mesh.position, self.ends[within], self.constant[within], self.mesh.skin,
-            self.mesh.grid, self._across(),
+            grid, self._across(),
         )  # fmt: skip
 
     def _of_bars(self) -> Elasticity:

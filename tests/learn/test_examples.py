@@ -68,8 +68,9 @@ def test_the_law_of_a_tendon_is_learnt_without_a_time(examples):
 @pytest.mark.slow
 def test_the_band_is_learnt_by_another_method_than_made_the_data(examples):
     found = learnt(examples / "learn_band.tis")
-    assert_known(found, (37.0, 24e-3, 310e-6))
-    assert found.fitted[1].held_out and found.fitted[1].error < 0.02
+    assert_known(found, (20e3, 1.2e-3, 1100.0))
+    # Noise of 0.5 mN and 20 um alone is 2.3 % of how far the held-out data spreads.
+    assert found.fitted[1].held_out and found.fitted[1].error < 0.025
     force, place = found.noise.values()
     # From 151 numbers, a deviation is known to 6 % and, of the fifty forces, to 10 %.
     assert force == pytest.approx(0.5e-3, rel=0.3)

@@ -9,6 +9,7 @@ from tissuec.compiling.adjusting import AdjustReader
 from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.demands import DemandReader, Judged
 from tissuec.compiling.fitting import FitReader
+from tissuec.compiling.matter import can_be_matter
 from tissuec.compiling.targets import Targets
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
@@ -18,7 +19,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.learn_entries import SCALED
 from tissuec.scene.learn_model import WrittenLesson
 from tissuec.scene.model import Scene
-from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.quantities import OF_MATTER, QUANTITIES
 
 #: What changes the same numbers of springs.
 _SAME = {"prestress": REST_LENGTH}
@@ -74,6 +75,8 @@ class _LessonBuilder:
         written, settings = self.written, self.written.settings
         axis, fits = self._fits()
         adjusts = self._adjusts()
+        if written.write is not None:
+            self._warn_of_mesh(adjusts)
         return Lesson(
             name=written.name.text,
             data=written.data,
@@ -129,6 +132,38 @@ class _LessonBuilder:
             hint="" if code == "TIS307" else "leave one of them out",
             notes=(Note("first here" if code == "TIS307" else "the other line", first),),
         )
+
+    def _warn_of_mesh(self, adjusts: Sequence[Adjust]) -> None:
+        """Tell of numbers in a preset that would mean something else on another mesh."""
+        found = [one for one in adjusts if self._depends_on_mesh(one)]
+        if not found:
+            return
+        names = ", ".join(f"{one.what} of {one.of}" for one in found)
+        of_matter = dict.fromkeys(QUANTITIES[OF_MATTER[one.what][0]].name for one in found)
+        self.findings.add(
+            "W801",
+            "the preset holds on this mesh only, as it has numbers of single springs and "
+            f"nodes: {names}",
+            found[0].span,
+            hint=f"write and adjust {', '.join(of_matter)} instead; "
+            "tissuec explain --bodies computes them for this mesh",
+        )
+
+    def _depends_on_mesh(self, adjust: Adjust) -> bool:
+        """Return whether a quantity of a tissue belongs to springs or nodes of a mesh.
+
+        And whether one of matter could take its place.
+        """
+        if adjust.per != "tissue" or not OF_MATTER.get(adjust.what):
+            return False
+        tissue = self.targets.scene.tissues[s.key_of(adjust.of)]
+        given = tissue.given[adjust.what]
+        if given.spread not in ("each spring", "each node"):
+            return False
+        bodies = self.targets.bodies_of(tissue)
+        drawings = [placed.drawing for placed in bodies if can_be_matter(placed.drawing)]
+        # The constant of a piece of a given length is that of every thread.
+        return any(one.thread is None or given.length is None for one in drawings)
 
     def _overlap(self, one: Adjust, other: Adjust) -> bool:
         """Return whether two entries change the same numbers of some node or spring."""

@@ -15,6 +15,7 @@ from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.matter.block import POISSON_OF_BRACED, fitted_block
+from tissuec.matter.elasticity import wall_springs
 from tissuec.matter.patch import fitted
 from tissuec.matter.plate import RIGIDITY, Plate, plate
 from tissuec.matter.solid import Solid
@@ -76,6 +77,18 @@ def _fitted(drawn: _Drawn) -> Floats:
     if isinstance(drawn.generator, Lattice):
         return fitted_block(drawn.generator, mesh)
     return fitted(mesh.position, mesh.ends, drawn.solid)
+
+
+def can_be_matter(drawing: Drawing) -> bool:
+    """Return whether a mesh has springs as matter needs them.
+
+    Nets typed in as tables could have a section, but are what they are on purpose.
+    """
+    mesh = drawing.mesh
+    is_tube = mesh.grid is not None and mesh.grid.closed
+    if drawing.thread is not None or mesh.volume is not None or is_tube:
+        return True
+    return bool(len(mesh.skin) and wall_springs(mesh.skin, mesh.ends[: drawing.own]).all())
 
 
 class MatterReader:

@@ -7,6 +7,7 @@ from typing import NoReturn
 import numpy as np
 
 from tissuec.compiling.groups import Groups, Placed
+from tissuec.compiling.points import Mask
 from tissuec.core.errors import alternatives
 from tissuec.lang import syntax as s
 from tissuec.network import Indices
@@ -125,17 +126,28 @@ class Targets:
             for region in placed.drawing.body.regions
         ]
 
+    def bodies_of(self, tissue: Tissue) -> Iterator[Placed]:
+        """Yield the bodies that have nodes of a tissue."""
+        return (
+            placed for placed in self.groups.bodies.values() if _inside(placed, tissue).any()
+        )
+
     def parts_of(self, tissue: Tissue) -> tuple[Indices, Indices]:
         """Return the nodes of a tissue, and the springs with an end in it, ascending."""
         nodes, springs = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         for placed in self.groups.bodies.values():
-            drawing = placed.drawing
-            made = (drawing.body.tissue, *(r.tissue for r in drawing.body.regions))
-            own = [(one or drawing.body.tissue) is tissue for one in made]
-            inside = np.array(own)[drawing.part]
+            inside = _inside(placed, tissue)
             nodes.append(placed.nodes[inside])
-            springs.append(placed.springs[inside[drawing.mesh.ends].any(axis=1)])
+            springs.append(placed.springs[inside[placed.drawing.mesh.ends].any(axis=1)])
         for key, joint in self.scene.joints.items():
             if joint.tissue is tissue and key in self.groups.joints:
                 springs.append(self.groups.joints[key].springs)
         return np.concatenate(nodes), np.concatenate(springs)
+
+
+def _inside(placed: Placed, tissue: Tissue) -> Mask:
+    """Return which nodes of a body are of a tissue, shape (node,)."""
+    drawing = placed.drawing
+    made = (drawing.body.tissue, *(region.tissue for region in drawing.body.regions))
+    own = [(one or drawing.body.tissue) is tissue for one in made]
+    return np.array(own)[drawing.part]

@@ -31,7 +31,15 @@ SHARE = 1e-3  # of a parameter's square in blind combinations: less says it is k
 SURE = 0.95
 MOST_CORRELATED = 0.99
 SHOWN = 6  # names or factors in a sentence
-SCALED = ("mass", "spring constant", "viscosity")
+#: What no position tells but by its ratios, and how several of a kind are called.
+SCALED = {
+    "mass": "masses",
+    "density": "densities",
+    "spring constant": "spring constants",
+    "young's modulus": "Young's moduli",
+    "viscosity": "viscosities",
+    "shear viscosity": "shear viscosities",
+}
 
 
 class Sureness(NamedTuple):
@@ -215,20 +223,13 @@ def _alone(names: Sequence[str], spread: float) -> Blind:
     )
 
 
-_PLURALS = {
-    "mass": "masses",
-    "spring constant": "spring constants",
-    "viscosity": "viscosities",
-}
-
-
 def _scale(kinds: Sequence[str], spread: float) -> Blind:
-    *first, last = [_PLURALS[kind] for kind in kinds]
+    *first, last = [SCALED[kind] for kind in kinds]
     every = f"{', '.join(first)} and {last}" if first else last
     return Blind(
         f"multiplying all {every} by the same factor does not change the measurements: "
         "only their ratios are known",
-        "give one mass (leave it out of adjust) or fit a measured force",
+        f"give one {kinds[0]} (leave it out of adjust) or fit a measured force",
         spread,
     )
 

@@ -7,8 +7,9 @@ exact if an even strain leaves all nodes in balance, as in a net that passes the
 (R. Hill, J. Mech. Phys. Solids 11:357, 1963; C. Huet, J. Mech. Phys. Solids 38:813, 1990.)
 
 A wall is stretched in its own plane, which turns with it, each spring half by the directions at
-either end. Nodes inside a rim are relaxed within the wall if it is a grid or flat; elsewhere
-even strains do not fit together.
+either end; a tube is widened, drawn out and twisted, with the springs through its inside. Nodes
+inside a rim are relaxed within the wall if it is a grid or flat; elsewhere even strains do not
+fit together.
 
 Strains are in Voigt's order xx, yy, zz, yz, zx, xy, shear strains being changes of angles.
 """
@@ -111,7 +112,8 @@ def of_wall(
 
     Args:
         position: [m], shape (node, 3).
-        ends: Node pair of each spring of the wall, shape (spring, 2).
+        ends: Node pair of each spring of the wall, of a tube also through its inside, shape
+            (spring, 2).
         constant: dT/dL of each spring [N/m], shape (spring,).
         skin: Triangles of the wall, shape (triangle, 3).
         grid: How the nodes stand in rows and columns, if they do.
@@ -119,9 +121,12 @@ def of_wall(
     """
     normal, area = _normals(position, skin)
     directions, first = _first_direction(position, grid)
-    ends, constant = _from_both_ends(ends, constant)
     frame = _frames(normal, first)
-    even = _even_in_wall(position, ends, normal, frame[:, 0])
+    if grid is not None and grid.closed:
+        even = elongations(position, ends) @ _evenly_as_tube(position, grid)
+    else:
+        ends, constant = _from_both_ends(ends, constant)
+        even = _even_in_wall(position, ends, normal, frame[:, 0])
     rows = _within(position, ends, frame)
     free = np.zeros(0, dtype=np.int64)
     if grid is not None or np.abs(np.cross(normal, normal[skin[0, 0]])).max() < _FLAT:
@@ -179,6 +184,20 @@ def _evenly(position: Floats, one: int, other: int) -> Floats:
     strain[one, other] += 0.5
     strain[other, one] += 0.5
     return (position @ strain).ravel()
+
+
+def _evenly_as_tube(position: Floats, grid: Grid) -> Floats:
+    """Return displacements of a tube that is widened, drawn out and twisted by a unit strain.
+
+    Returns:
+        [m], shape (3 node, 3).
+    """
+    rings = position.reshape(grid.rows, grid.columns, 3)
+    axis = _unit(rings[-1].mean(axis=0) - rings[0].mean(axis=0))
+    outward = (rings - rings.mean(axis=1, keepdims=True)).reshape(-1, 3)
+    along = (position @ axis)[:, None]
+    turned = along * np.cross(axis, _unit(outward))
+    return np.stack([one.ravel() for one in (outward, along * axis, turned)], axis=1)
 
 
 def _relaxed(rows: "csr_matrix", constant: Floats, even: Floats) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 import tissuec
 
 HERE = Path(__file__).resolve().parent
-BAND = {"stiffness": "37 N/m", "drag": "24 mN*s/m", "weight": "310 mg"}
+BAND = {"modulus": "20 kPa", "retardation": "1.2 ms", "weight": "1100 kg/m^3"}
 # The words that experts meant, in the place of those of gel.tis.
 EVENLY = "evenly = [low, medium, high]"
 MEANT = """low = trapezoid(2 N/m, 2 N/m, 5 N/m, 32 N/m)
