@@ -31,6 +31,7 @@ from tissuec.engine.tiers import (
 )
 from tissuec.engine.within import RESOLUTION, Watch, Within, bisect, glances
 from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import (
     FULL,
     HELD,
@@ -297,7 +298,7 @@ class Engine:
         self._choice, self._integrator = choice, INTEGRATORS[choice.name]
         self._work = new_work(self._integrator, self.network)
         method = self.method
-        if method.choices is not None:
+        if isinstance(method.choices, PropagationChoices):
             row = method.choices.row()
             self._work.tableau[0, : len(row)] = row
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance

@@ -4,6 +4,10 @@ The first of the two ways of propagation in the paper: at each time that counts,
 the local minimum of its energy from where it is. Free nodes have no velocity. Times that count
 are those of outputs and of the script, and as many between them as the step asks for; nothing
 is known of what is between. What the energy loses on the way is booked as dissipated.
+
+The second step of the paper calculates the activities of the nodes for the next time. Where it
+is asked for, velocity neurons hold v = Δx / Δt of the way that a node has come, and its next
+way begins at x + v Δt, which is what position neurons make of it (equations 1 to 3).
 """
 
 from collections.abc import Callable, Mapping
@@ -16,6 +20,7 @@ from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics
 from tissuec.engine.within import Watch
+from tissuec.integrators.procedures import RelaxationChoices
 from tissuec.network import Floats, Network
 from tissuec.plan import RELAXATION
 from tissuec.situation import Situation
@@ -50,6 +55,9 @@ class QuasiStatic:
         self._times, self._record = sample_times, record
         self._sample = self._relaxations = self._sweeps = 0
         self._work = self._lost = self._begun = 0.0
+        self._choices = RelaxationChoices()
+        if isinstance(method.choices, RelaxationChoices):
+            self._choices = method.choices
         self._reason = f'"{RELAXATION}" was asked for'
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
@@ -121,6 +129,11 @@ class QuasiStatic:
         sample = self._times[self._sample] if self._sample < len(self._times) else np.inf
         return float(min(frame, sample, until))
 
+    @property
+    def _moves(self) -> bool:
+        """Return whether free nodes have velocities."""
+        return self._choices.activities == "velocities"
+
     def _take_samples(self, situation: Situation, before: float) -> None:
         """Record the state for the samples that are due before a time [s]."""
         while self._sample < len(self._times) and self._times[self._sample] < before:
@@ -134,10 +147,10 @@ class QuasiStatic:
         self, situation: Situation, time: float, watch: Watch | None
     ) -> Interruption | None:
         """Go to a time and relax there; return what happens then."""
-        before = self._look(situation)
-        if time > situation.time:
-            self._smallest = min(self._smallest, time - situation.time)
-            self._largest = max(self._largest, time - situation.time)
+        before, span = self._look(situation), time - situation.time
+        if span > 0.0:
+            self._smallest = min(self._smallest, span)
+            self._largest = max(self._largest, span)
         situation.time, self._stale = time, False
         situation.place_held()
         balance = Balance(situation, np.ones(self.network.node_count, dtype=bool))
@@ -146,12 +159,19 @@ class QuasiStatic:
         except Unsettled as failure:
             return Interruption("stuck", time, node=failure.node, message=failure.message)
         bars = balance.bars(balance.start)
-        threshold = THRESHOLD * balance.largest(bars) + balance.noise(bars)
-        found = relax(balance, balance.start, threshold=threshold, most=SWEEPS)
+        threshold = self._choices.threshold
+        if threshold is None:
+            threshold = THRESHOLD * balance.largest(bars) + balance.noise(bars)
+        start = balance.start
+        if self._moves:
+            start += span * situation.velocity[balance.free]
+        found = relax(balance, start, threshold=threshold, most=SWEEPS)
         self._relaxations += 1
         self._sweeps += found.sweeps
         situation.position[balance.free] = found.x
         situation.velocity[balance.free] = 0.0
+        if self._moves and span > 0.0:
+            situation.velocity[balance.free] = (found.x - balance.start) / span
         if found.change > threshold and found.sweeps == SWEEPS:
             force = balance.force(balance.bars(found.x))
             node = int(balance.free[np.argmax((force**2).sum(axis=1))])
@@ -180,7 +200,8 @@ class QuasiStatic:
         force[held] = -springs[held]
         for jet in situation.jets.values():
             jet.add_forces(situation.time, position, still, force)
-        energy = float(mechanics.energies(situation, situation.time, position, still).total)
+        moving = situation.velocity if self._moves else still
+        energy = float(mechanics.energies(situation, situation.time, position, moving).total)
         reeled = [reeling.springs for reeling in situation.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
         pull = mechanics.tension(situation, position, still, drawn)

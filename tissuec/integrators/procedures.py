@@ -59,6 +59,26 @@ class PropagationChoices:
         )
 
 
-Choices = PropagationChoices
+@dataclass(frozen=True, slots=True)
+class RelaxationChoices:
+    """How ``relaxation`` goes from one equilibrium to the next.
+
+    Attributes:
+        threshold: Change of the force on a node within a sweep above which the next sweep
+            starts; 1e-9 of the largest force if not written.
+        activities: What follows when the net is at a minimum of its energy: nothing, so that
+            free nodes have no velocity (none), or the second step of the publication, so that
+            their velocity is that with which they came there, and their next way begins where
+            it leads (velocities).
+    """
+
+    threshold: Annotated[float | None, Measure(units.FORCE, above=0.0)] = None
+    activities: Annotated[str, OneOf(("none", "velocities"))] = "none"
+
+
+Choices = PropagationChoices | RelaxationChoices
 #: By the name of the method; of others, nothing can be chosen.
-PROCEDURES: dict[str, type[Choices]] = {"propagation": PropagationChoices}
+PROCEDURES: dict[str, type[PropagationChoices] | type[RelaxationChoices]] = {
+    "propagation": PropagationChoices,
+    "relaxation": RelaxationChoices,
+}

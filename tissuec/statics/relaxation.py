@@ -9,13 +9,16 @@ The paper does not say how a node gives way. Here it moves by F / Σ c, where sp
 of the same layer count twice: the minimum of Σ ½ c |r' - L0 u|² with the present directions u.
 That function is nowhere below the energy and equals it here, so that the energy falls in every
 layer, however stiff the net. Where volumes are enclosed, Σ c has a bound of what they resist.
-But soft motions of large nets come slowly, so that a sweep begins ahead of where the last one
-ended, along what it has moved, unless that leads uphill. (Y. Nesterov, Soviet Math. Dokl.
-27:372, 1983; B. O'Donoghue, E. Candès, Found. Comput. Math. 15:715, 2015.)
+Springs that are not linear count with their largest slope within the reach of the last sweep,
+or, where that is none, within as little of their length as has one; and where the energy rises
+nevertheless, as twice as stiff. But soft motions of large nets come slowly, so that a sweep
+begins ahead of where the last one ended, along what it has moved, unless that leads uphill.
+(Y. Nesterov, Soviet Math. Dokl. 27:372, 1983; B. O'Donoghue, E. Candès, Found. Comput. Math.
+15:715, 2015.)
 """
 
 from collections.abc import Iterator
-from math import sqrt
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +26,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 
 from tissuec.network import Floats
-from tissuec.statics.balance import Balance, Star
+from tissuec.statics.balance import Balance, Bars, Star
+
+WIDER = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the rest length, where nearby slopes are none
 
 
 class Relaxed(NamedTuple):
@@ -58,17 +63,21 @@ def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> Relaxe
         there = _sweep(balance, layers, ahead, urge)
         bars = balance.bars(there)
         after, rounding = balance.energy(there, bars)
-        if after > energy + rounding and pace > 1.0:
+        falls = isfinite(after) and after <= energy + rounding
+        if not falls and (pace > 1.0 or layers.are_curved):
+            if pace == 1.0:
+                layers.doubt *= 2.0
             ahead, pace = x, 1.0
             continue
         if np.vdot(ahead - there, there - x) > 0.0:
             pace = 1.0  # the lead goes uphill
+        layers.look(bars, float(_sizes(there - x).max()))
         faster = 0.5 * (1.0 + sqrt(1.0 + 4.0 * pace * pace))
         ahead = there + (pace - 1.0) / faster * (there - x)
         x, energy, pace = there, after, faster
         before, force = force, balance.force(bars)
         urge = _sizes(force - before)
-        if urge.max() <= threshold:
+        if urge.max() <= threshold and layers.doubt == 1.0:
             return Relaxed(x, sweep, float(urge.max()))
     return Relaxed(x, most, float(urge.max()))
 
@@ -77,7 +86,8 @@ def _sweep(balance: Balance, layers: "Layers", x: Floats, urge: Floats) -> Float
     """Return where the free nodes are after each layer gave way once [m], shape (free, 3)."""
     x = x.copy()
     for layer in layers.beginning_with(urge):
-        x[layer.star.nodes] += balance.force_on(layer.star, x) / layer.weight[:, None]
+        resists = layers.doubt * layer.weight[:, None]
+        x[layer.star.nodes] += balance.force_on(layer.star, x) / resists
     return x
 
 
@@ -94,13 +104,19 @@ class Layer(NamedTuple):
 
 
 class Layers:
-    """The layers of a net, from any node outwards."""
+    """The layers of a net, from any node outwards.
+
+    Attributes:
+        are_curved: Whether some springs are not linear, so that weights change with places.
+        doubt: By what weights are multiplied, because the energy has risen with smaller ones.
+    """
 
     def __init__(self, balance: Balance):
         self._balance, self._count = balance, len(balance.free)
         self._ends = balance.ends
+        self.are_curved, self.doubt = not balance.behaviour.is_linear, 1.0
         bars = balance.bars(balance.start)
-        self._stiffness = balance.behaviour.steepness(bars.length - balance.rest)
+        self._stiffness = self._steepest(bars, 0.0)
         self._pressing = balance.pressing(bars)
         inner = (balance.ends >= 0).all(axis=1)
         low, high = balance.ends[inner].T
@@ -108,6 +124,28 @@ class Layers:
         shape = (self._count, self._count)
         self._graph = csr_matrix((joined, (low, high)), shape=shape)
         self._known: dict[int, tuple[Layer, ...]] = {}
+
+    def look(self, bars: Bars, reach: float) -> None:
+        """Take in where a sweep came to that moved nodes by no more than ``reach`` [m]."""
+        if self.are_curved:
+            self.doubt = max(1.0, 0.5 * self.doubt)
+            self._stiffness = self._steepest(bars, reach)
+            self._known.clear()
+
+    def _steepest(self, bars: Bars, reach: float) -> Floats:
+        """Return the largest slopes of springs within a reach, or within more [N/m]."""
+        behaviour, rest = self._balance.behaviour, self._balance.rest
+        e = bars.length - rest
+        if not self.are_curved:
+            return behaviour.steepness(e)
+        found = np.zeros_like(e)
+        for way in (0.0 * rest + reach, *(part * rest for part in WIDER)):
+            slopes = [behaviour.steepness(at) for at in (e - way, e, e + way)]
+            found = np.where(found > 0.0, found, np.max(slopes, axis=0))
+            if found.all():
+                break
+        across = bars.tension / np.where(bars.length > 0.0, bars.length, np.inf)
+        return np.maximum(found, across)
 
     def beginning_with(self, urge: Floats) -> Iterator[Layer]:
         """Yield layers from the node of the greatest urge on, piece by piece.
