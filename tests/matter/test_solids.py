@@ -1,9 +1,12 @@
 """A solid tissue has its Young's modulus, Poisson's ratio and density on every mesh."""
 
+import re
+
 import numpy as np
 import pytest
 
 from tests.matter.elastic import drawn_out, findings, moved, scene, stiffness
+from tissuec.compiling import matter
 
 YOUNG, DENSITY = 5e3, 1060.0
 TISSUE = f"Young's modulus = {YOUNG} Pa; density = {DENSITY} kg/m^3; retardation time = 2 ms"
@@ -124,6 +127,29 @@ def test_braced_cubes_with_second_neighbours_are_as_even_as_others(cells):
     young, ratios = in_tension(network, plan, 2, sides)
     assert young == pytest.approx(YOUNG, rel=0.01)
     assert np.abs(ratios - 0.25).max() < 0.01
+
+
+def test_large_lattices_are_tested_by_a_part_of_theirs(monkeypatch):
+    def told(kind, reach):
+        body = f"""mesh is lattice {{
+            kind is {kind}; reach is {reach} neighbours; cell = 5 mm
+            box from (0, 0, 0) mm to (50, 10, 10) mm }}"""
+        return [str(one) for one in findings(TISSUE, body)]
+
+    def numbers(text):
+        assert "W207" in text
+        return np.array(re.findall(r"\d\.\d\d", text), float)
+
+    (whole,) = told("diamond", "second")
+    monkeypatch.setattr(matter, "_TESTED", 100)
+    (part,) = told("diamond", "second")
+    # The same to two digits, but for what the ends change.
+    assert numbers(whole) == pytest.approx(numbers(part), abs=0.03)
+    (floppy,) = told("sodium chloride", "nearest")
+    assert "nothing resists shear" in floppy
+    network, plan = block("caesium chloride", 2.5)
+    young, _ = in_tension(network, plan, 0)
+    assert young == pytest.approx(YOUNG, rel=0.01)
 
 
 def test_a_cantilever_bends_as_a_beam():

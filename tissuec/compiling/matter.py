@@ -14,7 +14,7 @@ import numpy as np
 from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
-from tissuec.matter.block import POISSON_OF_BRACED, fitted_block
+from tissuec.matter.block import POISSON_OF_BRACED, fitted_block, sample_of
 from tissuec.matter.elasticity import wall_springs
 from tissuec.matter.patch import fitted
 from tissuec.matter.plate import RIGIDITY, Plate, plate
@@ -28,7 +28,7 @@ from tissuec.scene.findings import Findings
 
 POISSON_OF_SURFACE = 1.0 / 3.0
 UNEVEN = 0.1  # how much the stiffness of a mesh may depend on the direction, untold
-_TESTED = 300_000  # springs of a solid up to which it is tested
+_TESTED = 300_000  # springs of a solid up to which it is tested; of larger lattices, a part
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,9 +178,17 @@ class MatterReader:
         generator, poisson = self.body.mesh, POISSON
         if isinstance(generator, Lattice) and generator.is_braced:
             poisson = POISSON_OF_BRACED
-        stiffness = _fitted(_Drawn(mesh, solid, generator)) / (2.0 * (1.0 + poisson))
+        shears = 2.0 * (1.0 + poisson)
+        stiffness = _fitted(_Drawn(mesh, solid, generator)) / shears
         if len(mesh.ends) <= _TESTED:
             stiffness = stiffness * self._correction(mesh, stiffness, solid, poisson)
+        elif isinstance(generator, Lattice):
+            small = sample_of(generator)
+            few = small.build()
+            assert few.volume is not None
+            part = Solid.of(few.position, few.volume, few.skin)
+            constant = fitted_block(small, few) / shears
+            stiffness = stiffness * self._correction(few, constant, part, poisson)
         return Matter(self._with_bending(stiffness), volume, poisson, is_solid=True)
 
     def _correction(self, mesh: Mesh, stiffness: Floats, solid: Solid, poisson: float) -> float:

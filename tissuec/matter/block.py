@@ -28,20 +28,27 @@ BESIDE = 3  # cells at either end of a side that differ from those between them
 POISSON_OF_BRACED = 1.0 / 3.0
 
 
-def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
-    """Return the constants of a lattice's springs per shear modulus [m], shape (spring,)."""
-    if lattice.is_braced:
-        return _braced(lattice, mesh)
+def sample_of(lattice: Lattice) -> Lattice:
+    """Return the least block of which each spring of a lattice is a copy."""
     cells, period = np.array(lattice.cells()), CRYSTALS[lattice.kind].period
     least = 2 * BESIDE + period
     kept = np.where(cells > least, least + (cells - least) % period, cells)
     low, _ = lattice.corners
-    small = replace(lattice, box=(low, low + kept * lattice.cell))
+    return replace(lattice, box=(low, low + kept * lattice.cell))
+
+
+def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
+    """Return the constants of a lattice's springs per shear modulus [m], shape (spring,)."""
+    if lattice.is_braced:
+        return _braced(lattice, mesh)
+    small = sample_of(lattice)
+    cells, kept = np.array(lattice.cells()), np.array(small.cells())
     sample = small.build()
     constant = _fitted(sample)
     if (kept == cells).all():
         return constant
-    steps = CRYSTALS[lattice.kind].divisions
+    low, _ = lattice.corners
+    steps, period = CRYSTALS[lattice.kind].divisions, CRYSTALS[lattice.kind].period
     fine = np.rint((mesh.position - low) * (steps / lattice.cell)).astype(np.int64)
     shift = (cells - kept) * steps
     first, last = BESIDE * steps, BESIDE * steps + shift
