@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,6 +23,7 @@ from tissuec.core.errors import TissueError, did_you_mean
 
 if TYPE_CHECKING:
     from tissuec.bodies import BodyProperties
+    from tissuec.compiler import Compiled
     from tissuec.prediction import Prediction
     from tissuec.provenance import Row
     from tissuec.scene.model import Tissue
@@ -68,7 +69,6 @@ def command(
     if CODE.fullmatch(subject):
         return _explain_code(subject.upper(), settings)
     from tissuec.pipeline import Request, compile_request, read_words
-    from tissuec.provenance import as_dict
 
     request = Request.file(
         Path(subject), overrides=overrides, libraries=libraries, strict=strict
@@ -78,23 +78,10 @@ def command(
     plan, bodies = None, None
     if with_plan or with_bodies:
         compiled, warnings = compile_request(request)
-        if with_plan:
-            from tissuec.prediction import predict  # late: it looks at the engine
-
-            plan = predict(compiled)
-        if with_bodies:
-            from tissuec.bodies import properties_of  # late: it needs SciPy
-
-            bodies = properties_of(compiled)
+        plan = _plan_of(compiled) if with_plan else None
+        bodies = _bodies_of(compiled) if with_bodies else None
     if settings.json:
-        document = as_dict(words, tissues)
-        if plan is not None:
-            document["plan"] = asdict(plan)
-        if bodies is not None:
-            from tissuec.wording.bodies import as_dict as body_as_dict
-
-            document["bodies"] = [body_as_dict(body) for body in bodies]
-        print_json(document)
+        print_json(_document(words, tissues, plan, bodies))
         return DONE
     report(warnings if settings.verbose else (), settings)
     _print_params(words)
@@ -105,6 +92,37 @@ def command(
     if plan is not None:
         _print_plan(plan)
     return DONE
+
+
+def _plan_of(compiled: "Compiled") -> "Prediction":
+    from tissuec.prediction import predict  # late: it looks at the engine
+
+    return predict(compiled)
+
+
+def _bodies_of(compiled: "Compiled") -> "tuple[BodyProperties, ...]":
+    from tissuec.bodies import properties_of  # late: it needs SciPy
+
+    return properties_of(compiled)
+
+
+def _document(
+    words: "Words",
+    tissues: "list[Tissue]",
+    plan: "Prediction | None",
+    bodies: "tuple[BodyProperties, ...] | None",
+) -> dict[str, Any]:
+    """Return all that is asked for as plain data."""
+    from tissuec.provenance import as_dict
+
+    document = as_dict(words, tissues)
+    if plan is not None:
+        document["plan"] = asdict(plan)
+    if bodies is not None:
+        from tissuec.wording import bodies as wording
+
+        document["bodies"] = [wording.as_dict(body) for body in bodies]
+    return document
 
 
 def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
