@@ -21,6 +21,7 @@ from tissuec.compiling.joints import JointArrays, build_joints
 from tissuec.compiling.outputs import OutputReader
 from tissuec.compiling.remembering import inelastic_of, with_memory
 from tissuec.compiling.script import Script, ScriptReader
+from tissuec.compiling.surroundings import with_drag
 from tissuec.compiling.threads import idle_knots, renumbered
 from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.errors import counted
@@ -112,7 +113,8 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     joints = build_joints(scene, groups, findings)
     is_whole = len(built) == len(drawings)  # or nodes and springs have other numbers
     joined = join(built, joints if is_whole else ())
-    network = with_memory(with_tools(joined, tools, scene.environment))
+    braked = with_drag(joined, scene.environment, findings)
+    network = with_memory(with_tools(braked, tools, scene.environment))
     _refuse_method(scene, network, findings)
     _refuse_forces(network, findings)
     groups.choose_all()

@@ -176,6 +176,8 @@ class Network:
             of the motion.
         inelastic: What springs remember; None where none does.
         hinges: Of walls that resist bending; None where none does.
+        drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
+            None without any.
         provenance: Origins by array name ("mass", "stiffness", …).
     """
 
@@ -200,6 +202,7 @@ class Network:
     memories: tuple[MemoryPart, ...] = ()
     inelastic: Inelastic | None = None
     hinges: Hinges | None = None
+    drag: Floats | None = None
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

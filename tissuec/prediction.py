@@ -107,7 +107,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "memory: no spring relaxes or yields, so nothing of the past is kept"
     if not np.any(plan.gravity):
         yield "gravity: it is zero"
-    if not plan.drag:
+    if not plan.drag and network.drag is None:
         yield "ambient damping: none is written"
     if not plan.breakable:
         yield "rupture: no body may rupture, so tensions are not watched"

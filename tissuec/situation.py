@@ -129,7 +129,7 @@ class Situation:
             ``change``.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
-        drag: Ambient damping [N s/m] per node.
+        drag: Ambient damping [N s/m] of all nodes alike.
         mass, stiffness, damping, rest, strength, crush: Present values; the network's own
             arrays until a ``change``. Rest lengths of threads under way are those at ``time``.
     """
@@ -193,6 +193,14 @@ class Situation:
             held[nodes] = True
         held[self.network.memory] = True
         return held
+
+    @property
+    def braking(self) -> Floats:
+        """Return the ambient damping of each node [N s/m], shape (node,)."""
+        braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag
+        if own is not None:  # nodes of tools and hidden ones stand behind
+            braking[: len(own)] += own
+        return braking
 
     def behaviour(self, springs: Indices | None = None) -> Behaviour:
         """Return what some springs do, all of them by default, by their present numbers."""

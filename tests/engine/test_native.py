@@ -82,9 +82,9 @@ def test_what_a_scene_has_nothing_of_is_none():
 
     @numba.njit
     def read(net):
-        return net.internal.slot.sum() + net.drag
+        return net.internal.slot.sum() + net.drag.sum()
 
-    assert read(Native(made)) == made.internal.slot.sum() + made.drag
+    assert read(Native(made)) == made.internal.slot.sum() + made.drag.sum()
 
 
 def test_code_that_is_not_of_the_package_is_not_kept_for_other_processes():

@@ -66,10 +66,16 @@ def curved(seed):
     )
 
 
+def dragged(seed):
+    net = random_net(seed)
+    return replace(net, drag=np.random.default_rng(seed).uniform(0.0, 2.0, net.node_count))
+
+
 SCENES = {
     "laws": (curved(11), (0, 5), 0.3),
     "random": (random_net(1), (), 0.0),
     "another, held and with drag": (random_net(2), (0, 3, 4, 13), 0.7),
+    "each node with a drag of its own": (dragged(8), (2,), 0.1),
     "dense": (random_net(3, 9, 36), (8,), 0.1),
     "springs without length": (with_zeros(4), (1,), 0.0),
     "drawn together": (coincident(), (), 0.0),
@@ -85,7 +91,7 @@ SCENES = {
 def dense(situation, q):
     """Return S = M + q (D + drag) + q² K over all nodes, shape (3 node, 3 node)."""
     net, count = situation.network, situation.network.node_count
-    matrix = np.diag(np.repeat(situation.mass + q * situation.drag, 3))
+    matrix = np.diag(np.repeat(situation.mass + q * situation.braking, 3))
     for s, (a, b) in enumerate(net.ends):
         r = situation.position[b] - situation.position[a]
         length = np.linalg.norm(r)

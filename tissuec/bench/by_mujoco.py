@@ -117,8 +117,9 @@ def _acting(situation: Situation) -> np.ndarray:
 
 def _body(node: int, situation: Situation) -> str:
     mass, place = float(situation.mass[node]), _numbers(situation.position[node])
+    drag = float(situation.braking[node])
     slides = "".join(
-        f'<joint type="slide" axis="{axis}" damping="{situation.drag!r}"/>'
+        f'<joint type="slide" axis="{axis}" damping="{drag!r}"/>'
         for axis in ("1 0 0", "0 1 0", "0 0 1")
     )
     inertia = " ".join([repr(mass)] * 3)  # of no effect: nothing turns

@@ -49,6 +49,7 @@ STIFFNESS = FORCE / LENGTH
 VISCOSITY = FORCE / VELOCITY
 SLOWNESS = TIME / LENGTH
 PRESSURE_TIME = PRESSURE * TIME
+AREAL_VISCOSITY = PRESSURE / VELOCITY
 
 #: What to call a dimension in messages, and the SI unit to show it in.
 DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
@@ -72,6 +73,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     SLOWNESS: ("time per length", "s/m"),
     DENSITY: ("a density", "kg/m^3"),
     PRESSURE_TIME: ("a viscosity of matter", "Pa*s"),
+    AREAL_VISCOSITY: ("a pressure per speed", "Pa*s/m"),
 }
 
 _PREFIXES = {

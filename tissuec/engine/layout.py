@@ -242,7 +242,7 @@ class Layout:
 
     def loss(self) -> str:
         """Return why energy is not kept; empty if it is."""
-        if self._viscous or self.situation.drag:
+        if self._viscous or self.situation.braking.any():
             return "there is viscosity"
         if self.situation.jets:
             return "a jet puts energy in"
@@ -295,7 +295,7 @@ class Layout:
             steady=self.steady,
             push=self.push,
             driven=self.driven,
-            drag=float(self.situation.drag),
+            drag=self.situation.braking[self.order],
             **self._asked(),
             acts=self.acts(),
             **self._effects(),
@@ -327,7 +327,7 @@ class Layout:
             steady=self.steady,
             push=self.push,
             driven=self.driven,
-            drag=float(self.situation.drag),
+            drag=self.situation.braking[self.order],
             acts=self.acts(),
             enclosures=self.enclosures(),
             hinges=self.hinges,

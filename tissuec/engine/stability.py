@@ -122,9 +122,10 @@ def damping_radius(situation: Situation) -> float:
     fields = ()
     if (hinges := situation.folding) is not None and hinges.damping.any():
         fields = (_Folding(hinges, hinges.damping, situation.position),)
-    if not damping.any() and not situation.drag and not fields:
+    braking = situation.braking
+    if not damping.any() and not braking.any() and not fields:
         return giving
-    uniform = situation.drag * root * root
+    uniform = braking[:, None] * root * root
     low, high = _coordinates(low), _coordinates(high)
     operator = _Operator(low, high, direction, damping, None, root, uniform, fields)
     return giving + _largest(operator)

@@ -27,7 +27,7 @@ def fill(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> None:
             band[i, j] = 0.0
     for node in range(slot.size):
         if slot[node] >= 0:
-            mass = 1.0 / net.inverse_mass[node] + q * net.drag
+            mass = 1.0 / net.inverse_mass[node] + q * net.drag[node]
             for k in range(3):
                 band[3 * slot[node] + k, 0] = mass
     for node in range(net.first.size - 1):

@@ -18,7 +18,7 @@ def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
     bar, block = solver.bar, solver.block
     for node in range(block.shape[0]):
         inverse = net.inverse_mass[node]
-        mass = (1.0 / inverse if inverse > 0.0 else 1.0) + q * net.drag
+        mass = (1.0 / inverse if inverse > 0.0 else 1.0) + q * net.drag[node]
         for k in range(6):
             block[node, k] = mass if k < 3 else 0.0
     for node in range(net.first.size - 1):
@@ -120,9 +120,9 @@ def precondition(residual: Floats, refined: Floats, net: Net, solver: Solver) ->
 
 def multiply(vector: Floats, image: Floats, net: Net, solver: Solver) -> None:
     """Set ``image`` to S times a vector that is zero at held nodes."""
-    bar, drag = solver.bar, solver.made[0] * net.drag
+    bar = solver.bar
     for node in range(net.inverse_mass.size):
-        inverse = net.inverse_mass[node]
+        inverse, drag = net.inverse_mass[node], solver.made[0] * net.drag[node]
         for i in range(3 * node, 3 * node + 3):
             image[i] = vector[i] * (1.0 / inverse + drag) if inverse > 0.0 else 0.0
     for node in range(net.first.size - 1):

@@ -119,7 +119,7 @@ class Matrix:
             across = q * q * np.maximum(pull * inverse, 0.0)
             across = np.where(length + net.rest == 0.0, q * q * steep, across)
         block = (along - across) * n[:, None] * n[None, :] + across * np.eye(3)[..., None]
-        mass = 1.0 / net.inverse_mass[self.free] + q * net.drag
+        mass = 1.0 / net.inverse_mass[self.free] + q * net.drag[self.free]
         if self.banded:
             # The order of the diagonal does not matter: all three places of a node are equal.
             mass = mass[self.order]

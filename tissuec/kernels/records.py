@@ -176,7 +176,7 @@ class Net(NamedTuple):
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
     push: Floats  # constant loads on free nodes [N], shape (3 node,)
     driven: Integers  # nodes on prescribed paths
-    drag: float  # ambient damping [N s/m]
+    drag: Floats  # ambient damping [N s/m], shape (node,)
     watched: bool  # springs may break
     ledger: bool  # work and dissipation are integrated
     touched: bool  # there are instruments or threads that touch

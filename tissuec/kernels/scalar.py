@@ -122,9 +122,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
                 work -= a[i] * v[i]
     if LOADED:
         work += pull_free(time, v, a, net.inverse_mass, net.acts)
-    drag = net.drag
     for node in range(net.inverse_mass.size):
-        inverse = net.inverse_mass[node]
+        inverse, drag = net.inverse_mass[node], net.drag[node]
         for i in range(3 * node, 3 * node + 3):
             if LEDGER:
                 work += net.push[i] * v[i]

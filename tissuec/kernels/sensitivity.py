@@ -37,7 +37,7 @@ class Links(NamedTuple):
         law: Their laws, shape (spring,).
         inverse: 1/m of free nodes, 0 of held ones [1/kg], shape (node,).
         steady: Acceleration by gravity, 0 of held nodes [m/s²], shape (3 node,).
-        drag: Ambient damping [N s/m].
+        drag: Ambient damping [N s/m], shape (node,).
         loaded: Nodes with loads that change in time, shape (loaded,).
         driven: Nodes that are moved, shape (driven,).
     """
@@ -48,7 +48,7 @@ class Links(NamedTuple):
     law: Ints
     inverse: Floats
     steady: Floats
-    drag: float
+    drag: Floats
     loaded: Ints
     driven: Ints
 
@@ -117,9 +117,9 @@ def acceleration(x: Floats, v: Floats, load: Floats, links: Links, values: Value
         for axis in range(3):
             a[i + axis] += load[3 * k + axis]
     for node in range(links.inverse.size):
-        inverse = links.inverse[node]
+        inverse, drag = links.inverse[node], links.drag[node]
         for i in range(3 * node, 3 * node + 3):
-            a[i] = links.steady[i] + inverse * (a[i] - links.drag * v[i])
+            a[i] = links.steady[i] + inverse * (a[i] - drag * v[i])
 
 
 def pull_back(
@@ -145,7 +145,7 @@ def pull_back(
             continue
         for i in range(3 * node, 3 * node + 3):
             total += weight[i] * (a[i] - links.steady[i])
-            by_v[i] -= links.drag * inverse * weight[i]
+            by_v[i] -= links.drag[node] * inverse * weight[i]
         by.mass[node] -= inverse * total
     for s in range(links.low.size):
         p, q = links.low[s], links.high[s]
@@ -311,7 +311,7 @@ def push_forward(
         inverse = links.inverse[node]
         for i in range(3 * node, 3 * node + 3):
             for m in range(count):
-                ta[i, m] = inverse * (ta[i, m] - links.drag * tv[i, m])
+                ta[i, m] = inverse * (ta[i, m] - links.drag[node] * tv[i, m])
             if inverse > 0.0:
                 inner = inverse * (a[i] - links.steady[i])
                 for z in range(seeds.mass_rows[node], seeds.mass_rows[node + 1]):

@@ -41,7 +41,7 @@ class VectorNet:
         steady: Gravity and constant loads by mass [m/s²], shape (3 node,).
         push: Constant loads on free nodes [N], shape (3 node,).
         driven: Nodes on prescribed paths.
-        drag: Ambient damping [N s/m].
+        drag: Ambient damping [N s/m], shape (node,).
         acts: Motions and loads of the present stretch; may be replaced.
         enclosures: Volumes that are kept by pressure.
         hinges: Of walls that resist bending, in the engine's numbers of nodes.
@@ -72,7 +72,7 @@ class VectorNet:
         steady: Floats,
         push: Floats,
         driven: Integers,
-        drag: float,
+        drag: Floats,
         acts: Acts,
         enclosures: Enclosures,
         hinges: Any,
@@ -100,7 +100,8 @@ class VectorNet:
         self.inverse_mass = np.repeat(inverse_mass, 3)
         is_free = self.inverse_mass > 0.0
         self.half_mass = np.where(is_free, 0.5 / np.where(is_free, self.inverse_mass, 1.0), 0.0)
-        self.steady, self.push, self.driven, self.drag = steady, push, driven, drag
+        self.steady, self.push, self.driven = steady, push, driven
+        self.drag, self.dragged = np.repeat(drag, 3), bool(drag.any())
         self.acts, self.enclosures, self.hinges = acts, enclosures, hinges
         self.reels, self.contact, self.touches = reels, contact, touches
         self.jets = jets
@@ -201,7 +202,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         power[0] -= np.sum(f.reshape(-1, 3)[net.driven] * v.reshape(-1, 3)[net.driven])
     if net.acts.first.size - 1 > net.acts.motions:
         power[0] += _pull(time, v, f, net)
-    if net.drag:
+    if net.dragged:
         np.subtract(f, np.multiply(v, net.drag, out=net.node_scratch), out=f)
         if net.ledger:
             power[1] += np.dot(net.node_scratch, v * (net.inverse_mass > 0.0))

@@ -50,7 +50,7 @@ class Leg:
         stopped: Nodes whose velocity is set when the leg begins, shape (node,).
         given: Their velocities [m/s], shape (node, 3).
         gravity: [m/s²], shape (3,).
-        drag: [N s/m].
+        drag: Of each node [N s/m], shape (node,).
         holders: Who holds which nodes.
         changes: What the script made of arrays, by name.
     """
@@ -63,7 +63,7 @@ class Leg:
     stopped: NDArray[np.bool_]
     given: Floats
     gravity: Floats
-    drag: float
+    drag: Floats
     holders: Mapping[str, Indices]
     motions: tuple[Motion, ...]
     loads: tuple[Load, ...]
@@ -121,7 +121,7 @@ class Leg:
             network.law[self.alive].astype(np.int64),
             inverse,
             steady.ravel(),
-            float(self.drag),
+            self.drag,
             self.loaded,
             self.driven,
         )
@@ -204,7 +204,7 @@ def leg_of(
         held | set_anew,
         situation.velocity.copy(),
         situation.gravity.copy(),
-        situation.drag,
+        situation.braking,
         dict(situation.holders),
         tuple(situation.motions.values()),
         tuple(situation.loads.values()),

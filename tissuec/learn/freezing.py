@@ -153,6 +153,8 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
             return reason
     if plan.contact is not None:
         return "contact is not smooth"
+    if network.drag is not None:
+        return "ambient damping goes by mass or surface"
     if network.hinges is not None:
         return "walls resist bending"
     if network.inelastic is not None:

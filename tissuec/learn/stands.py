@@ -76,7 +76,7 @@ class Stand:
             Unbalanced: There are none.
         """
         leg = self.leg
-        situation = Situation.start(network, gravity=leg.gravity, drag=leg.drag)
+        situation = Situation.start(network, gravity=leg.gravity, drag=0.0)
         situation.time, situation.alive = leg.start, leg.alive_springs
         situation.mass, situation.stiffness = values.mass, values.stiffness
         situation.damping, situation.rest = values.damping, values.rest

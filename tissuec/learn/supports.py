@@ -54,9 +54,9 @@ class Support:
             alive = np.flatnonzero(leg.alive_springs & (inside[ends].sum(axis=1) == 1))
             low, high = (np.ascontiguousarray(e) for e in ends[alive].astype(np.int64).T)
             law = leg.network.law[alive].astype(np.int64)
-            steady = np.zeros(3 * len(inside))
+            steady, drag = np.zeros(3 * len(inside)), np.zeros(len(inside))
             links = Links(
-                low, high, alive, law, inside.astype(float), steady, 0.0, _NONE, _NONE
+                low, high, alive, law, inside.astype(float), steady, drag, _NONE, _NONE
             )
             self._links[id(leg)] = leg, links
         return self._links[id(leg)][1]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from tissuec.matter.elasticity import range_of_wall, young_around
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Grid
-from tissuec.shapes.sharing import area_shares, node_areas
+from tissuec.shapes.sharing import area_shares, grid_areas, node_areas
 
 #: From a node of a grid to others of the same cell, as rows and columns.
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
@@ -94,7 +94,8 @@ def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
         free |= (right == 0) & np.isin(columns[:, 0], (0, grid.columns - 1))
     constant = found[family.ravel()] * np.where(free, 0.5, 1.0)
     young = young_around(np.einsum("k,ki,kj->ij", found * weight, stretch, stretch))
-    return Surface(_areas(grid, area), constant, (float(young.min()), float(young.max())))
+    areas = grid_areas(mesh.position, grid.rows, grid.columns, closed=grid.closed)
+    return Surface(areas, constant, (float(young.min()), float(young.max())))
 
 
 def in_plane(vectors: Floats) -> Floats:
@@ -160,13 +161,3 @@ def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:
         found = least * even + nnls(np.vstack([made_of, alike]), rows)[0]
         lateral = float(made_of[1] @ found) / times[1]
     return np.asarray(found)
-
-
-def _areas(grid: Grid, cell: float) -> Floats:
-    """Return what the nodes of a grid stand for [m²], shape (node,)."""
-    along = np.ones(grid.columns)
-    if not grid.closed:
-        along[[0, -1]] = 0.5
-    across = np.ones(grid.rows)
-    across[[0, -1]] = 0.5
-    return np.asarray((cell * across[:, None] * along).ravel())

@@ -288,6 +288,8 @@ class ContactLaw:
 class Environment:
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
+    mass_damping: float  # [1/s]
+    surface_damping: float  # [Pa s/m]
     contact: ContactLaw | None  # None if nothing touches
     span: Span
 

@@ -65,7 +65,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
     tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
     _check_parts(program, declarations, findings)
     # Both stand in for what may be wrong; in a run without end, nothing comes too late.
-    environment = Environment(np.zeros(3), 0.0, None, whole(program.main))
+    environment = Environment(np.zeros(3), 0.0, 0.0, 0.0, None, whole(program.main))
     simulation = Simulation(math.inf, AUTOMATIC, None, None, whole(program.main))
     with findings.item():
         environment = read_environment(declarations, program.main, scope)

@@ -49,6 +49,8 @@ class EnvironmentEntries:
             not written
         contact_damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
+        mass_damping: the same by mass: this times mass and velocity
+        surface_damping: the same by the surface that a node stands for
     """
 
     gravity: Annotated[Floats, Point(units.ACCELERATION)]
@@ -59,6 +61,8 @@ class EnvironmentEntries:
     contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_damping: Annotated[float | None, Measure(units.SLOWNESS, at_least=0.0)] = None
     damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
+    mass_damping: Annotated[float, Measure(units.FREQUENCY, at_least=0.0)] = 0.0
+    surface_damping: Annotated[float, Measure(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +99,12 @@ def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -
     )
     gravity = np.asarray(entries.gravity, dtype=float)
     return Environment(
-        gravity, entries.damping, _contact_law(entries, places, scope), block.head
+        gravity,
+        entries.damping,
+        entries.mass_damping,
+        entries.surface_damping,
+        _contact_law(entries, places, scope),
+        block.head,
     )
 
 

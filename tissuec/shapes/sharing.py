@@ -65,6 +65,23 @@ def node_areas(position: Floats, triangles: Indices) -> Floats:
     return np.bincount(triangles.ravel(), np.repeat(third, 3), len(position))
 
 
+def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Floats:
+    """Return a quarter of the cells around each node of a grid [m²], shape (node,).
+
+    Args:
+        position: Nodes row by row [m], shape (node, 3).
+        closed: Whether the last column is followed by the first.
+    """
+    number = np.arange(rows * columns).reshape(rows, columns)
+    if closed:
+        number = np.hstack([number, number[:, :1]])
+    ends = slice(-1), slice(1, None)
+    corners = [number[(r, c)].ravel() for r in ends for c in ends]
+    a, b, c, d = (position[nodes] for nodes in corners)
+    quarter = np.linalg.norm(np.cross(d - a, c - b), axis=1) / 8.0
+    return np.bincount(np.concatenate(corners), np.tile(quarter, 4), len(position))
+
+
 def filled_volumes(position: Floats, triangles: Indices, site: float) -> Floats:
     """Return what nodes of a filled surface stand for [m³], shape (node,).
 

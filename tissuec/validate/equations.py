@@ -122,7 +122,7 @@ class Equations:
             *(() if self.contact is None else (self.contact,)),
         )
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
-        self.gravity, self.drag = situation.gravity, situation.drag
+        self.gravity, self.drag = situation.gravity, situation.braking[self.free]
         self.mass = situation.mass[self.free]
         self._still = situation.position - network.position
         self.springs = np.flatnonzero(situation.alive)
@@ -265,13 +265,13 @@ class Equations:
         inside = self._inside(time)
         work += sum(acting.pumping(inside, position, velocity) for acting in self.fields)
         own = velocity[self.free]
-        acting = forces[self.free] - self.drag * own
+        acting = forces[self.free] - self.drag[:, None] * own
         if self.loads:
             loads = self.outside(time)[self.free]
             acting += loads
             work += np.vdot(loads, own)
         work += self._drawing(time, springs.pull)
-        lost = springs.brake @ springs.closing + self.drag * np.vdot(own, own)
+        lost = springs.brake @ springs.closing + self.drag @ np.einsum("nk,nk->n", own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity
         bending, giving, wasted = self._bending(position, velocity), _NONE, 0.0
@@ -312,7 +312,7 @@ class Equations:
         by_speed = damping[:, None, None] * along
         lighter = sparse.diags(np.repeat(1.0 / self.mass, 3))
         size, bristles = 3 * len(self.free), 3 * len(self.memory)
-        drag = sparse.diags(np.full(size, self.drag))
+        drag = sparse.diags(np.repeat(self.drag, 3))
         spread, given = self._ends(), self.yielding.derivatives(springs.pull, steep)
         stretching = along_each(n) @ spread  # ∂e/∂u, shape (spring, 3 free)
         falls = [

@@ -213,7 +213,7 @@ def _resisted(net: _Net, phi: Floats) -> float:
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
-    braked = net.situation.drag * float((phi**2).sum())
+    braked = float(net.situation.braking[net.balance.free] @ (phi**2).sum(axis=1))
     if (hinges := net.situation.folding) is not None:
         moving = np.zeros_like(net.bars.position)
         moving[net.balance.free] = phi

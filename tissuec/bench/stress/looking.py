@@ -70,7 +70,7 @@ def _part(of: Callable[[Floats], Floats], seen: Observed) -> float:
 def _drift(problem: Problem, seen: Observed) -> float:
     """Return the unexplained change of momentum of a net that nobody holds."""
     start = situation_at_start(problem)
-    if start.held.any() or start.drag or start.loads or problem.plan.events:
+    if start.held.any() or start.braking.any() or start.loads or problem.plan.events:
         return 0.0
     mass, velocity = start.mass, seen.velocity
     due = (mass[:, None] * start.velocity).sum(axis=0) + np.outer(

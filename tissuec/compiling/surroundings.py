@@ -1,0 +1,49 @@
+"""What the surroundings brake: each node by its mass and by the surface that it stands for."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+
+from tissuec.network import Floats, Network
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Environment
+from tissuec.shapes.sharing import grid_areas, node_areas
+
+
+def with_drag(network: Network, environment: Environment, findings: Findings) -> Network:
+    """Return a network whose nodes are braked as the environment says, besides each alike."""
+    found = environment.mass_damping * network.mass
+    if environment.surface_damping:
+        area = _areas(network)
+        if not area.any():
+            findings.add(
+                "TIS306",
+                "nothing has a surface that surface damping could act on",
+                environment.span,
+                hint="write mass damping, or damping of each node",
+            )
+        found = found + environment.surface_damping * area
+    return replace(network, drag=found) if found.any() else network
+
+
+def _areas(network: Network) -> Floats:
+    """Return the drawn surface that each node stands for [m²], shape (node,).
+
+    Of a skin, seen from one side, and of threads all around.
+    """
+    area = np.zeros(network.node_count)
+    for body in network.bodies:
+        if body.grid is not None:
+            rows, columns, closed = body.grid
+            area[body.nodes] = grid_areas(
+                network.position[body.nodes], rows, columns, closed=closed
+            )
+        elif len(skin := network.skin_of(body)):
+            area += node_areas(network.position, skin)
+    for thread in network.threads.values():
+        ends = network.ends[thread.pieces]
+        first, second = network.position[ends].swapaxes(0, 1)
+        half = pi * thread.radius * np.linalg.norm(second - first, axis=1)
+        np.add.at(area, ends, half[:, None])
+    return area
