@@ -154,8 +154,10 @@ class _LessonBuilder:
 
         And whether one of matter could take its place.
         """
-        if adjust.per != "tissue" or not OF_MATTER.get(adjust.what):
+        if adjust.per not in ("tissue", "region") or not OF_MATTER.get(adjust.what):
             return False
+        if adjust.per == "region":
+            return can_be_matter(self.targets.groups.bodies[s.key_of(adjust.of)].drawing)
         tissue = self.targets.scene.tissues[s.key_of(adjust.of)]
         given = tissue.given[adjust.what]
         if given.spread not in ("each spring", "each node"):
