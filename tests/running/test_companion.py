@@ -67,6 +67,35 @@ def test_a_chaotic_motion_is_recognised_and_from_when_on():
     assert estimate.relative[-1] > 1e3 * estimate.allowed
 
 
+#: A sheet that stands on its edge, and falls in folds.
+CRUMPLING = """language 1
+tissue gel { Young's modulus = 2 kPa; density = 1000 kg/m^3; retardation time = 1 ms }
+body wall {
+  mesh is sheet {
+    corner = (0, 0, 0) mm; first edge = (20, 1, 0) mm; second edge = (0, 1, 20) mm
+    columns = 6; rows = 6; diagonals is both
+  }
+  tissue is gel
+  thickness = 1 mm
+}
+set foot = nodes of wall where z < 1 mm
+environment { gravity = (0, 0, -9.81) m/s^2 }
+script { at 0 s: fix foot }
+simulate { duration = 1 s }
+output { position of wall every 10 ms }
+"""
+
+
+def test_of_walls_that_crumple_the_way_out_is_told(interpreted):
+    with pytest.warns(tissuec.TissueWarning, match="wall does not resist bending and crumples"):
+        tissuec.run(CRUMPLING, companion="inline")
+    bending = CRUMPLING.replace("thickness = 1 mm", "thickness = 1 mm; bending is elastic")
+    for text, is_limp in ((CRUMPLING, True), (bending, False)):
+        network = tissuec.compile(text).network
+        assert companion._is_limp(network, network.bodies[0]) == is_limp
+    assert not companion._is_limp(chain(3), chain(3).bodies[0])
+
+
 def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
     """A run that was stepped more coarsely than promised is inaccurate, not chaotic."""
     network = oscillator()

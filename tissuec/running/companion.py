@@ -23,7 +23,8 @@ from typing import Any, Literal, Self, TypeAlias
 
 import numpy as np
 
-from tissuec.network import Floats, Network
+from tissuec.matter.elasticity import wall_springs
+from tissuec.network import BodyPart, Floats, Network
 from tissuec.plan import Output, Plan
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder, Samples, sample_times
@@ -224,11 +225,8 @@ class Companion:
         left, _ = self._apart(other, finest, both)
         small = np.maximum(FALLEN * own, 0.1 * self.allowed)
         if not (left <= small).all():
-            return (
-                "unknown",
-                "the result does not converge with smaller steps: the motion is chaotic",
-                since,
-            )
+            chaos = "the result does not converge with smaller steps: the motion is chaotic"
+            return "unknown", chaos + _limp(self.network), since
         beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
         if len(beyond):
             since = float(self.times[both][beyond[0]])
@@ -247,6 +245,30 @@ class Companion:
             self._process.wait()
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _limp(network: Network) -> str:
+    """Return what to do about walls that fold freely, as chaos may come of it; "" for none."""
+    walls = [body.name for body in network.bodies if _is_limp(network, body)]
+    if not walls:
+        return ""
+    verbs = ("does", "crumples", "it is") if len(walls) == 1 else ("do", "crumple", "they are")
+    does, crumples, are = verbs
+    return (
+        f"; {' and '.join(walls)} {does} not resist bending and {crumples} where {are} "
+        "compressed: write bending is elastic (of matter) or bending is soft"
+    )
+
+
+def _is_limp(network: Network, body: BodyPart) -> bool:
+    """Return whether a body is a wall without anything that resists bending."""
+    skin = network.skin_of(body)
+    if not len(skin) or body.bending:
+        return False
+    hinges = network.hinges
+    if hinges is not None and np.isin(hinges.nodes, skin).any():
+        return False
+    return bool(wall_springs(skin, network.ends[body.springs]).all())
 
 
 def permitted_cores() -> int:
