@@ -17,7 +17,10 @@ from tissuec.pipeline import Request, compile_request
 
 __all__ = ["truth"]  # the fixture
 LAW = "viscosity law is power {{ exponent = {n}; speed = 50 mm/s }}"
-FREE = "viscous force of w = d * w * ((w/(50 mm/s))^2 + 1e-6)^((n-1)/2)"
+FREE = {
+    "formula of speed": "viscous force of w = d * w * ((w/(50 mm/s))^2 + 1e-6)^((n-1)/2)",
+    "formula of both": "viscous force of e and w = d * exp(n * e / rest length) * w",
+}
 
 
 def of_text(folder, text):
@@ -34,12 +37,12 @@ def of_text(folder, text):
 
 
 @pytest.mark.usefixtures("interpreted")
-@pytest.mark.parametrize("form", ["law", "free formula"])
+@pytest.mark.parametrize("form", ["law", *FREE])
 def test_exponents_have_exact_derivatives_also_where_the_law_is_linear(form, tmp_path):
     """With an exponent of 1 the law is the linear one, which has no such derivative."""
     text = SHAKEN.format(c=40, d=200, m=50, n=1)
-    if form == "free formula":
-        text = text.replace(LAW.format(n=1).replace("{{", "{").replace("}}", "}"), FREE)
+    if form in FREE:
+        text = text.replace(LAW.format(n=1).replace("{{", "{").replace("}}", "}"), FREE[form])
         text = text.replace("exponent, mass", "n, mass")
         text = text.replace("language 1\n", "language 1\nparam n = 1 between 0.2 and 3\n")
     arguments = of_text(tmp_path, text)

@@ -32,6 +32,7 @@ let twice = -2 * cube
 tissue gum {
   viscosity = 10 mN*s/m; spring constant = 3 N/m; mass = 1 g
   spring force of e = c * e + cube * e^3 - twice * e^3
+  viscous force of drawn and rate = d * (1 + cube / (1 N/m^3) * drawn / rest length) * rate
 }
 """
 DESCRIBED = """tissue fat {
@@ -192,6 +193,9 @@ def test_a_formula_is_written_with_its_constants_as_numbers(tmp_path):
     # The let is computed of the param as it was before, and only the param was learnt.
     assert found == pytest.approx(3.0 * at + (4.0 * CHANGED + 8.0) * at**3, rel=ROUNDED)
     assert "# cube: 95 %:" in text
+    braked = words.tissues["learned gum"].laws["viscosity law"].force
+    found = float(braked.at({"e": at, "w": 2.0, "d": 5.0, "rest": 1.0}))
+    assert found == pytest.approx(10.0 * (1.0 + 4.0 * CHANGED * at), rel=ROUNDED)
 
 
 def test_what_another_param_says_on_the_command_line_is_not_lost(tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tissuec.integrators.procedures import chosen
 from tissuec.network import Network, Provenance
 from tissuec.pipeline import Request, compile_request
 from tissuec.plan import Event as Scripted
@@ -61,7 +62,7 @@ def open_side(path: Path, libraries: Sequence[Path] = ()) -> Side:
 def of_result(trajectory: Trajectory) -> Side:
     """Return a result as a side; it stays open."""
     manifest = trajectory.manifest
-    names = ("overrides", "integrator", "tolerance", "step", "duration")
+    names = ("overrides", "integrator", "choices", "tolerance", "step", "duration")
     return Side(
         name=str(trajectory.path),
         scene=trajectory.scene,
@@ -95,6 +96,7 @@ def of_scene(request: Request) -> Side:
         settings={
             "overrides": list(request.overrides),
             "integrator": simulation.integrator,
+            "choices": chosen(simulation.choices),
             "tolerance": simulation.tolerance,
             "step": simulation.step,
             "duration": simulation.duration,

@@ -64,5 +64,5 @@ def kind_of(phrase: Phrase) -> Kind:
 
 _OF_TERMS: dict[str, Kind] = {
     terms.PART: "part", terms.ENTRY: "entry", terms.VERB: "verb", terms.MEASURE: "measure",
-    terms.CHOICE: "word", terms.KEYWORD: "keyword",
+    terms.CHOICE: "word", terms.KEYWORD: "keyword", terms.VARIABLE: "name",
 }  # fmt: skip

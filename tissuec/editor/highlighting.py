@@ -217,6 +217,9 @@ def _inside(kind: str) -> list[Rule]:
             source = _listed_behind("by", terms.SOURCE_TERMS, "word")
             entries = (evidence, source, _entries(known), own)
             return _block(*entries, _braces(_block(*_laws())))
+        case "simulate":
+            choices = _block(_entries(terms.entries(Block("integrator"))))
+            return _block(_entries(known), _braces(choices))
         case "body":
             return _block(_mesh(), _region(), _made_of(), _entries(known))
         case _:

@@ -411,6 +411,8 @@ class _Reading:
             return Expected((t.DIRECTION_TERMS,))
         if self.behind_where:
             return self._number(t.conditions())
+        if self.block.kind in ("tissue", "law") and self.subject in t.FORMULAS:
+            return self._formula()
         if self.clause:
             return self._in_clause(before)
         return self._plain(call)
@@ -442,6 +444,15 @@ class _Reading:
                 return self._number(t.SHAPE_TERMS)
             case _:
                 return self._number()
+
+    def _formula(self) -> Expected:
+        """Return what a formula of a law is of, or is made of."""
+        texts = [part.text for part in self.parts]
+        if not self.behind_equal:
+            return Expected((t.FORMULAS[self.subject],), declares="variable")
+        between = self.parts[texts.index("of") + 1 : texts.index("=")] if "of" in texts else []
+        own = t.plain(t.VARIABLE, [part.text for part in between if part.is_name])
+        return self._number(own, t.FORMULAS[self.subject])
 
     def _number(self, *known: Terms) -> Expected:
         return Expected((*known, t.functions()), NUMBERS, dimension=self._dimension())

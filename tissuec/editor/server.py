@@ -31,6 +31,7 @@ _ITEM_KINDS = {
     "part": _ITEM.Class, "entry": _ITEM.Property, "verb": _ITEM.Function,
     "measure": _ITEM.Method, "word": _ITEM.EnumMember, "keyword": _ITEM.Keyword,
     "unit": _ITEM.Unit, "file": _ITEM.File, "param": _ITEM.Constant, "let": _ITEM.Variable,
+    "variable": _ITEM.Variable,
     "property": _ITEM.Property, "quantity": _ITEM.Property, "hedge": _ITEM.Operator,
 }  # fmt: skip
 _SYMBOL = lsp.SymbolKind

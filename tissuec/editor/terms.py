@@ -48,8 +48,8 @@ from tissuec.verbs import VERBS
 from tissuec.verbs.preserve import FIRMNESS
 from tissuec.verbs.tie import KNOTS
 
-PART, ENTRY, VERB, MEASURE, CHOICE, KEYWORD = (
-    "part", "entry", "verb", "measure", "word", "keyword",
+PART, ENTRY, VERB, MEASURE, CHOICE, KEYWORD, VARIABLE = (
+    "part", "entry", "verb", "measure", "word", "keyword", "variable",
 )  # fmt: skip
 
 
@@ -378,6 +378,18 @@ def adjusted() -> Terms:
 def conditions() -> Terms:
     """Return what nodes and springs are chosen by."""
     return _by_label(Term(name, MEASURE, about) for name, about in meanings.CONDITIONS.items())
+
+
+#: What free formulas are of, and what else stands in them, by what they are called.
+FORMULAS: dict[str, Terms] = {
+    kind.formula: _by_label(
+        Term(name, VARIABLE, f"Here {describe(dimension)}.", dimension=dimension)
+        for name, dimension in (
+            *kind.arguments, *((name, of) for name, (_, of) in kind.names.items())
+        )
+    )
+    for kind in LAW_KINDS
+}  # fmt: skip
 
 
 @cache

@@ -4,7 +4,7 @@ Table 1 and the text around it differ, and both leave things open (A. Nürnberge
 R. Kruse, SPIE Medical Imaging 1998, section 3.1.4). Each choice is an entry of the language.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -82,3 +82,16 @@ PROCEDURES: dict[str, type[PropagationChoices] | type[RelaxationChoices]] = {
     "propagation": PropagationChoices,
     "relaxation": RelaxationChoices,
 }
+
+
+def chosen(choices: Choices | None) -> str | None:
+    """Return what is chosen otherwise than by default, as it is written; None if nothing is."""
+    if choices is None:
+        return None
+    found = []
+    for entry in fields(choices):
+        value = getattr(choices, entry.name)
+        if value != entry.default:
+            name, sign = entry.name.replace("_", " "), "is" if isinstance(value, str) else "="
+            found.append(f"{name} {sign} {value}")
+    return "; ".join(found) or None

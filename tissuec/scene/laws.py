@@ -74,6 +74,7 @@ class LawKind:
         return {**self.names, **dict(zip(written, meant, strict=True))}
 
 
+_MEANINGS = {"e": "the elongation", "w": "the speed"}
 _LENGTHENING = (("e", units.LENGTH),)
 _SPEED = (("w", units.VELOCITY),)
 _REST = {"rest length": ("rest", units.LENGTH)}
@@ -197,24 +198,21 @@ def _check_arguments(kind: LawKind, item: s.Function, scope: Scope) -> None:
             first.span.to(last.span),
             hint=hint,
         )
-    given = [argument.value for argument in item.arguments]
-    meant = [name for name, _ in kind.arguments[-len(given) :]]
-    for name, own in zip(given, meant, strict=True):
-        if name.key in kind.names:
-            what = f"the {kind.word.partition(' ')[0]} itself"
-        elif name.key in meant and name.key != own:
-            what = "another variable"
-        elif given[0].key == given[-1].key and len(given) > 1:
-            what = "the elongation"
-            own, name = meant[-1], given[-1]
-        else:
-            continue
-        scope.findings.reject(
-            "TIS503",
-            f'"{name.text}" already stands for {what}',
-            name.span,
-            hint=f"call it {own}",
-        )
+    names = [argument.value for argument in item.arguments]
+    meant = [own for own, _ in kind.arguments[-len(names) :]]
+    for number, (name, own) in enumerate(zip(names, meant, strict=True)):
+        others = {
+            one.key: _MEANINGS[key] for one, key in zip(names[:number], meant, strict=False)
+        }
+        others |= {key: _MEANINGS[key] for key in meant if key != own}
+        others |= dict.fromkeys(kind.names, f"the {kind.word.partition(' ')[0]} itself")
+        if name.key in others:
+            scope.findings.reject(
+                "TIS503",
+                f'"{name.text}" already stands for {others[name.key]}',
+                name.span,
+                hint=f"call it {own}: {kind.forms[len(names) - 1]}",
+            )
 
 
 def _limit(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
@@ -236,19 +234,19 @@ def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
     with np.errstate(all="ignore"):
         found = np.broadcast_to(formula.at(SAMPLE | known), grid[0].shape)
 
-    def shown(where: np.intp) -> str:
+    def shown(where: np.intp, names: Iterable[str]) -> str:
         parts = [
             units.show(float(known[name].flat[where]), dimension)
             for name, dimension in kind.arguments
-            if name in variables(formula)
+            if name in names
         ]
-        return " and ".join(parts) or "rest"
+        return f" at {' and '.join(parts)}" if parts else ""
 
     bad = np.isnan(found)
     if bad.any():
         scope.findings.reject(
             "TIS504",
-            f'"{span.one_line}" has no value at {shown(np.argmax(bad))}',
+            f'"{span.one_line}" has no value{shown(np.argmax(bad), variables(formula))}',
             span,
             hint="springs are pressed as well as drawn: use max(…, 0) or abs(…)",
         )
@@ -257,9 +255,10 @@ def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
     left = np.where(known["w"] == 0.0, np.abs(found), 0.0)
     if left.max() > AT_REST * np.abs(found[np.isfinite(found)]).max(initial=0.0):
         force = units.show(float(found.flat[np.argmax(left)]), units.FORCE)
+        at = shown(np.argmax(left), variables(formula) - {"w"})
         scope.findings.reject(
             "TIS309",
-            f"the viscous force is {force} at {shown(np.argmax(left))}, where nothing moves",
+            f"the viscous force is {force}{at} where nothing moves",
             span,
             hint="a force without motion belongs into the spring force",
         )
