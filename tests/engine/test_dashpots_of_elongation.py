@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.engine.members import affordable, those
-from tests.engine.running import TIERS, Bench
+from tests.engine.running import Bench
 from tests.hand_net import make_net
 from tests.integrators.test_orders import COUNTS, EXACTLY, slope
 from tissuec.integrators import INTEGRATORS
@@ -75,7 +75,9 @@ def test_every_member_follows_a_dashpot_of_elongation_and_speed(method):
     assert (apart(ran) <= tolerance * ran.largest_displacement).all()
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize(
+    "tier", ["interpreted", pytest.param("compiled", marks=pytest.mark.slow)]
+)
 def test_energy_that_such_a_dashpot_takes_is_booked(tier):
     ran = swung(tolerance=1e-10, ledger=True, tier=tier)
     lost = exact("thickening")[:, 4]

@@ -13,7 +13,7 @@ from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.layout import Layout
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, iterative, linear, scalar
+from tissuec.kernels import banded, iterative, linear, scalar, vector
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
 from tissuec.situation import Situation
@@ -150,6 +150,22 @@ class Prepared:
         mass = np.repeat(self.situation.mass, 3)
         out[self.free] = np.linalg.solve(matrix[held], (mass * right)[self.free])
         return out
+
+
+def test_both_tiers_pull_alike_under_laws_of_elongation_and_speed(monkeypatch):
+    used = {"VISCOUS", "CURVED", "CORNERED", "WATCHED", "CRUSHED", "LEDGER"}
+    for flag in [name for name, value in vars(scalar).items() if value is True]:
+        monkeypatch.setattr(scalar, flag, flag in used)
+    made = Prepared("laws")
+    nets = made.layout.compiled_net(MEMBER), made.layout.vector_net(MEMBER)
+    found = np.zeros((2, made.x.size))
+    for kernels, net, a in zip((scalar, vector), nets, found, strict=True):
+        kernels.force(0.0, made.x, made.v, a, np.zeros(2), net)
+    assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-12)
+    sides = np.zeros((2, 3, made.situation.network.spring_count))
+    for kernels, net, out in zip((scalar, vector), nets, sides, strict=True):
+        kernels.find_sides(0.0, made.x, made.v, out, net)
+    assert np.array_equal(sides[0], sides[1])
 
 
 @pytest.mark.parametrize("scene", SCENES)
