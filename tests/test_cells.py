@@ -19,7 +19,7 @@ from tissuec.running.run import run
 from tissuec.situation import Situation
 from tissuec.statics.settling import settle
 
-KINDS = ("sodium chloride", "caesium chloride", "diamond")
+KINDS = ("sodium chloride", "caesium chloride", "diamond", "braced cubes")
 CELL, MODULUS = 5e-3, 1e5
 SCENE = """language 1
 tissue gel {{ spring constant = {stiffness}; viscosity = {viscosity}; mass = 10 mg
