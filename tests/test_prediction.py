@@ -68,3 +68,23 @@ def test_gravity_is_left_out_where_there_is_none():
     weightless, heavy = (compiled(SCENE.replace("GRAVITY", one)) for one in ("0", "-9.81"))
     assert any("gravity" in line for line in skipped(weightless))
     assert not any("gravity" in line for line in skipped(heavy))
+
+
+@pytest.mark.parametrize(
+    ("method", "choices"),
+    [
+        ("relaxation { threshold = 1 uN }", ["threshold = 1 uN", "activities is none"]),
+        (
+            "propagation { growth = 1.25 }",
+            [
+                "compared forces is all", "former force is kept", "repeated is step",
+                "first step is whole frame", "growth = 1.25", "frame end is exact",
+                "smallest step = 0.015625",
+            ],
+        ),
+    ],
+)  # fmt: skip
+def test_every_choice_of_a_procedure_is_stated(method, choices):
+    text = SCENE.replace("GRAVITY", "-9.81")
+    text = text.replace("tolerance = 1e-2", f"step = 1 ms; integrator is {method}")
+    assert list(predict(compiled(text)).choices) == choices

@@ -23,7 +23,7 @@ from tissuec.compiler import Compiled, compile_scene
 from tissuec.compiling.courses import table_texts
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
-from tissuec.integrators.procedures import chosen
+from tissuec.integrators.procedures import stated
 from tissuec.plan import Plan
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import DISK, Files, Program, load, read_source
@@ -294,7 +294,7 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "integrator": simulation.integrator,
         "tolerance": simulation.tolerance,
         "step": simulation.step,
-        "choices": chosen(simulation.choices),
+        "choices": stated(simulation.choices, defaults=False) or None,
         "duration": simulation.duration,
         "plan": {"skipped": list(skipped(compiled))},
     }

@@ -13,6 +13,7 @@ from tissuec.engine.choice import choose, measured_facts
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.procedures import stated
 from tissuec.network import Network
 from tissuec.plan import RELAXATION
 from tissuec.results.size import file_size
@@ -30,6 +31,7 @@ class Prediction:
         arrays: Name -> shape, unit-free description and bytes.
         method: The integrator.
         reason: Why it.
+        choices: What is chosen of a published procedure, as it is written.
         facts: Largest angular frequency ω̂ [1/s], damping radius [1/s], damping ratio, and the
             stability limit of the step [s] of the method.
         skipped: What the scene does not need and the run does not do.
@@ -42,6 +44,7 @@ class Prediction:
     arrays: dict[str, dict[str, Any]]
     method: str
     reason: str
+    choices: tuple[str, ...]
     facts: dict[str, float]
     skipped: tuple[str, ...]
     steps: float
@@ -77,6 +80,7 @@ def predict(compiled: Compiled) -> Prediction:
         arrays=_arrays(network),
         method=choice.name,
         reason=choice.reason,
+        choices=tuple(stated(simulation.choices)),
         facts=facts,
         skipped=tuple(skipped(compiled)),
         steps=steps,

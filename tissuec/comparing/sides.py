@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tissuec.integrators.procedures import chosen
+from tissuec.integrators.procedures import stated
 from tissuec.network import Network, Provenance
 from tissuec.pipeline import Request, compile_request
 from tissuec.plan import Event as Scripted
@@ -96,7 +96,7 @@ def of_scene(request: Request) -> Side:
         settings={
             "overrides": list(request.overrides),
             "integrator": simulation.integrator,
-            "choices": chosen(simulation.choices),
+            "choices": stated(simulation.choices, defaults=False) or None,
             "tolerance": simulation.tolerance,
             "step": simulation.step,
             "duration": simulation.duration,

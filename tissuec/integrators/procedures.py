@@ -5,7 +5,7 @@ R. Kruse, SPIE Medical Imaging 1998, section 3.1.4). Each choice is an entry of 
 """
 
 from dataclasses import dataclass, fields
-from typing import Annotated
+from typing import Annotated, get_type_hints
 
 import numpy as np
 
@@ -84,14 +84,25 @@ PROCEDURES: dict[str, type[PropagationChoices] | type[RelaxationChoices]] = {
 }
 
 
-def chosen(choices: Choices | None) -> str | None:
-    """Return what is chosen otherwise than by default, as it is written; None if nothing is."""
+def stated(choices: Choices | None, *, defaults: bool = True) -> list[str]:
+    """Return what is chosen of a procedure, each choice as it is written.
+
+    Args:
+        choices: None of methods that leave no choice.
+        defaults: Whether what is chosen by default is among them.
+    """
     if choices is None:
-        return None
-    found = []
+        return []
+    found, kinds = [], get_type_hints(type(choices), include_extras=True)
     for entry in fields(choices):
-        value = getattr(choices, entry.name)
-        if value != entry.default:
-            name, sign = entry.name.replace("_", " "), "is" if isinstance(value, str) else "="
-            found.append(f"{name} {sign} {value}")
-    return "; ".join(found) or None
+        name, value = entry.name.replace("_", " "), getattr(choices, entry.name)
+        if value is None or (value == entry.default and not defaults):
+            continue
+        (kind,) = kinds[entry.name].__metadata__
+        written = isinstance(value, str)
+        found.append(
+            f"{name} is {value}"
+            if written
+            else f"{name} = {units.show(value, kind.dimension, digits=9)}"
+        )
+    return found

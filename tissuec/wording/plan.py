@@ -22,6 +22,7 @@ def method(plan: Prediction) -> list[str]:
     limit = f"up to {show(facts['limit'], TIME)}" if limited else "at any size"
     return [
         f"because {plan.reason}",
+        *plan.choices,
         f"fastest motion {facts['omega']:.4g} rad/s, damping ratio {facts['zeta']:.3g}",
         f"steps are stable {limit}",
     ]
