@@ -560,7 +560,7 @@ def greatest_inner_force(time: float, v: Floats, a: Floats, out: Floats, net: Ne
     for node in range(net.inverse_mass.size):
         inverse = net.inverse_mass[node]
         for i in range(3 * node, 3 * node + 3):
-            out[i] = a[i] - net.steady[i] + inverse * (net.drag * v[i] - out[i])
+            out[i] = a[i] - net.steady[i] + inverse * (net.drag[node] * v[i] - out[i])
     return greatest_force(out, net)
 
 
