@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 import tissuec
 from tests.matter.elastic import moved, stiffness
@@ -138,6 +139,29 @@ def test_irregular_nets_are_relaxed_as_independent_statics_relax_them(tmp_path, 
     assert stored == pytest.approx(float((u * force).sum()), rel=1e-6)
     evenly = np.abs(u - x @ strain).max()
     assert evenly > 1e-3 * np.abs(u).max(), "nothing has to be relaxed"
+
+
+def test_flat_walls_are_relaxed_as_independent_statics_relax_them(tmp_path):
+    places = np.stack(np.meshgrid(np.arange(7.0), np.arange(5.0)), -1).reshape(-1, 2)
+    inner = ((places > 0.0) & (places < (6.0, 4.0))).all(axis=1)
+    places[inner] += np.random.default_rng(2).uniform(-0.3, 0.3, (inner.sum(), 2))
+    lines = [f"v {x!r} {y!r} 0" for x, y in places.tolist()]
+    lines += ["f {} {} {}".format(*face) for face in (Delaunay(places).simplices + 1).tolist()]
+    scene = imported(tmp_path, "\n".join(lines), "wall.obj", more="thickness = 1 mm")
+    (found,) = tissuec.properties(scene, frequencies=0)
+    compiled = tissuec.compile(scene)
+    x = compiled.network.position
+    strain = np.array([[1.0, 0.3, 0.0], [0.3, -0.5, 0.0], [0.0, 0.0, 0.0]])
+    held = {3 * node + 2: 0.0 for node in range(len(x))} | {
+        3 * int(node) + axis: float(strain[axis] @ x[node])
+        for node in np.flatnonzero(~inner)
+        for axis in range(2)
+    }
+    u, force = moved(stiffness(compiled.network, compiled.plan), held)
+    voigt = np.array([1.0, -0.5, 0.6])
+    stored = 24e-6 * 1e-3 * voigt @ np.array(found.elasticity.matrix) @ voigt
+    assert stored == pytest.approx(float((u * force).sum()), rel=1e-6)
+    assert np.abs(u - x @ strain).max() > 1e-2 * np.abs(u).max(), "nothing has to be relaxed"
 
 
 def test_tetrahedra_have_about_the_modulus_of_their_tissue(tmp_path):
