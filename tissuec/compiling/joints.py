@@ -93,7 +93,7 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
         interface="", may_rupture=joint.may_rupture,
-        bending=None, shell=None, mass=None, mass_span=None,
+        bending=None, fibres=None, fibres_span=None, shell=None, mass=None, mass_span=None,
         thickness=None, section=joint.section,
         velocity=still, spin=still, is_whole=True, span=joint.span,
     )  # fmt: skip

@@ -33,6 +33,7 @@ from tissuec.scene.given import LARGEST_SHARE
 from tissuec.scene.laws import LAW_KINDS
 from tissuec.scene.model import Given, Tissue, WrittenLaws
 from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
     OF_MATTER,
     POISSONS_RATIO,
     QUANTITIES,
@@ -82,7 +83,8 @@ class MaterialReader:
         self.is_typed = ~np.isnan(self.typed)
         self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
         self.shares = drawing.mesh.shares
-        self._shared_out: Matter | None = None
+        self._reader: MatterReader | None = None
+        self._shared_out: dict[float, Matter] = {}  # by what fibres add
         self.materials = [Material(body.name, body.tissue, None, body.span)]
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
@@ -91,6 +93,7 @@ class MaterialReader:
 
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
+        self._refuse_idle_fibres()
         return {"mass": self._mass(), **self.read_springs()}
 
     def read_springs(self) -> dict[str, Explained]:
@@ -367,13 +370,14 @@ class MaterialReader:
         """Return what follows for springs from a quantity of matter, shape (spring,)."""
         match key_of(given.quantity.name):
             case "young's modulus":
-                each = self._matter(given).stiffness
-                each = each if self.poisson is None else each * self.poisson.of_springs
+                springs = 1.0 if self.poisson is None else self.poisson.of_springs
+                added = self._added_by_fibres(given) / springs
+                each = springs * self._matter(given, added).stiffness
             case "shear viscosity":
-                matter = self._matter(given)
+                matter = self._matter(given, 0.0)
                 each = matter.shears * matter.stiffness
             case "flow viscosity":
-                each = self._matter(given).stiffness
+                each = self._matter(given, 0.0).stiffness
             case "retardation time":
                 each = self.stiffness[0]
             case share if share in SHARES:
@@ -386,7 +390,8 @@ class MaterialReader:
     def hinges(self, arrays: Mapping[str, Floats]) -> Hinges | None:
         """Return what makes the walls of the body resist bending; None where nothing does."""
         return hinges_of(
-            self.drawing, self._shared_out, self._found("spring constant"),
+            self.drawing, next(iter(self._shared_out.values()), None),
+            self._found("spring constant"),
             arrays["stiffness"], arrays["damping"], self.findings,
         )  # fmt: skip
 
@@ -429,10 +434,11 @@ class MaterialReader:
         return total
 
     def _modulus_beside(self, stress: Given) -> float:
-        """Return the Young's modulus of the tissue that a stress belongs to [Pa]."""
-        modulus = self._beside_in_tissue(stress).get(YOUNGS_MODULUS)
+        """Return the modulus of the tissue that a stress belongs to, along any fibres [Pa]."""
+        beside = self._beside_in_tissue(stress)
+        modulus = beside.get(YOUNGS_MODULUS)
         if modulus is not None:
-            return modulus.value
+            return beside.get(FIBRE_MODULUS, modulus).value
         what = stress.quantity
         self.findings.reject(
             "TIS304",
@@ -447,11 +453,58 @@ class MaterialReader:
         tissues = (m.tissue for m in self.materials if m.tissue is not None)
         return next(t.given for t in tissues if given in t.given.values())
 
-    def _matter(self, given: Given) -> Matter:
-        """Return how the matter of the body is shared out, which a quantity asks for."""
-        if self._shared_out is None:
-            self._shared_out = MatterReader(self.drawing, given.span, self.findings).read()
-        return self._shared_out
+    def _refuse_idle_fibres(self) -> None:
+        """Reject a direction without fibres, and fibres without a body that they stiffen."""
+        given = [m.tissue.given for m in self.materials if m.tissue is not None]
+        along = [one[FIBRE_MODULUS] for one in given if FIBRE_MODULUS in one]
+        if self.body.fibres is not None and not along:
+            self.findings.reject(
+                "TIS306",
+                f"the tissue of {self.body.name} has no fibres that could have a direction",
+                self.body.fibres_span or self.body.span,
+                hint="write a fibre modulus in the tissue, or leave this out",
+            )
+        for one in given:
+            if FIBRE_MODULUS in one and YOUNGS_MODULUS not in one:
+                self.findings.reject(
+                    "TIS304",
+                    "a fibre modulus says nothing without a Young's modulus",
+                    one[FIBRE_MODULUS].span,
+                    hint="write a Young's modulus: that across the fibres",
+                    notes=(Note(f"used by {self.body.name}", self.body.span),),
+                )
+
+    def _added_by_fibres(self, given: Given) -> float:
+        """Return what fibres of a tissue add to its Young's modulus, as a part of it."""
+        beside = self._beside_in_tissue(given)
+        if FIBRE_MODULUS not in beside:
+            return 0.0
+        fibres, modulus = beside[FIBRE_MODULUS], beside[YOUNGS_MODULUS]
+        if fibres.value < modulus.value:
+            self.findings.reject(
+                "TIS309",
+                "a body cannot be softer along its fibres than its Young's modulus across them",
+                fibres.span,
+                hint="write a larger fibre modulus, or leave it out",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return fibres.value / modulus.value - 1.0
+
+    def _matter(self, given: Given, added: float | None = None) -> Matter:
+        """Return how the matter of the body is shared out, which a quantity asks for.
+
+        Args:
+            added: What fibres add to Young's modulus, as a part of it; as much as its tissue
+                says if None.
+        """
+        if added is None:
+            has = YOUNGS_MODULUS in self._beside_in_tissue(given)
+            added = self._added_by_fibres(given) if has else 0.0
+        if added not in self._shared_out:
+            if self._reader is None:
+                self._reader = MatterReader(self.drawing, given.span, self.findings)
+            self._shared_out[added] = self._reader.read(added)
+        return self._shared_out[added]
 
     @cached_property
     def _first_is_softer(self) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ of the body; threads and explicit nets are bars with a section.
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
+from typing import NoReturn
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.matter.block import POISSON_OF_BRACED, fitted_block, sample_of
 from tissuec.matter.elasticity import wall_springs
+from tissuec.matter.fibres import Fibres
 from tissuec.matter.patch import fitted
 from tissuec.matter.plate import RIGIDITY, Plate, plate
 from tissuec.matter.solid import Solid
@@ -24,10 +26,12 @@ from tissuec.matter.traction import POISSON, measured
 from tissuec.meshes import Mesh, Threaded
 from tissuec.meshes.lattice import Lattice
 from tissuec.network import Floats
+from tissuec.scene.bodies import AXIAL
 from tissuec.scene.findings import Findings
 
 POISSON_OF_SURFACE = 1.0 / 3.0
 UNEVEN = 0.1  # how much the stiffness of a mesh may depend on the direction, untold
+_ACROSS = 0.1  # part of a direction that must lie within a sheet
 _TESTED = 300_000  # springs of a solid up to which it is tested; of larger lattices, a part
 
 
@@ -57,11 +61,13 @@ class Matter:
 
 
 class _Drawn:
-    """A solid as it is drawn; equal to others that have the same nodes and springs."""
+    """A solid as it is drawn; equal to others that have the same nodes, springs and fibres."""
 
-    def __init__(self, mesh: Mesh, solid: Solid, generator: object):
-        self.mesh, self.solid, self.generator = mesh, solid, generator
+    def __init__(self, mesh: Mesh, solid: Solid, generator: object, fibres: Fibres | None):
+        self.mesh, self.solid, self.generator, self.fibres = mesh, solid, generator, fibres
         self._bytes = mesh.position.tobytes() + mesh.ends.tobytes() + solid.volume.tobytes()
+        if fibres is not None:
+            self._bytes += fibres.stiffness.tobytes()
 
     def __hash__(self) -> int:
         return hash(self._bytes)
@@ -75,8 +81,8 @@ def _fitted(drawn: _Drawn) -> Floats:
     """Return the constants of springs per shear modulus, before any test [m]."""
     mesh = drawn.mesh
     if isinstance(drawn.generator, Lattice):
-        return fitted_block(drawn.generator, mesh)
-    return fitted(mesh.position, mesh.ends, drawn.solid)
+        return fitted_block(drawn.generator, mesh, drawn.fibres)
+    return fitted(mesh.position, mesh.ends, drawn.solid, drawn.fibres)
 
 
 def can_be_matter(drawing: Drawing) -> bool:
@@ -101,9 +107,16 @@ class MatterReader:
     def __init__(self, drawing: Drawing, span: Span, findings: Findings):
         self.drawing, self.body = drawing, drawing.body
         self.span, self.findings = span, findings
+        self._added = 0.0
+        self._is_told = False  # that the mesh is not isotropic
 
-    def read(self) -> Matter:
-        """Return the shares of the body; what is missing is rejected with its place."""
+    def read(self, added: float = 0.0) -> Matter:
+        """Return the shares of the body; what is missing is rejected with its place.
+
+        Args:
+            added: What fibres add to Young's modulus, as a part of it.
+        """
+        self._added = added
         mesh = self._own()
         if isinstance(self.body.mesh, Threaded):
             self._refuse("thickness", "section")
@@ -140,14 +153,14 @@ class MatterReader:
         along = np.bincount(
             self.drawing.mesh.ends[pieces].ravel(), half, len(self.drawing.mesh.position)
         )
-        return Matter(section / length, section * along, None)
+        return Matter((1.0 + self._added) * section / length, section * along, None)
 
     def _surface(self, mesh: Mesh) -> Matter:
         if self.body.thickness is None:
             self._missing("thickness", "thickness of its wall", "thickness = 1 mm")
         thickness = self.body.thickness
         try:
-            found = surface(mesh)
+            found = surface(mesh, self._fibres_in_wall(mesh) if self._added else None)
         except ValueError as error:
             self._impossible(str(error), "choose a mesh whose springs lie in its surface")
         self._warn_if_uneven(
@@ -179,22 +192,33 @@ class MatterReader:
         if isinstance(generator, Lattice) and generator.is_braced:
             poisson = POISSON_OF_BRACED
         shears = 2.0 * (1.0 + poisson)
-        stiffness = _fitted(_Drawn(mesh, solid, generator)) / shears
+        fibres = self._fibres_in_solid() if self._added else None
+        try:
+            stiffness = _fitted(_Drawn(mesh, solid, generator, fibres)) / shears
+        except ValueError as error:
+            self._impossible(str(error), "choose another kind of lattice")
         if len(mesh.ends) <= _TESTED:
-            stiffness = stiffness * self._correction(mesh, stiffness, solid, poisson)
+            stiffness = stiffness * self._correction(mesh, stiffness, solid, poisson, fibres)
         elif isinstance(generator, Lattice):
             small = sample_of(generator)
             few = small.build()
             assert few.volume is not None
             part = Solid.of(few.position, few.volume, few.skin)
-            constant = fitted_block(small, few) / shears
-            stiffness = stiffness * self._correction(few, constant, part, poisson)
+            constant = fitted_block(small, few, fibres) / shears
+            stiffness = stiffness * self._correction(few, constant, part, poisson, fibres)
         return Matter(self._with_bending(stiffness), volume, poisson, is_solid=True)
 
-    def _correction(self, mesh: Mesh, stiffness: Floats, solid: Solid, poisson: float) -> float:
+    def _correction(
+        self,
+        mesh: Mesh,
+        stiffness: Floats,
+        solid: Solid,
+        poisson: float,
+        fibres: Fibres | None,
+    ) -> float:
         """Return by what springs are to be multiplied for the right Young's modulus."""
         try:
-            found = measured(mesh.position, mesh.ends, stiffness, solid, poisson)
+            found = measured(mesh.position, mesh.ends, stiffness, solid, poisson, fibres)
         except ValueError as error:
             self._impossible(
                 f"{error} in its mesh",
@@ -205,6 +229,49 @@ class MatterReader:
         limits = float(every.min()), float(every.max())
         self._warn_if_uneven(limits, "use springs that reach further, or smaller cells")
         return 1.0 / mean
+
+    # --- fibres -------------------------------------------------------------------------------
+
+    def _direction(self) -> Floats | str:
+        if self.body.fibres is None:
+            self._missing("fibres", "direction of its fibres", "fibres = (1, 0, 0)")
+        return self.body.fibres
+
+    def _fibres_in_solid(self) -> Fibres:
+        direction = self._direction()
+        if isinstance(direction, str):
+            self._refuse_fibres("only those of a tube run along or around an axis")
+        return Fibres(direction, self._added)
+
+    def _fibres_in_wall(self, mesh: Mesh) -> Fibres:
+        """Return fibres in a grid, along its rows and at right angles to them."""
+        direction, grid = self._direction(), mesh.grid
+        if grid is None:
+            self._refuse_fibres("in a wall, they need springs in rows, as in a sheet or a tube")
+        side, other = mesh.position[[1, grid.columns]] - mesh.position[0]
+        if not grid.closed:
+            if isinstance(direction, str):
+                self._refuse_fibres("only those of a tube run along or around an axis")
+            first = side / np.linalg.norm(side)
+            second = other - (other @ first) * first
+            within = np.array([direction @ first, direction @ second / np.linalg.norm(second)])
+            if (length := float(np.linalg.norm(within))) < _ACROSS:
+                self._refuse_fibres("they would stand across the sheet")
+            return Fibres(within / length, self._added)
+        if not isinstance(direction, str):
+            along = abs(float(direction @ other)) / float(np.linalg.norm(other))
+            if along < 1.0 - 1e-6:
+                self._refuse_fibres("in a tube, they run along its axis or around it")
+            direction = AXIAL
+        return Fibres(np.array([0.0, 1.0] if direction == AXIAL else [1.0, 0.0]), self._added)
+
+    def _refuse_fibres(self, why: str) -> NoReturn:
+        self.findings.reject(
+            "TIS309", f"{self.body.name} cannot have these fibres: {why}",
+            self.body.fibres_span or self.body.span,
+            hint="write fibres = (1, 0, 0), or, in a tube, fibres is axial or circumferential",
+            notes=self._notes(),
+        )  # fmt: skip
 
     def _with_bending(self, stiffness: Floats) -> Floats:
         """Return spring constants also of springs that resist bending.
@@ -251,7 +318,9 @@ class MatterReader:
 
     def _warn_if_uneven(self, limits: tuple[float, float], hint: str) -> None:
         """Tell how much a stiffness depends on the direction, per the one given."""
-        if max(abs(limit - 1.0) for limit in limits) > UNEVEN:
+        uneven = max(abs(limit - 1.0) for limit in limits) > UNEVEN
+        if uneven and not self._is_told:
+            self._is_told = True
             self.findings.add(
                 "W207",
                 f"the mesh of {self.body.name} is not isotropic: depending on the direction, "

@@ -23,7 +23,7 @@ from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
 from tissuec.plan import RELAXATION
 from tissuec.scene import meanings, settings
-from tissuec.scene.bodies import BENDING, BODY_ENTRIES, ELASTIC
+from tissuec.scene.bodies import AXIAL, BENDING, BODY_ENTRIES, CIRCUMFERENTIAL, ELASTIC
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.entries import default_in_words, form_of, kind_in_words
 from tissuec.scene.expressions import FUNCTIONS
@@ -153,7 +153,12 @@ def entries(block: Block) -> Terms:
             return _of_material(block.kind)
         case Block("body"):
             own = _meant(
-                "body", {"region": " "}, mesh=meshes(), rupture=_rupture(), bending=_bending()
+                "body",
+                {"region": " "},
+                mesh=meshes(),
+                rupture=_rupture(),
+                bending=_bending(),
+                fibres=_fibres(),
             )
             return own | {name: _entry(entry) for name, entry in BODY_ENTRIES.items()}
         case Block("joint"):
@@ -270,6 +275,15 @@ def _of_learning() -> Terms:
 
 def _rupture() -> Terms:
     return plain(CHOICE, ["allowed"], "Springs break beyond their fraction force.")
+
+
+def _fibres() -> Terms:
+    return _by_label(
+        [
+            Term(AXIAL, CHOICE, "along the axis of a tube"),
+            Term(CIRCUMFERENTIAL, CHOICE, "around the axis of a tube"),
+        ]
+    )
 
 
 def _bending() -> Terms:

@@ -20,7 +20,7 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.running.interrupting import interruption
 from tissuec.scene.library import belongs_to_scenes
 from tissuec.scene.model import Tissue
-from tissuec.scene.quantities import OF_MATTER, YOUNGS_MODULUS
+from tissuec.scene.quantities import FIBRE_MODULUS, OF_MATTER, YOUNGS_MODULUS
 
 TISSUE, TABS = "lab tissue", "lab tab tissue"
 #: What a body needs beside springs, and what stands in where the tissue does not say it.
@@ -93,10 +93,11 @@ class Bench:
 
     @property
     def stiffness(self) -> float:
-        """Return about which Young's modulus the tissue has, to choose loads by [Pa]."""
+        """Return about which modulus the tissue has along x, to choose loads by [Pa]."""
         given = {key: one.value for key, one in self.tissue.given.items()}
         of_springs = given.get("spring constant", 1.0) / self.spacing
-        return given.get(YOUNGS_MODULUS) or of_springs or 1.0
+        matter = given.get(FIBRE_MODULUS) or given.get(YOUNGS_MODULUS)
+        return matter or of_springs or 1.0
 
     @property
     def relaxes(self) -> bool:
@@ -107,17 +108,23 @@ class Bench:
         """Return whether the tissue does not say its mass, or viscosity, in any way."""
         return not any(key in self.tissue.given for key in (what, *OF_MATTER[what]))
 
-    def coupons(self, width: float = 0.02) -> tuple[Coupon, Coupon]:
+    @property
+    def has_fibres(self) -> bool:
+        """Return whether the tissue is stiffer in one direction."""
+        return FIBRE_MODULUS in self.tissue.given
+
+    def coupons(self, width: float = 0.02, along: str = "x") -> tuple[Coupon, Coupon]:
         """Return a coarse coupon and a fine one.
 
         Where quantities belong to springs, the finer one is larger.
 
         Args:
             width: Of coupons of matter [m].
+            along: How fibres run in them, if the tissue has any.
         """
         sizes = (width, width) if self.is_of_matter else (2 * self.spacing, 4 * self.spacing)
         coarse, fine = (
-            Coupon(cells, size, self.thickness)
+            Coupon(cells, size, self.thickness, along if self.has_fibres else "")
             for cells, size in zip((2, 4), sizes, strict=True)
         )
         return coarse, fine

@@ -22,11 +22,13 @@ class Coupon:
         cells: Across; even, so that there are nodes at the gauges.
         width: [m].
         thickness: Of a strip [m]; None of a bar.
+        fibres: Along which axis they run, "x" or "y"; empty without any.
     """
 
     cells: int
     width: float
     thickness: float | None = None
+    fibres: str = ""
 
     @property
     def cell(self) -> float:
@@ -67,6 +69,8 @@ class Coupon:
         yield f"  tissue is {tissue}"
         if self.thickness is not None:
             yield f"  thickness = {_si(self.thickness, 'm')}"
+        if self.fibres:
+            yield f"  fibres = ({', '.join(str(int(axis == self.fibres)) for axis in AXES)})"
         if tabs:
             low, high = (self._beside(part, side) for part, side in ((0.25, -1), (0.75, 1)))
             yield f"  region lab tabs where x < {low} or x > {high} {{ tissue is {tabs} }}"

@@ -18,7 +18,7 @@ from tissuec.lab.statics import Curve, Tension
 from tissuec.pipeline import Request
 from tissuec.provenance import used_tissues
 from tissuec.scene.model import Known, Tissue
-from tissuec.scene.quantities import KNOWABLE
+from tissuec.scene.quantities import KNOWABLE, YOUNGS_MODULUS
 from tissuec.scene.resolve import Words
 
 SHARE = 0.05  # by which a measurement may be off
@@ -146,6 +146,7 @@ class _Examiner:
         self.bench = bench
         self.found = Examination(bench.tissue, bench.coupons())
         self.tensions: list[Tension] = []
+        self.across: list[Tension] = []  # as along, where there are no fibres
         self.near: float | None = None  # stress at which the coarse coupon broke [Pa]
 
     def all(self) -> Examination:
@@ -154,6 +155,10 @@ class _Examiner:
         self._test("tension", self._tension)
         if len(self.tensions) < 2:
             return self.found  # all others need its modulus
+        if self.bench.has_fibres:
+            self._test("tension across", self._tension_across)
+        else:
+            self.across = self.tensions
         if self.bench.thickness is None:
             self._test("compression", self._compression)
             self._test("shear", self._shear)
@@ -169,19 +174,35 @@ class _Examiner:
         guess = self.tensions[0].modulus if self.tensions else self.bench.stiffness
         found = statics.tension(self.bench, self.found.coupons[number], guess)
         self.tensions.append(found)
-        values = {"Young's modulus": found.modulus, "Poisson's ratio": found.ratio}
+        values = {self._along: found.modulus, "Poisson's ratio": found.ratio}
         return values if self.bench.lacks("mass") else {**values, "density": found.density}
+
+    @property
+    def _along(self) -> str:
+        """Return which modulus coupons have along x."""
+        return "fibre modulus" if self.bench.has_fibres else "Young's modulus"
+
+    def _tension_across(self, number: int) -> Values:
+        coupon = self.bench.coupons(along="y")[number]
+        guess = self.bench.tissue.given[YOUNGS_MODULUS].value
+        self.across.append(statics.tension(self.bench, coupon, guess))
+        return {"Young's modulus": self.across[-1].modulus}
 
     def _compression(self, number: int) -> Values:
         modulus, curve = statics.compressed(self.bench, self.found.coupons[number])
         self.found.curves[number].append(curve)
-        return {"Young's modulus": modulus}
+        return {self._along: modulus}
 
     def _shear(self, number: int) -> Values:
-        guess = self.tensions[number].modulus / 3.0
+        guess = self.across[number].modulus / 3.0
         return {"shear modulus": statics.shear(self.bench, self.found.coupons[number], guess)}
 
     def _press(self) -> None:
+        if self.bench.has_fibres:
+            self.found.notes.append(
+                "without indentation: its theory is that of tissue without fibres"
+            )
+            return
         prestress = self.bench.tissue.given.get("prestress")
         if prestress is not None and prestress.value:
             self.found.notes.append(
@@ -204,26 +225,26 @@ class _Examiner:
         return {"breaking strain": found.strain, "strength": found.stress}
 
     def _motion(self) -> None:
-        """Test how it relaxes if it does, and otherwise how it oscillates."""
+        """Test how it relaxes if it does, and otherwise how it oscillates, across fibres."""
         lacking = [what for what in ("mass", "viscosity") if self.bench.lacks(what)]
         if lacking:
             text = f"without tests in motion: the tissue has no {' and no '.join(lacking)}"
             self.found.notes.append(text)
         elif self.bench.relaxes:
-            coupons = self.bench.coupons(motion.width_to_hold(self.bench, self.tensions[1]))
+            coupons = self.bench.coupons(motion.width_to_hold(self.bench, self.across[1]), "y")
             self._test("ramp and hold", lambda number: self._held(coupons[number], number))
         else:
-            coupons = self.bench.coupons(motion.width_for(self.bench, self.tensions[1]))
+            coupons = self.bench.coupons(motion.width_for(self.bench, self.across[1]), "y")
             self._test("oscillation", lambda number: self._let_go(coupons[number], number))
 
     def _held(self, coupon: Coupon, number: int) -> Values:
-        found = motion.held(self.bench, coupon, self.tensions[number])
+        found = motion.held(self.bench, coupon, self.across[number])
         has_several = TIMES[1] in self.found.tissue.given
         names = tuple(_OTHERS) if has_several else ("relaxing share", TIMES[0])
         return dict(zip(names, (found.share, found.time), strict=True))
 
     def _let_go(self, coupon: Coupon, number: int) -> Values:
-        tension = self.tensions[number]
+        tension = self.across[number]
         found = motion.oscillation(self.bench, coupon, tension)
         shear = tension.modulus / (2.0 * (1.0 + tension.ratio))
         return {"retardation time": found.time, "shear viscosity": found.time * shear}

@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.matter.fibres import Fibres
 from tissuec.matter.patch import fitted
 from tissuec.matter.solid import Solid
 from tissuec.meshes import Mesh
@@ -37,14 +38,20 @@ def sample_of(lattice: Lattice) -> Lattice:
     return replace(lattice, box=(low, low + kept * lattice.cell))
 
 
-def fitted_block(lattice: Lattice, mesh: Mesh) -> Floats:
-    """Return the constants of a lattice's springs per shear modulus [m], shape (spring,)."""
+def fitted_block(lattice: Lattice, mesh: Mesh, fibres: Fibres | None = None) -> Floats:
+    """Return the constants of a lattice's springs per shear modulus [m], shape (spring,).
+
+    Raises:
+        ValueError: There are fibres in braced cubes.
+    """
     if lattice.is_braced:
+        if fibres is not None:
+            raise ValueError("springs of braced cubes run in too few directions for fibres")
         return _braced(lattice, mesh)
     small = sample_of(lattice)
     cells, kept = np.array(lattice.cells()), np.array(small.cells())
     sample = small.build()
-    constant = _fitted(sample)
+    constant = _fitted(sample, fibres)
     if (kept == cells).all():
         return constant
     low, _ = lattice.corners
@@ -76,9 +83,10 @@ def _braced(lattice: Lattice, mesh: Mesh) -> Floats:
     return lattice.cell * np.where(is_edge, 2.0 * share, 3.0)
 
 
-def _fitted(mesh: Mesh) -> Floats:
+def _fitted(mesh: Mesh, fibres: Fibres | None) -> Floats:
     assert mesh.volume is not None
-    return fitted(mesh.position, mesh.ends, Solid.of(mesh.position, mesh.volume, mesh.skin))
+    solid = Solid.of(mesh.position, mesh.volume, mesh.skin)
+    return fitted(mesh.position, mesh.ends, solid, fibres)
 
 
 def _numbered(position: Floats, low: Floats, scale: float, shape: NDArray[np.int64]) -> Indices:

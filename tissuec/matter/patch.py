@@ -13,7 +13,8 @@ finite elements (B. M. Irons and A. Razzaque, 1972) for every ε if
 
     Σ k L n_i n_j n_k = - μ (δ_ij N_k + δ_ik N_j + δ_jk N_i)    at every node.
 
-These linear equations are solved for k ≥ 0 in the sense of least squares, drawn weakly towards
+Fibres along f that add β f f f f to C add -β f_i f_j f_k f_l N_l to the right-hand side. These
+linear equations are solved for k ≥ 0 in the sense of least squares, drawn weakly towards
 springs that share the volume around their ends evenly.
 """
 
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.matter.fibres import Fibres
 from tissuec.matter.solid import Solid
 from tissuec.network import Floats
 
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 Pairs = NDArray[np.int32]
 
+YOUNG = 2.5  # modulus of a solid of springs whose shear modulus is 1
 WEIGHT = 1e-3  # of the even share, beside the equations
 ROUNDS = 20  # of choosing the springs that are left out
 #: The entries of a symmetric tensor of three indices, and how often each stands in it.
@@ -38,7 +41,7 @@ TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
 TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
 
 
-def fitted(position: Floats, ends: Pairs, solid: Solid) -> Floats:
+def fitted(position: Floats, ends: Pairs, solid: Solid, fibres: Fibres | None = None) -> Floats:
     """Return the constants of springs per shear modulus [m], shape (spring,).
 
     They pass the patch test as nearly as they can.
@@ -47,10 +50,11 @@ def fitted(position: Floats, ends: Pairs, solid: Solid) -> Floats:
         position: [m], shape (node, 3).
         ends: Node pair of each spring, shape (spring, 2).
         solid: What the nodes stand for.
+        fibres: In it, if there are any.
     """
     along = position[ends[:, 1]] - position[ends[:, 0]]
     start = _even(along, ends, solid)
-    matrix, wanted = _equations(along, ends, solid, start)
+    matrix, wanted = _equations(along, ends, solid, start, fibres)
     return start * _not_negative(matrix, wanted)
 
 
@@ -65,7 +69,7 @@ def _even(along: Floats, ends: Pairs, solid: Solid) -> Floats:
 
 
 def _equations(
-    along: Floats, ends: Pairs, solid: Solid, start: Floats
+    along: Floats, ends: Pairs, solid: Solid, start: Floats, fibres: Fibres | None
 ) -> tuple["csr_matrix", Floats]:
     """Return the equations of the patch test for multiples of some spring constants.
 
@@ -88,6 +92,9 @@ def _equations(
     traction = (
         unit[i, j] * outward[:, k] + unit[i, k] * outward[:, j] + unit[j, k] * outward[:, i]
     )
+    if fibres is not None:  # μ is 1 here
+        f = fibres.direction
+        traction += YOUNG * fibres.added * (f[i] * f[j] * f[k]) * (outward @ f)[:, None]
     return matrix, (-traction * np.sqrt(TIMES) * size[:, None]).ravel()
 
 

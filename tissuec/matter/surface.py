@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.matter.elasticity import range_of_wall, young_around
+from tissuec.matter.fibres import Fibres
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Grid
 from tissuec.shapes.sharing import area_shares, grid_areas, node_areas
@@ -30,7 +31,7 @@ STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 _SHEAR = 3.0 / 8.0  # μ / (E t)
 _ALIKE = 1e-4  # how much it counts that springs are alike, beside what they make up
 _ROUNDS = 20  # in which the lateral stiffness is found that springs can have
-_TENSION = np.array([3.0, 1.0, 3.0])
+_ISOTROPIC = np.array([[3.0, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 1.0]])  # μ = 1
 _LEAST = 0.1  # of an even share: what any spring has in a tube with springs inside
 _SHARE = 3.0**0.5 / 2.0  # k / (E t) of a spring with the share 1
 
@@ -50,14 +51,19 @@ class Surface:
     range: tuple[float, float]
 
 
-def surface(mesh: Mesh) -> Surface:
+def surface(mesh: Mesh, fibres: Fibres | None = None) -> Surface:
     """Return a mesh with a skin as a surface.
+
+    Args:
+        fibres: In it, along the rows of a grid and at right angles to them; None without any.
 
     Raises:
         ValueError: Some springs lie in no face of the surface, and not across a tube.
     """
     if mesh.grid is not None:
-        return _of_grid(mesh, mesh.grid)
+        return _of_grid(mesh, mesh.grid, fibres)
+    if fibres is not None:
+        raise ValueError("fibres need springs in rows, as those of a sheet or a tube")
     constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
     if not constant.all():
         raise ValueError("some of its springs lie in no triangle of its surface")
@@ -65,7 +71,7 @@ def surface(mesh: Mesh) -> Surface:
     return Surface(node_areas(mesh.position, mesh.skin), constant, found)
 
 
-def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
+def _of_grid(mesh: Mesh, grid: Grid, fibres: Fibres | None) -> Surface:
     """Return a grid of equal cells as a surface."""
     rows, columns = np.divmod(mesh.ends.astype(np.int64), grid.columns)
     down, right = rows[:, 1] - rows[:, 0], columns[:, 1] - columns[:, 0]
@@ -88,12 +94,19 @@ def _of_grid(mesh: Mesh, grid: Grid) -> Surface:
         grid.columns - (0 if grid.closed else np.abs(steps[:, 1]))
     )
     weight = count / each / area
-    found = _SHEAR * isotropic(stretch, weight, _LEAST if inside.any() else 0.0)
+    least = _LEAST if inside.any() else 0.0
+    if fibres is None:
+        found, asked = isotropic(stretch, weight, least), _ISOTROPIC
+    else:
+        asked = _ISOTROPIC + fibres.stiffness / _SHEAR
+        found = _made_of(stretch, weight, asked, least)
+    found = _SHEAR * found
     free = (down == 0) & np.isin(rows[:, 0], (0, grid.rows - 1))
     if not grid.closed:
         free |= (right == 0) & np.isin(columns[:, 0], (0, grid.columns - 1))
     constant = found[family.ravel()] * np.where(free, 0.5, 1.0)
     young = young_around(np.einsum("k,ki,kj->ij", found * weight, stretch, stretch))
+    young = young / young_around(_SHEAR * asked)
     areas = grid_areas(mesh.position, grid.rows, grid.columns, closed=grid.closed)
     return Surface(areas, constant, (float(young.min()), float(young.max())))
 
@@ -143,21 +156,32 @@ def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:
         weight: w, shape (k,).
         least: Least k, as a part of what it is if all springs are alike.
     """
+    found, wanted = np.zeros(len(weight)), _ISOTROPIC.copy()
+    for _ in range(_ROUNDS):
+        found = _made_of(stretch, weight, wanted, least)
+        lateral = float(stretch[:, 0] * stretch[:, 1] * weight @ found)
+        straight = 4.0 / 3.0 + np.hypot(4.0 / 3.0, lateral)  # for which E t is 8/3 μ
+        wanted = np.diag([straight, straight, 1.0])
+        wanted[0, 1] = wanted[1, 0] = lateral
+    return found
+
+
+def _made_of(stretch: Floats, weight: Floats, wanted: Floats, least: float) -> Floats:
+    """Return k for which Σ k w s s is next to a tensor, shape (k,).
+
+    Args:
+        wanted: In Voigt's order, shape (3, 3).
+        stretch, weight, least: As in ``isotropic``.
+    """
     from scipy.optimize import nnls
 
     one, other = np.triu_indices(3)
     shear = (one == 2).astype(int) + (other == 2)
     times = np.sqrt(np.where(one == other, 1.0, 2.0) * 2.0**shear)
     made_of = (times * stretch[:, one] * stretch[:, other] * weight[:, None]).T
-    even = _TENSION.sum() / max(float(made_of.sum()), np.finfo(float).tiny)
+    right = times * wanted[one, other]
+    even = right.sum() / max(float(made_of.sum()), np.finfo(float).tiny)
     alike = np.linalg.norm(made_of) * _ALIKE * np.eye(len(weight))  # of all that do
-    lateral = 1.0
-    for _ in range(_ROUNDS):
-        straight = 4.0 / 3.0 + np.hypot(4.0 / 3.0, lateral)  # for which E t is 8/3 μ
-        wanted = np.diag([straight, straight, 1.0])
-        wanted[0, 1] = lateral
-        left = times * wanted[one, other] - least * even * made_of.sum(axis=1)
-        rows = np.concatenate([left, (1.0 - least) * even * alike.sum(axis=1)])
-        found = least * even + nnls(np.vstack([made_of, alike]), rows)[0]
-        lateral = float(made_of[1] @ found) / times[1]
-    return np.asarray(found)
+    left = right - least * even * made_of.sum(axis=1)
+    rows = np.concatenate([left, (1.0 - least) * even * alike.sum(axis=1)])
+    return np.asarray(least * even + nnls(np.vstack([made_of, alike]), rows)[0])

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.matter.fibres import Fibres
 from tissuec.matter.linear import elongations, solution, stiffness
 from tissuec.matter.solid import Solid
 from tissuec.network import Floats
@@ -37,8 +38,11 @@ def measured(
     constant: Floats,
     solid: Solid,
     poisson: float = POISSON,
+    fibres: Fibres | None = None,
 ) -> Stiffness:
     """Return how stiff springs make a body whose Young's modulus should be 1 Pa.
+
+    With fibres, that is its modulus without them, and each stiffness is compared with its own.
 
     Args:
         position: [m], shape (node, 3).
@@ -46,21 +50,35 @@ def measured(
         constant: Of each spring per Young's modulus [m], shape (spring,).
         solid: What the nodes stand for.
         poisson: Poisson's ratio of the body.
+        fibres: In it, if there are any.
 
     Raises:
         ValueError: Nothing resists one of the stresses.
     """
     matrix = stiffness(elongations(position, ends), constant)
     volume = float(solid.volume.sum())
+    compliance = _compliance(poisson, fibres)
     found = []
-    for one, other in ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)):
+    for each, (one, other) in zip(compliance, _STRESSES, strict=True):
         force = np.zeros_like(position)
         force[:, one] += solid.outward[:, other]
         if one != other:
             force[:, other] += solid.outward[:, one]
         stored = 0.5 * float(force.ravel() @ solution(matrix, force.ravel()))
-        asked = 0.5 * volume * (1.0 if one == other else 2.0 * (1.0 + poisson))
+        asked = 0.5 * volume * each
         if not 0.0 < stored < _FLOPPY * asked:
             raise ValueError("nothing resists " + ("tension" if one == other else "shear"))
         found.append(asked / stored)
     return Stiffness(np.array(found[:3]), np.array(found[3:]))
+
+
+_STRESSES = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
+
+
+def _compliance(poisson: float, fibres: Fibres | None) -> Floats:
+    """Return strains under unit stresses of a Young's modulus of 1 Pa [1/Pa], shape (6,)."""
+    whole = np.diag([1.0] * 3 + [2.0 * (1.0 + poisson)] * 3)
+    whole[:3, :3] -= poisson * (1.0 - np.eye(3))
+    if fibres is not None:
+        whole = np.linalg.inv(np.linalg.inv(whole) + fibres.stiffness)
+    return np.diag(whole)

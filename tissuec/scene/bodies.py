@@ -12,6 +12,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.meshes import MESHES, Generator
+from tissuec.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
@@ -68,11 +69,12 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
     )
 }
 _PART = Measure(units.NUMBER, at_least=0.0, at_most=100.0)
+AXIAL, CIRCUMFERENTIAL = "axial", "circumferential"  # fibres of a tube
 ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
 _CHOICES = (*BENDING, ELASTIC)
-ENTRIES = ("mesh", "tissue", "region", "rupture", "bending", *BODY_ENTRIES)
+ENTRIES = ("mesh", "tissue", "region", "rupture", "bending", "fibres", *BODY_ENTRIES)
 
 
 def read_body(
@@ -165,6 +167,7 @@ class _BodyReader:
         self.regions: list[Region] = []
         self.may_rupture = False
         self.bending: Bending | None = None
+        self.fibres: Floats | str | None = None
         self.shell: Span | None = None
         self.rest: dict[str, Any] = {}
 
@@ -214,6 +217,8 @@ class _BodyReader:
             interface=self.rest.get("interface", ""),
             may_rupture=self.may_rupture,
             bending=self.bending,
+            fibres=self.fibres,
+            fibres_span=self.once.get("fibres"),
             shell=self.shell,
             mass=self.rest.get("mass"),
             mass_span=self.once.get("mass"),
@@ -249,6 +254,8 @@ class _BodyReader:
             self.may_rupture = read_rupture(item, self.findings)
         elif key == "bending":
             self._bending(item)
+        elif key == "fibres":
+            self.fibres = self._fibres(item)
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
@@ -287,6 +294,26 @@ class _BodyReader:
 
     def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
         return read_tissue(item, self.tissues, self.declarations, self.scope)
+
+    def _fibres(self, item: s.Assign | s.Sentence | s.Block) -> Floats | str:
+        """Return the direction of fibres [1], or how they run in a tube."""
+        if not isinstance(item, s.Assign):
+            example = "fibres is axial, or fibres = (1, 0, 0)"
+            word = schema.word_of(item, self.scope, example=example)
+            known = (AXIAL, CIRCUMFERENTIAL)
+            if word.key in known:
+                return word.key
+            self.findings.reject(
+                "TIS305", f'fibres cannot be "{word.text}"', word.span,
+                hint=f"{alternatives(word.key, known, what='choices')}, or fibres = (1, 0, 0)",
+            )  # fmt: skip
+        entry = schema.Entry("fibres", "fibres", Point(units.NUMBER), None, "")
+        direction = np.asarray(schema.read_entry(entry, item, self.scope), dtype=float)
+        if not direction.any():
+            self.findings.reject(
+                "TIS308", "fibres need a direction", item.span, hint="write fibres = (1, 0, 0)"
+            )
+        return direction / np.linalg.norm(direction)
 
     def _bending(self, item: s.Assign | s.Sentence | s.Block) -> None:
         """Read how the body resists bending: by springs beside the tissue's, or as a shell."""

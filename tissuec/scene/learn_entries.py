@@ -6,7 +6,7 @@ from typing import Annotated
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf, Whole
 from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
-from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES
+from tissuec.scene.quantities import FIBRE_MODULUS, POISSONS_RATIO, QUANTITIES
 
 #: Where steps are learnt through: the methods that can be.
 STEPPING = ("automatic", "velocity verlet", "trbdf2", "esdirk43", "dop853")
@@ -147,7 +147,7 @@ DIMENSIONS = {
 }
 #: What can be adjusted, beside constants of laws and params.
 ADJUSTED = (
-    *(key for key in QUANTITIES if key not in (*BREAKING, POISSONS_RATIO)),
+    *(key for key in QUANTITIES if key not in (*BREAKING, POISSONS_RATIO, FIBRE_MODULUS)),
     *PLACED,
     WORDS,
 )

@@ -46,7 +46,8 @@ ENTRIES = {
         "tissue": "What the body is made of.",
         "region": "A part of the body with a tissue or a prestress of its own.",
         "rupture": "Whether springs break beyond their fraction force.",
-        "bending": "Springs between second neighbours, so that a surface resists folding.",
+        "bending": "How a surface resists folding: by springs, or as a wall of its thickness.",
+        "fibres": "Along which direction a tissue with a fibre modulus is stiffer.",
     },
     "region": {
         "tissue": "What the region is made of; without it, of what the body is.",

@@ -182,6 +182,8 @@ class Body:
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
+        fibres: Their direction, or a word of ``AROUND_AXIS``; None without any.
+        fibres_span: Where that is written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
@@ -197,6 +199,8 @@ class Body:
     interface: str
     may_rupture: bool
     bending: Bending | None
+    fibres: Floats | str | None
+    fibres_span: Span | None
     shell: Span | None
     mass: float | None
     mass_span: Span | None

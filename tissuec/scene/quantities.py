@@ -15,7 +15,7 @@ SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)
 
 #: Keys of quantities of matter that others depend on.
 YOUNGS_MODULUS, POISSONS_RATIO = "young's modulus", "poisson's ratio"
-RETARDATION_TIME = "retardation time"
+FIBRE_MODULUS, RETARDATION_TIME = "fibre modulus", "retardation time"
 SHEAR_MODULUS = "shear modulus"
 Spread = Literal["each spring", "each node", "whole body", "matter"]
 
@@ -112,6 +112,7 @@ QUANTITIES: dict[str, Quantity] = {
         _springs(VISCOSITY, units.VISCOSITY, -1, inf),
         _matter("Young's modulus", units.PRESSURE, "spring constant", "stiffness"),
         _matter("Poisson's ratio", units.NUMBER, "", ""),
+        _matter("fibre modulus", units.PRESSURE, "", ""),
         _matter("density", units.DENSITY, "mass", "mass"),
         _matter("retardation time", units.TIME, "viscosity", "damping", may_be_zero=True),
         _matter(

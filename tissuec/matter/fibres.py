@@ -1,0 +1,43 @@
+"""Fibres: what they add to the stiffness of a body.
+
+Fibres along the unit vector f that bear β for each strain along them add β f f f f to the
+tensor of stiffness. A body of Young's modulus E, stretched along f and free across, then has
+the modulus E + β, whatever its Poisson's ratio.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissuec.network import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fibres:
+    """Fibres of one direction.
+
+    Attributes:
+        direction: f, of as many components as the body has dimensions.
+        added: β per Young's modulus of the body without them.
+    """
+
+    direction: Floats
+    added: float
+
+    @property
+    def strain(self) -> Floats:
+        """Return what strains in Voigt's order lengthen fibres by: f · ε f, shape (3,) or (6,).
+
+        Shear strains are changes of angles.
+        """
+        f = self.direction
+        pairs = ((0, 0), (1, 1), (0, 1)) if len(f) == 2 else _VOIGT
+        return np.array([f[i] * f[j] for i, j in pairs])
+
+    @property
+    def stiffness(self) -> Floats:
+        """Return what they add per Young's modulus, in Voigt's order, (3, 3) or (6, 6)."""
+        return self.added * np.outer(self.strain, self.strain)
+
+
+_VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
