@@ -116,6 +116,19 @@ def test_the_reference_folds_by_formulas_of_its_own():
     assert one == pytest.approx(other, abs=1e-10 * np.abs(other).max())
 
 
+def test_forces_do_not_jump_where_faces_are_folded_onto_each_other():
+    hinge = Hinges(
+        np.array([[0, 1, 2, 3]]), np.ones(1), np.zeros(1), np.zeros(1), *np.zeros((2, 0), int)
+    )
+
+    def pull(angle):
+        tip = [0.5, np.cos(angle), np.sin(angle)]
+        return forces(hinge, np.array([[0, 0, 0], [1, 0, 0], tip, [0.5, -1, 0]], dtype=float))
+
+    # k sin θ goes through zero at π.
+    assert np.abs(pull(np.pi - 1e-9) - pull(np.pi + 1e-9)).max() < 1e-8
+
+
 @pytest.mark.parametrize("tier", TIERS)
 def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum(tier):
     net = shell(damping=1e-7)

@@ -10,7 +10,9 @@ and both ends of the edge share the opposite of these by the lever rule (R. Brid
 R. Fedkiw, *Simulation of clothing with folds and wrinkles*, 2003). A hinge that is drawn with
 the fold θ0 turns its triangles by the moment
 
-    M = k (θ - θ0) + d dθ/dt,    and stores    E = ½ k (θ - θ0)².
+    M = k sin(θ - θ0) + d dθ/dt,    and stores    E = k (1 - cos(θ - θ0)),
+
+which is k (θ - θ0) for small folds, and has no jump where faces are folded onto each other.
 """
 
 from collections.abc import Sequence
@@ -28,7 +30,6 @@ Indices = NDArray[np.int64]
 
 # How e, x_k - x_i and x_l - x_i depend on the four nodes.
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
-_FULL_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,14 +89,17 @@ class Hinges:
         """Return the hinges with other numbers of nodes, ``place`` of those here."""
         return replace(self, nodes=place[self.nodes])
 
+    def folded(self, position: Floats) -> Floats:
+        """Return θ - θ0 [rad], shape (…, hinge); ``position`` is that of ``moments``."""
+        return folds(position[..., self.nodes, :]) - self.drawn
+
     def moments(self, position: Floats) -> Floats:
         """Return the moments without damping [N m], shape (…, hinge).
 
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        more = folds(position[..., self.nodes, :]) - self.drawn
-        return self.stiffness * (more - _FULL_TURN * np.rint(more / _FULL_TURN))
+        return self.stiffness * np.sin(self.folded(position))
 
     def gradient(self, position: Floats) -> Floats:
         """Return ∂θ/∂x [1/m], shape (…, hinge, 4, 3); ``position`` is that of ``moments``."""
@@ -121,8 +125,8 @@ class Hinges:
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
-        moment = self.moments(position)
-        return np.asarray((0.5 * moment**2 / self.stiffness).sum(axis=-1))
+        half = np.sin(0.5 * self.folded(position))
+        return np.asarray((2.0 * self.stiffness * half**2).sum(axis=-1))
 
     def resistance(
         self, part: Floats, position: Floats, number: Indices, size: int
@@ -163,11 +167,15 @@ class Hinges:
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "coo_matrix":
-        """Return Σ k ∂θ/∂x ∂θ/∂xᵀ [N/m], and ``turning`` if ``exact``; shape as of that."""
-        from scipy.sparse import coo_matrix
+        """Return Σ dM/dθ ∂θ/∂x ∂θ/∂xᵀ [N/m], shape (3 size, 3 size).
+
+        With ``turning`` if ``exact``; otherwise what is positive of it.
+        """
+        from scipy.sparse import coo_matrix, diags
 
         ways = self.resistance(self.stiffness, position, number, size)
-        total = ways @ ways.T
+        steep = np.cos(self.folded(position))
+        total = ways @ diags(steep if exact else np.maximum(steep, 0.0)) @ ways.T
         if exact:
             total = total + self.turning(position, number, size)
         return coo_matrix(total)
@@ -182,8 +190,10 @@ class Hinges:
         return float((self.stiffness * slopes).max(initial=0.0))
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero ``turning`` may bring an eigenvalue [N/m]."""
-        rows = abs(self.turning(position, number, size)).sum(axis=1)
+        """Return how far below zero moments may bring an eigenvalue [N/m]."""
+        steep = np.minimum(np.cos(self.folded(position)), 0.0)
+        ways = self.resistance(-self.stiffness * steep, position, number, size)
+        rows = (abs(self.turning(position, number, size)) + abs(ways @ ways.T)).sum(axis=1)
         return float(np.asarray(rows).max(initial=0.0))
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:

@@ -383,7 +383,10 @@ class Layout:
         """Return the hinges of walls."""
         hinges = self.hinges
         assert hinges is not None
-        return Folds(hinges.nodes, hinges.stiffness, hinges.damping, hinges.drawn)
+        drawn = hinges.drawn
+        return Folds(
+            hinges.nodes, hinges.stiffness, hinges.damping, np.cos(drawn), np.sin(drawn)
+        )
 
     def reels(self) -> Reels:
         """Return the springs whose rest lengths change."""

@@ -1,6 +1,6 @@
 """The moments of hinges, as scalar loops; what they are stands in ``hinges``."""
 
-from math import atan2, pi, sqrt
+from math import sqrt
 
 from tissuec.kernels.records import Floats, Folds
 
@@ -19,13 +19,10 @@ def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
         square = e0 * e0 + e1 * e1 + e2 * e2
         length = sqrt(square)
         sine = e0 * (b1 * a2 - b2 * a1) + e1 * (b2 * a0 - b0 * a2) + e2 * (b0 * a1 - b1 * a0)
-        more = atan2(sine / length, a0 * b0 + a1 * b1 + a2 * b2) - folds.drawn[h]
-        if more > pi:
-            more -= 2.0 * pi
-        elif more < -pi:
-            more += 2.0 * pi
-        upper = length / (a0 * a0 + a1 * a1 + a2 * a2)
-        lower = length / (b0 * b0 + b1 * b1 + b2 * b2)
+        cosine = a0 * b0 + a1 * b1 + a2 * b2
+        a, b = a0 * a0 + a1 * a1 + a2 * a2, b0 * b0 + b1 * b1 + b2 * b2
+        more = (sine / length * folds.cosine[h] - cosine * folds.sine[h]) / sqrt(a * b)
+        upper, lower = length / a, length / b
         k0, k1, k2 = upper * a0, upper * a1, upper * a2
         m0, m1, m2 = lower * b0, lower * b1, lower * b2
         at_k = (q0 * e0 + q1 * e1 + q2 * e2) / square

@@ -57,7 +57,8 @@ class Folds(NamedTuple):
     nodes: IntegerRows  # both ends of the edge, and the tips beside it, shape (hinge, 4)
     stiffness: Floats  # [N m], shape (hinge,)
     damping: Floats  # [N m s], shape (hinge,)
-    drawn: Floats  # [rad], shape (hinge,)
+    cosine: Floats  # of the drawn fold, shape (hinge,)
+    sine: Floats
 
 
 class Reels(NamedTuple):

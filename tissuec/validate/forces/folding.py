@@ -53,7 +53,6 @@ class Folding:
         upper, lower = normals
         sine, cosine = _dot(np.cross(lower, upper), axis), _dot(upper, lower)
         fold = np.arctan2(np.real(sine), np.real(cosine)) - self._drawn
-        fold = (fold + np.pi) % (2.0 * np.pi) - np.pi
         # d atan2(s, c) = c ds - s dc, for s² + c² = 1
         return fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag), slopes
 
@@ -67,12 +66,12 @@ class Folding:
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
         more, slopes = self._seen(position)
-        moment = self._stiffness * more + self._damping * self._speed(slopes, velocity)
+        moment = self._stiffness * np.sin(more) + self._damping * self._speed(slopes, velocity)
         np.subtract.at(to, self._nodes, moment[:, None, None] * slopes)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: ½ k (θ - θ0)² over all hinges."""
-        return 0.5 * float(self._stiffness @ self._seen(position)[0] ** 2)
+        """Return the stored energy [J]: k (1 - cos(θ - θ0)) over all hinges."""
+        return float(self._stiffness @ (1.0 - np.cos(self._seen(position)[0])))
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside [W]: none."""
@@ -98,7 +97,7 @@ class Folding:
                 moved = position[self._nodes].astype(complex)
                 moved[:, corner, axis] += 1j * STEP
                 more, slopes = self._turned(moved)
-                forces = (self._stiffness * more)[:, None, None] * slopes
+                forces = (self._stiffness * np.sin(more))[:, None, None] * slopes
                 blocks[:, :, :, corner, axis] = forces.imag / STEP
         place = 3 * number[self._nodes][..., None] + np.arange(3)
         rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
