@@ -5,6 +5,7 @@ All of them are warnings about scenes that can be run but may not mean what thei
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from tissuec.compiler import Compiled
 from tissuec.compiling.points import extents
 from tissuec.core.errors import Diagnostic, Note, SimulationError, counted
 from tissuec.core.names import key_of
-from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, show
+from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
@@ -42,6 +43,8 @@ Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
 # Strain at break. Elastin, the most extensible of what tissues are made of, bears 1.5.
 IMPLAUSIBLE, PLAUSIBLE = 3.0, 0.5
+# At which dashpots are tried; rates in 1/s.
+STRAINS, RATES = (0.0, 0.1, 0.3, -0.1, -0.2), (1e-2, -1e-2, 1.0, -1.0, 10.0, -10.0)
 
 
 def check_all(compiled: Compiled, *, thorough: bool) -> list[Diagnostic]:
@@ -239,6 +242,29 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
             )
 
 
+def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W308: dashpots by a law of their own that drive what they should brake."""
+    network = compiled.network
+    behaviour = network.behaviour()
+    if behaviour.is_linear:
+        return
+    for strain, rate in product(STRAINS, RATES):
+        stretch, speed = strain * network.rest, rate * network.rest
+        brakes = behaviour.brake(stretch, speed)
+        worst = np.flatnonzero(brakes * speed < -1e-9 * np.abs(brakes * speed).max(initial=0.0))
+        for spring in worst[:1].tolist():
+            owner = network.owner(spring)
+            yield Diagnostic(
+                "W308",
+                f"dashpots of {owner.name} drive instead of braking: spring "
+                f"{network.spring_ids[spring]} with {show(float(brakes[spring]), FORCE)} at a "
+                f"strain of {strain:g} and {show(float(speed[spring]), VELOCITY)}",
+                owner.span,
+                "write max(…, 0) around what multiplies the speed: it must not be negative",
+            )
+            return
+
+
 def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
     """W403: a fixed step above what the method can bear."""
     simulation = compiled.plan.simulation
@@ -424,6 +450,7 @@ CHECKS: tuple[Check, ...] = (
     dangling,
     zero_lengths,
     small_prestress,
+    driving_dashpots,
     unstable_step,
     fallbacks,
     silent_rules,
