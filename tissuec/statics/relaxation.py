@@ -123,14 +123,15 @@ class Layers:
         joined = np.ones(len(low), dtype=np.int8)
         shape = (self._count, self._count)
         self._graph = csr_matrix((joined, (low, high)), shape=shape)
-        self._known: dict[int, tuple[Layer, ...]] = {}
+        self._known: dict[int, tuple[Floats, tuple[Star, ...]]] = {}
+        self._weight: dict[int, Floats] = {}
 
     def look(self, bars: Bars, reach: float) -> None:
         """Take in where a sweep came to that moved nodes by no more than ``reach`` [m]."""
         if self.are_curved:
             self.doubt = max(1.0, 0.5 * self.doubt)
             self._stiffness = self._steepest(bars, reach)
-            self._known.clear()
+            self._weight.clear()
 
     def _steepest(self, bars: Bars, reach: float) -> Floats:
         """Return the largest slopes of springs within a reach, or within more [N/m]."""
@@ -157,17 +158,20 @@ class Layers:
         while waiting.any():
             first = int(np.argmax(np.where(waiting, urge, -1.0)))
             if first not in self._known:
-                self._known[first] = tuple(self._from(first))
-            for layer in self._known[first]:
-                waiting[layer.star.nodes] = False
-                yield layer
+                self._known[first] = self._from(first)
+            depth, stars = self._known[first]
+            if first not in self._weight:
+                self._weight[first] = self._weights(depth)
+            for star in stars:
+                waiting[star.nodes] = False
+                yield Layer(star, self._weight[first][star.nodes])
 
-    def _from(self, first: int) -> Iterator[Layer]:
+    def _from(self, first: int) -> tuple[Floats, tuple[Star, ...]]:
+        """Return how many springs away each node is, and the nodes by that."""
         depth = shortest_path(self._graph, directed=False, unweighted=True, indices=first)
-        weight = self._weights(depth)
-        for number in range(int(depth[np.isfinite(depth)].max()) + 1):
-            nodes = np.flatnonzero(depth == number)
-            yield Layer(self._balance.star(nodes), weight[nodes])
+        last = int(depth[np.isfinite(depth)].max())
+        stars = (self._balance.star(np.flatnonzero(depth == k)) for k in range(last + 1))
+        return depth, tuple(stars)
 
     def _weights(self, depth: Floats) -> Floats:
         """Return Σ c of each node, springs within a layer counted twice, shape (free,).
