@@ -251,7 +251,11 @@ output {{ trajectory every 10 ms; tension of rod every 10 ms; energy every 10 ms
 
 @pytest.mark.parametrize(
     "law",
-    ["", pytest.param("spring law is exponential { stiffening = 2 }", marks=pytest.mark.slow)],
+    [
+        "",
+        "viscous force of e and w = d * exp(20 * e / rest length) * w",
+        pytest.param("spring law is exponential { stiffening = 2 }", marks=pytest.mark.slow),
+    ],
 )
 def test_the_reference_agrees_on_springs_that_yield_relax_and_tear(law):
     found = validated(TORN.format(law=law, tolerance="1e-6"))
