@@ -329,7 +329,7 @@ def test_factors_count_in_the_choice_of_the_tier():
     wide = SimpleNamespace(
         slot=np.arange(2548), band=np.zeros((0, 0)), scratch=np.zeros((4, 9))
     )
-    each = evaluation_cost(21840, None, False, 0)
+    each = evaluation_cost(21840, None, False, 0, 0)
     effort = np.array([187, 15, 90, 0, 0])
     assert step_cost(effort * [1, 0, 0, 0, 0], each, wide) < 0.5
     assert 5.0 < step_cost(effort, each, wide) < 10.0

@@ -67,9 +67,7 @@ FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
             "touches", "_pressed", "pressure", "push", "loss", "_rubbed", "_bristles",
             "_sliding", "_turning", "steepness",
         ),
-        "tissuec.hinges": (
-            "folded", "moments", "gradient", "folding", "add_forces", "folds", "_levers"
-        ),
+        "tissuec.hinges": ("pulling", "_normals", "_angle", "_levers", "_slopes", "_cross"),
         "tissuec.inelastic": ("pull", "rates", "lost"),
         "tissuec.jets": (
             "add_forces", "_push", "_reach", "_squares", "_facing", "_along", "_left", "_rise",

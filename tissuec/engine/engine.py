@@ -511,9 +511,9 @@ class Engine:
         if evaluations < self._review or now.pending:
             return
         layout, solver = self._layout, self._work.solver
-        jets = len(layout.situation.jets)
-        springs = self.network.spring_count
-        each = evaluation_cost(springs, layout.near_pairs, layout.is_rubbed, jets)
+        springs, jets = self.network.spring_count, len(layout.situation.jets)
+        hinges = 0 if self.network.hinges is None else len(self.network.hinges.nodes)
+        each = evaluation_cost(springs, layout.near_pairs, layout.is_rubbed, jets, hinges)
         spent = step_cost(self._work.effort, each, solver)
         ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
         if self._review and spent * ahead > worthwhile(layout.features):

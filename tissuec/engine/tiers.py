@@ -29,6 +29,8 @@ SPRING_COST = 30e-9  # further, per spring [s]
 TOUCH_COST = 1.6e-4  # of one look at all contacts [s]
 PAIR_COST = 3.5e-7  # further, per pair that is near [s]
 RUBBED = 2.7  # times that with friction
+FOLD_COST = 1.2e-4  # of one look at all hinges [s]
+HINGE_COST = 9e-7  # further, per hinge [s]
 JET_COST = 4e-3  # of one look at a jet on some hundred triangles [s]
 # Of the matrix of an implicit step: of a factor in a band of width b, n b² times this, and of a
 # sparse one, n^1.5 times; the same of solving, with n b and n^1.5. [s]
@@ -161,18 +163,21 @@ def constants(features: Features) -> dict[str, Any]:
     }
 
 
-def evaluation_cost(springs: int, pairs: int | None, rubbed: bool, jets: int) -> float:
+def evaluation_cost(
+    springs: int, pairs: int | None, rubbed: bool, jets: int, hinges: int
+) -> float:
     """Return the time of one interpreted evaluation of the forces [s].
 
     Args:
         springs: How many there are.
         pairs: Of nodes and shapes that are near, None where nothing touches.
         rubbed: Whether there is friction.
-        jets: How many there are.
+        jets, hinges: How many there are.
     """
     contact = 0.0 if pairs is None else TOUCH_COST + PAIR_COST * pairs
     contact *= RUBBED if rubbed else 1.0
-    return CALL_COST + SPRING_COST * springs + contact + JET_COST * jets
+    bending = FOLD_COST + HINGE_COST * hinges if hinges else 0.0
+    return CALL_COST + SPRING_COST * springs + contact + JET_COST * jets + bending
 
 
 def worthwhile(features: Features) -> float:

@@ -179,10 +179,10 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Vect
         if net.ledger:
             power[0] += pumped
     if net.hinges is not None:
-        at, by = x.reshape(-1, 3), v.reshape(-1, 3)
-        net.hinges.add_forces(time, at, by, f.reshape(-1, 3))
+        forces, lost = net.hinges.pulling(x.reshape(-1, 3), v.reshape(-1, 3))
+        np.add.at(f.reshape(-1, 3), net.hinges.nodes, forces)
         if net.ledger:
-            power[1] += net.hinges.dissipated(time, at, by)
+            power[1] += lost.sum()
     touch = None
     if net.contact is not None:
         at, by, to = x.reshape(-1, 3), v.reshape(-1, 3), f.reshape(-1, 3)
