@@ -30,11 +30,11 @@ def shell(stiffness=1e-4, damping=0.0, **more):
     sides = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
     walls, which = springs_between(mesh.ends, found.nodes[:, sides].reshape(-1, 2))
     uneven = 1.0 + 0.2 * np.sin(np.arange(len(found.nodes)))
-    hinges = Hinges(
+    hinges = Hinges.of(
+        mesh.position,
         found.nodes,
         stiffness * uneven * found.constant,
         damping * uneven * found.constant,
-        folds(mesh.position[found.nodes]),
         walls,
         which // len(sides),
     )
@@ -117,16 +117,34 @@ def test_the_reference_folds_by_formulas_of_its_own():
 
 
 def test_forces_do_not_jump_where_faces_are_folded_onto_each_other():
-    hinge = Hinges(
-        np.array([[0, 1, 2, 3]]), np.ones(1), np.zeros(1), np.zeros(1), *np.zeros((2, 0), int)
-    )
+    hinge = single()
 
     def pull(angle):
-        tip = [0.5, np.cos(angle), np.sin(angle)]
-        return forces(hinge, np.array([[0, 0, 0], [1, 0, 0], tip, [0.5, -1, 0]], dtype=float))
+        position = CORNERS.copy()
+        position[2] = [0.5, np.cos(angle), np.sin(angle)]
+        return forces(hinge, position)
 
     # k sin θ goes through zero at π.
     assert np.abs(pull(np.pi - 1e-9) - pull(np.pi + 1e-9)).max() < 1e-8
+
+
+def test_forces_stay_finite_where_triangles_collapse():
+    hinge = single()
+    largest = []
+    for height in (1e-1, 1e-3, 1e-6, 1e-9):
+        position = CORNERS.copy()
+        position[2] = [0.5, height * np.cos(1.0), height * np.sin(1.0)]
+        largest.append(np.abs(forces(hinge, position, np.ones((4, 3)) * [0, 0, 1])).max())
+    # Of order k / (√ε h0), as E rises from zero to k over the height √ε h0
+    assert max(largest) < 10.0 and largest[-1] < 1e-6
+
+
+CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, -1.0, 0.0]])
+
+
+def single():
+    nodes, none = np.array([[0, 1, 2, 3]]), np.zeros(0, dtype=int)
+    return Hinges.of(CORNERS, nodes, np.ones(1), np.zeros(1), none, none)
 
 
 @pytest.mark.parametrize("tier", TIERS)

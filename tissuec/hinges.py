@@ -10,9 +10,14 @@ and both ends of the edge share the opposite of these by the lever rule (R. Brid
 R. Fedkiw, *Simulation of clothing with folds and wrinkles*, 2003). A hinge that is drawn with
 the fold θ0 turns its triangles by the moment
 
-    M = k sin(θ - θ0) + d dθ/dt,    and stores    E = k (1 - cos(θ - θ0)),
+    M = w (k sin(θ - θ0) + d dθ/dt),    and stores    E = w k (1 - cos(θ - θ0)),
 
-which is k (θ - θ0) for small folds, and has no jump where faces are folded onto each other.
+which is k (θ - θ0) for small folds, and has no jump where faces are folded onto each other. The
+weight w lets go of triangles that collapse into a line, about which nothing can turn:
+
+    w = g(a²/a0²) g(b²/b0²),    g(u) = (1 + ε) u / (u + ε),    ε = 1/100,
+
+a0 and b0 being the drawn ones; so w is 1 as drawn, and hardly changes while triangles stretch.
 """
 
 from collections.abc import Sequence
@@ -28,7 +33,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+_OF_HINGES = ("nodes", "stiffness", "damping", "drawn", "squares")
 # How e, x_k - x_i and x_l - x_i depend on the four nodes.
+COLLAPSE = 1e-2  # ε: part of the drawn a² of a triangle that counts as none
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
@@ -41,6 +48,7 @@ class Hinges:
         stiffness: k [N m], shape (hinge,).
         damping: d [N m s], shape (hinge,).
         drawn: θ0 [rad], shape (hinge,).
+        squares: a0² and b0² [m⁴], shape (hinge, 2).
         walls: Springs between nodes of one hinge: where one is missing, the hinge gives way.
         walled: The hinge of each of them, shape of ``walls``.
     """
@@ -49,8 +57,24 @@ class Hinges:
     stiffness: Floats
     damping: Floats
     drawn: Floats
+    squares: Floats
     walls: Indices
     walled: Indices
+
+    @classmethod
+    def of(
+        cls,
+        position: Floats,
+        nodes: Indices,
+        stiffness: Floats,
+        damping: Floats,
+        walls: Indices,
+        walled: Indices,
+    ) -> "Hinges":
+        """Return hinges as they are drawn, at positions of shape (node, 3) [m]."""
+        *spans, a, b = _normals(position[nodes])
+        squares = np.stack([_dot(a, a), _dot(b, b)], axis=1)
+        return cls(nodes, stiffness, damping, _angle(*spans, a, b), squares, walls, walled)
 
     def whole(self, alive: NDArray[np.bool_]) -> "Hinges":
         """Return the hinges that have all their springs.
@@ -65,7 +89,7 @@ class Hinges:
         stays[torn] = False
         kept = stays[self.walled]
         return Hinges(
-            *(each[stays] for each in (self.nodes, self.stiffness, self.damping, self.drawn)),
+            *(getattr(self, name)[stays] for name in _OF_HINGES),
             self.walls[kept],
             (np.cumsum(stays) - 1)[self.walled[kept]],
         )
@@ -77,7 +101,7 @@ class Hinges:
             return None
         first = np.cumsum([0, *(len(part.nodes) for part in parts)])
         walled = [part.walled + start for part, start in zip(parts, first, strict=False)]
-        names = ("nodes", "stiffness", "damping", "drawn", "walls")
+        names = (*_OF_HINGES, "walls")
         arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
         return cls(*arrays, np.concatenate(walled))
 
@@ -97,10 +121,6 @@ class Hinges:
         """
         return folds(position[..., self.nodes, :]) - self.drawn
 
-    def moments(self, position: Floats) -> Floats:
-        """Return the moments without damping [N m]; arguments and shape as of ``folded``."""
-        return self.stiffness * np.sin(self.folded(position))
-
     def gradient(self, position: Floats) -> Floats:
         """Return ∂θ/∂x [1/m], shape (…, hinge, 4, 3); ``position`` is that of ``folded``."""
         return _slopes(*_normals(position[..., self.nodes, :]))
@@ -111,12 +131,26 @@ class Hinges:
         Of shapes (…, hinge, 4, 3) and (…, hinge).
         """
         parts = _normals(position[..., self.nodes, :])
-        slopes = _slopes(*parts)
-        moment, lost = self.stiffness * np.sin(_angle(*parts) - self.drawn), np.zeros(1)
+        slopes, more = _slopes(*parts), _angle(*parts) - self.drawn
+        weight, by_a, by_b = self._weight(*parts[3:])
+        moment, lost = weight * self.stiffness * np.sin(more), np.zeros(1)
         if self.damping.any():
             folding = np.einsum("...hkc,...hkc->...h", slopes, velocity[..., self.nodes, :])
-            moment, lost = moment + self.damping * folding, self.damping * folding**2
-        return -moment[..., None, None] * slopes, lost
+            braking = weight * self.damping * folding
+            moment, lost = moment + braking, braking * folding
+        held = 2.0 * self.stiffness * np.sin(0.5 * more) ** 2
+        swelling = _swelling(*parts[:3], held * by_a, held * by_b)
+        return -moment[..., None, None] * slopes - swelling, lost
+
+    def _weight(self, a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return w, and its derivatives by a² and b² [1/m⁴], shape (…, hinge) each."""
+        first, second = self.squares.T
+        u, v = _dot(a, a) / first, _dot(b, b) / second
+        upper, lower = ((1.0 + COLLAPSE) * each / (each + COLLAPSE) for each in (u, v))
+        rise = (1.0 + COLLAPSE) * COLLAPSE
+        by_a = lower * rise / ((u + COLLAPSE) ** 2 * first)
+        by_b = upper * rise / ((v + COLLAPSE) ** 2 * second)
+        return upper * lower, by_a, by_b
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
@@ -129,8 +163,10 @@ class Hinges:
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
-        half = np.sin(0.5 * self.folded(position))
-        return np.asarray((2.0 * self.stiffness * half**2).sum(axis=-1))
+        *_, a, b = parts = _normals(position[..., self.nodes, :])
+        half = np.sin(0.5 * (_angle(*parts) - self.drawn))
+        weight, _, _ = self._weight(a, b)
+        return np.asarray((2.0 * weight * self.stiffness * half**2).sum(axis=-1))
 
     def resistance(
         self, part: Floats, position: Floats, number: Indices, size: int
@@ -151,43 +187,72 @@ class Hinges:
         shape = (3 * size, len(rows))
         return csr_matrix((values[moves], (rows[moves], hinges[moves])), shape=shape)
 
-    def turning(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
-        """Return what moments add where edges turn, Σ M ∂²θ/∂x∂x [N/m].
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
 
-        Arguments are those of ``resistance``; the shape is (3 size, 3 size).
+        Without ``exact``, only Σ w k cos(θ - θ0) ∂θ/∂x ∂θ/∂xᵀ where that is positive.
         """
-        from scipy.sparse import csr_matrix
+        from scipy.sparse import coo_matrix
 
         parts = _normals(position[self.nodes])
-        second = _second(*parts)
-        moment = self.stiffness * np.sin(_angle(*parts) - self.drawn)
-        values = np.einsum("h,pi,hpxqy,qj->hixjy", moment, _SPANS, second, _SPANS)
+        more, (weight, by_a, by_b) = _angle(*parts) - self.drawn, self._weight(*parts[3:])
+        slopes = _slopes(*parts)
+        steep = weight * self.stiffness * np.cos(more)
+        if not exact:
+            steep = np.maximum(steep, 0.0)
+        values = np.einsum("h,hix,hjy->hixjy", steep, slopes, slopes)
+        if exact:
+            moment, held = self.stiffness * np.sin(more), 2.0 * np.sin(0.5 * more) ** 2
+            mixed = np.einsum(
+                "h,hix,hjy->hixjy", moment, slopes, _swelling(*parts[:3], by_a, by_b)
+            )
+            values += mixed + np.einsum("hixjy->hjyix", mixed)
+            second = (weight * moment)[:, None, None, None, None] * _second(*parts)
+            second += (held * self.stiffness)[:, None, None, None, None] * self._bent(
+                *parts, by_a, by_b
+            )
+            values += np.einsum("pi,hpxqy,qj->hixjy", _SPANS, second, _SPANS)
         place = 3 * number[self.nodes][..., None] + np.arange(3)  # (hinge, node, component)
         rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
         columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
         moves = (rows >= 0) & (columns >= 0)
         shape = (3 * size, 3 * size)
-        return csr_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+        return coo_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
 
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return Σ dM/dθ ∂θ/∂x ∂θ/∂xᵀ [N/m], shape (3 size, 3 size).
-
-        With ``turning`` if ``exact``; otherwise what is positive of it.
-        """
-        from scipy.sparse import coo_matrix, diags
-
-        ways = self.resistance(self.stiffness, position, number, size)
-        steep = np.cos(self.folded(position))
-        total = ways @ diags(steep if exact else np.maximum(steep, 0.0)) @ ways.T
-        if exact:
-            total = total + self.turning(position, number, size)
-        return coo_matrix(total)
+    def _bent(
+        self, e: Floats, q: Floats, r: Floats, a: Floats, b: Floats, by_a: Floats, by_b: Floats
+    ) -> Floats:
+        """Return ∂²w by e, x_k - x_i and x_l - x_i, shape (hinge, 3, 3, 3, 3)."""
+        found = np.zeros((len(e), 3, 3, 3, 3))
+        first, second = self.squares.T
+        u, v = _dot(a, a) / first + COLLAPSE, _dot(b, b) / second + COLLAPSE
+        slopes = np.zeros((2, len(e), 3, 3))
+        for tip, span, by, which in ((1, q, by_a, 0), (2, r, by_b, 1)):
+            slopes[which, :, 0], slopes[which, :, tip] = (
+                _of_square(e, span),
+                _of_square(span, e),
+            )
+            by = by[:, None, None]
+            along = _dot(e, span)[:, None, None] * np.eye(3)
+            outer = e[:, :, None] * span[:, None, :]
+            mixed = 2.0 * by * (2.0 * outer - along - outer.swapaxes(1, 2))
+            found[:, 0, :, 0] += 2.0 * by * _across(span)
+            found[:, tip, :, tip] += 2.0 * by * _across(e)
+            found[:, 0, :, tip], found[:, tip, :, 0] = mixed, mixed.swapaxes(1, 2)
+        twice = by_a * by_b / self._weight(a, b)[0]
+        for one, other, value in (
+            (0, 0, -2.0 * by_a / (u * first)), (1, 1, -2.0 * by_b / (v * second)),
+            (0, 1, twice), (1, 0, twice),
+        ):  # fmt: skip
+            found += np.einsum("h,hpx,hqy->hpxqy", value, slopes[one], slopes[other])
+        return found
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
-        return float((np.abs(self.moments(position)) * (1.0 + np.abs(self.drawn))).sum())
+        moments = np.abs(self.stiffness * np.sin(self.folded(position)))
+        return float((moments * (1.0 + np.abs(self.drawn))).sum())
 
     def noise(self, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
@@ -196,10 +261,10 @@ class Hinges:
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
         """Return how far below zero moments may bring an eigenvalue [N/m]."""
-        steep = np.minimum(np.cos(self.folded(position)), 0.0)
-        ways = self.resistance(-self.stiffness * steep, position, number, size)
-        rows = (abs(self.turning(position, number, size)) + abs(ways @ ways.T)).sum(axis=1)
-        return float(np.asarray(rows).max(initial=0.0))
+        whole, positive = (
+            self.matrix(time, position, number, size, exact=exact) for exact in (True, False)
+        )
+        return float(np.asarray(abs(whole - positive).sum(axis=1)).max(initial=0.0))
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is lost [W]."""
@@ -244,6 +309,25 @@ def _levers(
 def _slopes(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
     by_k, by_l, at_k, at_l = _levers(e, q, r, a, b)
     by_j = -at_k * by_k - at_l * by_l
+    return np.stack([-by_j - by_k - by_l, by_j, by_k, by_l], axis=-2)
+
+
+def _of_square(one: Floats, other: Floats) -> Floats:
+    """Return the derivative of |one × other|² by the first, shape (…, 3)."""
+    along, square = _dot(one, other)[..., None], _dot(other, other)[..., None]
+    return 2.0 * (square * one - along * other)
+
+
+def _across(c: Floats) -> Floats:
+    """Return c² 1 - c cᵀ, shape (…, 3, 3)."""
+    return _dot(c, c)[..., None, None] * np.eye(3) - c[..., :, None] * c[..., None, :]
+
+
+def _swelling(e: Floats, q: Floats, r: Floats, by_a: Floats, by_b: Floats) -> Floats:
+    """Return what numbers times ∂a²/∂x and ∂b²/∂x make, shape (…, hinge, 4, 3)."""
+    upper, lower = by_a[..., None], by_b[..., None]
+    by_k, by_l = upper * _of_square(q, e), lower * _of_square(r, e)
+    by_j = upper * _of_square(e, q) + lower * _of_square(e, r)
     return np.stack([-by_j - by_k - by_l, by_j, by_k, by_l], axis=-2)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.compiling.drawing import Drawing
 from tissuec.compiling.matter import Matter
-from tissuec.hinges import Hinges, folds
+from tissuec.hinges import Hinges
 from tissuec.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Given
@@ -63,11 +63,6 @@ def hinges_of(
     at, each = ends[acts].ravel(), np.repeat(delay[acts], 2)
     delay = np.bincount(at, each, count) / np.maximum(np.bincount(at, minlength=count), 1)
     walls, which = springs_between(ends, nodes[:, _SIDES].reshape(-1, 2))
-    return Hinges(
-        nodes,
-        rigidity,
-        rigidity * delay[nodes].mean(axis=1),
-        folds(position[nodes]),
-        walls,
-        which // len(_SIDES),
-    )
+    slowness = delay[nodes].mean(axis=1)
+    owners = which // len(_SIDES)
+    return Hinges.of(position, nodes, rigidity, rigidity * slowness, walls, owners)

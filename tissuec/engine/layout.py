@@ -385,7 +385,12 @@ class Layout:
         assert hinges is not None
         drawn = hinges.drawn
         return Folds(
-            hinges.nodes, hinges.stiffness, hinges.damping, np.cos(drawn), np.sin(drawn)
+            hinges.nodes,
+            hinges.stiffness,
+            hinges.damping,
+            np.cos(drawn),
+            np.sin(drawn),
+            hinges.squares,
         )
 
     def reels(self) -> Reels:

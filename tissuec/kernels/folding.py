@@ -4,6 +4,9 @@ from math import sqrt
 
 from tissuec.kernels.records import Floats, Folds
 
+COLLAPSE = 1e-2  # as in ``hinges``
+TINY = 1e-200  # keeps the direction of a triangle without area a number
+
 
 def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
     """Add the forces of hinges to those on nodes; return the power that they lose [W]."""
@@ -20,30 +23,55 @@ def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
         length = sqrt(square)
         sine = e0 * (b1 * a2 - b2 * a1) + e1 * (b2 * a0 - b0 * a2) + e2 * (b0 * a1 - b1 * a0)
         cosine = a0 * b0 + a1 * b1 + a2 * b2
-        a, b = a0 * a0 + a1 * a1 + a2 * a2, b0 * b0 + b1 * b1 + b2 * b2
-        more = (sine / length * folds.cosine[h] - cosine * folds.sine[h]) / sqrt(a * b)
+        a = a0 * a0 + a1 * a1 + a2 * a2 + TINY
+        b = b0 * b0 + b1 * b1 + b2 * b2 + TINY
+        sine, both = sine / length, sqrt(a * b)
+        turned = (sine * folds.cosine[h] - cosine * folds.sine[h]) / both
+        kept = (cosine * folds.cosine[h] + sine * folds.sine[h]) / both
+        u, w = a / folds.squares[h, 0] + COLLAPSE, b / folds.squares[h, 1] + COLLAPSE
+        over = 1.0 + COLLAPSE
+        grip_a, grip_b = over * (u - COLLAPSE) / u, over * (w - COLLAPSE) / w
+        held = folds.stiffness[h] * (1.0 - kept) * over * COLLAPSE * 2.0
+        swell_a = held * grip_b / (u * u * folds.squares[h, 0])
+        swell_b = held * grip_a / (w * w * folds.squares[h, 1])
         upper, lower = length / a, length / b
         k0, k1, k2 = upper * a0, upper * a1, upper * a2
         m0, m1, m2 = lower * b0, lower * b1, lower * b2
-        at_k = (q0 * e0 + q1 * e1 + q2 * e2) / square
-        at_m = (r0 * e0 + r1 * e1 + r2 * e2) / square
+        along_k = q0 * e0 + q1 * e1 + q2 * e2
+        along_m = r0 * e0 + r1 * e1 + r2 * e2
+        at_k, at_m = along_k / square, along_m / square
         j0, j1, j2 = -at_k * k0 - at_m * m0, -at_k * k1 - at_m * m1, -at_k * k2 - at_m * m2
         speed = k0 * (v[k] - v[i]) + k1 * (v[k + 1] - v[i + 1]) + k2 * (v[k + 2] - v[i + 2])
         speed += m0 * (v[m] - v[i]) + m1 * (v[m + 1] - v[i + 1]) + m2 * (v[m + 2] - v[i + 2])
         speed += j0 * (v[j] - v[i]) + j1 * (v[j + 1] - v[i + 1]) + j2 * (v[j + 2] - v[i + 2])
-        braking = folds.damping[h] * speed
+        braking = grip_a * grip_b * folds.damping[h] * speed
         lost += braking * speed
-        moment = folds.stiffness[h] * more + braking
-        f[k] -= moment * k0
-        f[k + 1] -= moment * k1
-        f[k + 2] -= moment * k2
-        f[m] -= moment * m0
-        f[m + 1] -= moment * m1
-        f[m + 2] -= moment * m2
-        f[j] -= moment * j0
-        f[j + 1] -= moment * j1
-        f[j + 2] -= moment * j2
-        f[i] += moment * (j0 + k0 + m0)
-        f[i + 1] += moment * (j1 + k1 + m1)
-        f[i + 2] += moment * (j2 + k2 + m2)
+        moment = grip_a * grip_b * folds.stiffness[h] * turned + braking
+        # What turns the triangles, and what lets them collapse.
+        p, q, r = swell_a * square, swell_a * along_k, swell_a * (q0 * q0 + q1 * q1 + q2 * q2)
+        k0 = moment * k0 + p * q0 - q * e0
+        k1 = moment * k1 + p * q1 - q * e1
+        k2 = moment * k2 + p * q2 - q * e2
+        j0 = moment * j0 + r * e0 - q * q0
+        j1 = moment * j1 + r * e1 - q * q1
+        j2 = moment * j2 + r * e2 - q * q2
+        p, q, r = swell_b * square, swell_b * along_m, swell_b * (r0 * r0 + r1 * r1 + r2 * r2)
+        m0 = moment * m0 + p * r0 - q * e0
+        m1 = moment * m1 + p * r1 - q * e1
+        m2 = moment * m2 + p * r2 - q * e2
+        j0 += r * e0 - q * r0
+        j1 += r * e1 - q * r1
+        j2 += r * e2 - q * r2
+        f[k] -= k0
+        f[k + 1] -= k1
+        f[k + 2] -= k2
+        f[m] -= m0
+        f[m + 1] -= m1
+        f[m + 2] -= m2
+        f[j] -= j0
+        f[j + 1] -= j1
+        f[j + 2] -= j2
+        f[i] += j0 + k0 + m0
+        f[i + 1] += j1 + k1 + m1
+        f[i + 2] += j2 + k2 + m2
     return lost

@@ -59,6 +59,7 @@ class Folds(NamedTuple):
     damping: Floats  # [N m s], shape (hinge,)
     cosine: Floats  # of the drawn fold, shape (hinge,)
     sine: Floats
+    squares: Rows  # of drawn normals [m⁴], shape (hinge, 2)
 
 
 class Reels(NamedTuple):

@@ -1,7 +1,9 @@
 """The moments of hinges: what turns two triangles about the edge that they share.
 
 A tip at the distance h from the edge, on a triangle with the unit normal n, is pushed by
-M n / h. The edge bears the opposite, shared so that no moment is left across it.
+M n / h. The edge bears the opposite, shared so that no moment is left across it. A triangle of
+the area A counts as (1 + ε) A² / (A² + ε A0²), A0 being its drawn area, and stores less as it
+collapses, which pulls at its corners too.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+PART = 1e-2  # ε
 STEP = 1e-30  # of complex steps, by which forces are differentiated
 
 
@@ -22,15 +25,18 @@ class Folding:
     """The hinges of a net as a field of forces.
 
     Args:
-        hinges: Read for their nodes, drawn folds, stiffness and damping.
+        hinges: Read for their nodes, drawn folds and areas, stiffness and damping.
     """
 
     def __init__(self, hinges: "Hinges"):
         self._nodes, self._drawn = hinges.nodes, hinges.drawn
         self._stiffness, self._damping = hinges.stiffness, hinges.damping
+        self._squares = hinges.squares  # of twice the drawn areas
 
-    def _turned(self, corners: Any) -> tuple[Any, Any]:
-        """Return by how much hinges are folded more than drawn [rad], and its slopes [1/m].
+    def _turned(self, corners: Any) -> tuple[Any, Any, Any, Any]:
+        """Return by how much hinges are folded more than drawn [rad], and how much they count.
+
+        And the slopes of both by the corners [1/m].
 
         Args:
             corners: Of each hinge, real or complex, shape (hinge, 4, 3).
@@ -39,7 +45,8 @@ class Folding:
         length = np.sqrt(_dot(along, along))
         axis = along / length[:, None]
         slopes, normals = np.zeros_like(corners), []
-        for tip, sign in ((2, 1.0), (3, -1.0)):
+        counts, growing = np.ones_like(length), np.zeros_like(corners)
+        for tip, sign, drawn in ((2, 1.0, self._squares[:, 0]), (3, -1.0, self._squares[:, 1])):
             reach = corners[:, tip] - foot
             part = _dot(reach, axis)
             away = reach - part[:, None] * axis
@@ -50,28 +57,45 @@ class Folding:
             slopes[:, tip] += lift
             slopes[:, 1] -= share * lift
             slopes[:, 0] -= (1.0 - share) * lift
+            double = length * height
+            whole = double**2 + PART * drawn
+            counts = counts * (1.0 + PART) * double**2 / whole
+            # d ln((1 + ε) a²/(a² + ε a0²)) = 2 ε a0² / (a (a² + ε a0²)) da
+            rate = (2.0 * PART * drawn / (double * whole))[:, None]
+            upwards = sign * normal
+            growing[:, tip] += rate * np.cross(upwards, along)
+            growing[:, 1] += rate * np.cross(reach, upwards)
+            growing[:, 0] -= rate * np.cross(reach - along, upwards)
         upper, lower = normals
         sine, cosine = _dot(np.cross(lower, upper), axis), _dot(upper, lower)
         fold = np.arctan2(np.real(sine), np.real(cosine)) - self._drawn
         # d atan2(s, c) = c ds - s dc, for s² + c² = 1
-        return fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag), slopes
+        turned = fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)
+        return turned, counts, slopes, counts[:, None, None] * growing
 
-    def _seen(self, position: Floats) -> tuple[Floats, Floats]:
-        more, slopes = self._turned(position[self._nodes].astype(complex))
-        return more.real, slopes.real
+    def _seen(self, position: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        more, counts, slopes, growing = self._turned(position[self._nodes].astype(complex))
+        return more.real, counts.real, slopes.real, growing.real
 
     def _speed(self, slopes: Floats, velocity: Floats) -> Floats:
         return np.einsum("hkc,hkc->h", slopes, velocity[self._nodes])
 
+    def _pulled(self, more: Any, counts: Any, slopes: Any, growing: Any) -> Any:
+        """Return ∂E/∂x of the corners [N], shape (hinge, 4, 3)."""
+        turning = (counts * self._stiffness * np.sin(more))[:, None, None] * slopes
+        return turning + (self._stiffness * (1.0 - np.cos(more)))[:, None, None] * growing
+
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
-        more, slopes = self._seen(position)
-        moment = self._stiffness * np.sin(more) + self._damping * self._speed(slopes, velocity)
-        np.subtract.at(to, self._nodes, moment[:, None, None] * slopes)
+        more, counts, slopes, growing = self._seen(position)
+        braking = counts * self._damping * self._speed(slopes, velocity)
+        forces = self._pulled(more, counts, slopes, growing) + braking[:, None, None] * slopes
+        np.subtract.at(to, self._nodes, forces)
 
     def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: k (1 - cos(θ - θ0)) over all hinges."""
-        return float(self._stiffness @ (1.0 - np.cos(self._seen(position)[0])))
+        """Return the stored energy [J]: k (1 - cos(θ - θ0)) over all hinges, as they count."""
+        more, counts, _, _ = self._seen(position)
+        return float(self._stiffness @ (counts * (1.0 - np.cos(more))))
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in from outside [W]: none."""
@@ -79,8 +103,8 @@ class Folding:
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is lost [W]."""
-        _, slopes = self._seen(position)
-        return float(self._damping @ self._speed(slopes, velocity) ** 2)
+        _, counts, slopes, _ = self._seen(position)
+        return float(self._damping @ (counts * self._speed(slopes, velocity) ** 2))
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
@@ -96,9 +120,7 @@ class Folding:
             for axis in range(3):
                 moved = position[self._nodes].astype(complex)
                 moved[:, corner, axis] += 1j * STEP
-                more, slopes = self._turned(moved)
-                forces = (self._stiffness * np.sin(more))[:, None, None] * slopes
-                blocks[:, :, :, corner, axis] = forces.imag / STEP
+                blocks[:, :, :, corner, axis] = self._pulled(*self._turned(moved)).imag / STEP
         place = 3 * number[self._nodes][..., None] + np.arange(3)
         rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
         columns = np.broadcast_to(place[:, None, None, :, :], blocks.shape)
