@@ -12,7 +12,7 @@ from scipy.spatial import Delaunay
 
 import tissuec
 from tests.matter.elastic import moved, stiffness
-from tests.matter.test_tetrahedra import as_vtk, bar
+from tests.matter.shapes import SIDES, as_vtk, tetrahedra
 from tests.test_cli import tissuec as command
 from tissuec import bodies
 
@@ -121,7 +121,7 @@ def test_a_lattice_without_diagonals_resists_along_its_axes_only():
 
 
 def test_irregular_nets_are_relaxed_as_independent_statics_relax_them(tmp_path, interpreted):
-    scene = imported(tmp_path, as_vtk(*bar(10.0, 0.25)), "bar.vtk")
+    scene = imported(tmp_path, as_vtk(*tetrahedra(SIDES, 10.0, 0.25)), "bar.vtk")
     (found,) = tissuec.properties(scene, frequencies=0)
     compiled = tissuec.compile(scene)
     x = compiled.network.position
@@ -165,7 +165,7 @@ def test_flat_walls_are_relaxed_as_independent_statics_relax_them(tmp_path):
 
 
 def test_tetrahedra_have_about_the_modulus_of_their_tissue(tmp_path):
-    scene = imported(tmp_path, as_vtk(*bar(5.0, 0.0)), "bar.vtk")
+    scene = imported(tmp_path, as_vtk(*tetrahedra(SIDES, 5.0, 0.0)), "bar.vtk")
     (found,) = tissuec.properties(scene, frequencies=0)
     # Regular ones; irregular ones are stiffer by some per cent where their surface is held.
     assert found.elasticity.young == pytest.approx([5e3] * 3, rel=3e-3)
