@@ -28,14 +28,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import coo_matrix
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+COLLAPSE = 1e-2  # ε: part of the drawn a² of a triangle that counts as none
+TINY = 1e-200  # keeps the direction of a triangle without area a number
 _OF_HINGES = ("nodes", "stiffness", "damping", "drawn", "squares")
 # How e, x_k - x_i and x_l - x_i depend on the four nodes.
-COLLAPSE = 1e-2  # ε: part of the drawn a² of a triangle that counts as none
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
@@ -168,25 +169,6 @@ class Hinges:
         weight, _, _ = self._weight(a, b)
         return np.asarray((2.0 * weight * self.stiffness * half**2).sum(axis=-1))
 
-    def resistance(
-        self, part: Floats, position: Floats, number: Indices, size: int
-    ) -> "csr_matrix":
-        """Return √part ∂θ/∂x of each hinge, shape (3 size, hinge).
-
-        Args:
-            part: Such as ``stiffness``, shape (hinge,).
-            number: Of each node of the scene among those that may move, -1 for others.
-            size: How many may move.
-        """
-        from scipy.sparse import csr_matrix
-
-        rows = 3 * number[self.nodes][..., None] + np.arange(3)
-        hinges = np.broadcast_to(np.arange(len(rows))[:, None, None], rows.shape)
-        values = np.sqrt(part)[:, None, None] * self.gradient(position)
-        moves = rows >= 0
-        shape = (3 * size, len(rows))
-        return csr_matrix((values[moves], (rows[moves], hinges[moves])), shape=shape)
-
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "coo_matrix":
@@ -301,7 +283,7 @@ def _levers(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return ∂θ/∂x_k and ∂θ/∂x_l, and where both are along the edge (0 to 1)."""
     square = _dot(e, e)[..., None]
-    by_k, by_l = (np.sqrt(square) * n / _dot(n, n)[..., None] for n in (a, b))
+    by_k, by_l = (np.sqrt(square) * n / (_dot(n, n)[..., None] + TINY) for n in (a, b))
     at_k, at_l = (_dot(s, e)[..., None] / square for s in (q, r))
     return by_k, by_l, at_k, at_l
 
@@ -345,7 +327,7 @@ def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
         (1, by_k, at_k, a, q, 1.0),
         (2, by_l, at_l, b, r, -1.0),
     ):
-        square = np.einsum("hk,hk->h", normal, normal)[:, None, None]
+        square = _dot(normal, normal)[:, None, None] + TINY
         outer = normal[:, :, None] * normal[:, None, :] / square
         turned = sign * length * (np.eye(3) - 2.0 * outer) / square
         own, mixed = turned @ _crossing(e), -turned @ _crossing(span)

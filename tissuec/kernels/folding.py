@@ -2,10 +2,8 @@
 
 from math import sqrt
 
+from tissuec.hinges import COLLAPSE, TINY
 from tissuec.kernels.records import Floats, Folds
-
-COLLAPSE = 1e-2  # as in ``hinges``
-TINY = 1e-200  # keeps the direction of a triangle without area a number
 
 
 def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:

@@ -51,8 +51,10 @@ def plate(mesh: Mesh) -> Plate:
     nodes = around_edges(mesh.skin)
     i, j, k, m = (mesh.position[nodes[:, corner]] for corner in range(4))
     edge = j - i
-    areas = sum(np.linalg.norm(np.cross(edge, tip - i), axis=1) / 2.0 for tip in (k, m))
-    return Plate(nodes, np.einsum("hk,hk->h", edge, edge) / areas)
+    areas = [np.linalg.norm(np.cross(edge, tip - i), axis=1) / 2.0 for tip in (k, m)]
+    turns = np.minimum(*areas) > 0.0
+    constant = np.einsum("hk,hk->h", edge, edge)[turns] / (areas[0] + areas[1])[turns]
+    return Plate(nodes[turns], constant)
 
 
 def _of_grid(mesh: Mesh, grid: Grid) -> Plate:
