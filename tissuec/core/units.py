@@ -223,7 +223,8 @@ _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
 
 def suggested_unit(dimension: Dimension) -> str:
     """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
-    return "mm" if dimension == LENGTH else si_unit(dimension)
+    # A number cannot be followed by the 1 of 1/s.
+    return {LENGTH: "mm", FREQUENCY: "Hz"}.get(dimension) or si_unit(dimension)
 
 
 def units_shown(dimension: Dimension) -> list[str]:
