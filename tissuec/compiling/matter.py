@@ -31,6 +31,7 @@ from tissuec.scene.findings import Findings
 
 POISSON_OF_SURFACE = 1.0 / 3.0
 UNEVEN = 0.1  # how much the stiffness of a mesh may depend on the direction, untold
+_OF_TUBES = "only those of a tube are axial or circumferential"
 _ACROSS = 0.1  # part of a direction that must lie within a sheet
 _TESTED = 300_000  # springs of a solid up to which it is tested; of larger lattices, a part
 
@@ -56,8 +57,7 @@ class Matter:
     @property
     def shears(self) -> float:
         """Return Young's modulus over the shear modulus of springs alone, as in a solid."""
-        poisson = self.poisson if self.is_solid else None
-        return 2.0 * (1.0 + (POISSON if poisson is None else poisson))
+        return 2.0 * (1.0 + (self.poisson if self.poisson and self.is_solid else POISSON))
 
 
 class _Drawn:
@@ -240,7 +240,7 @@ class MatterReader:
     def _fibres_in_solid(self) -> Fibres:
         direction = self._direction()
         if isinstance(direction, str):
-            self._refuse_fibres("only those of a tube run along or around an axis")
+            self._refuse_fibres(_OF_TUBES)
         return Fibres(direction, self._added)
 
     def _fibres_in_wall(self, mesh: Mesh) -> Fibres:
@@ -251,12 +251,12 @@ class MatterReader:
         side, other = mesh.position[[1, grid.columns]] - mesh.position[0]
         if not grid.closed:
             if isinstance(direction, str):
-                self._refuse_fibres("only those of a tube run along or around an axis")
+                self._refuse_fibres(_OF_TUBES)
             first = side / np.linalg.norm(side)
             second = other - (other @ first) * first
             within = np.array([direction @ first, direction @ second / np.linalg.norm(second)])
             if (length := float(np.linalg.norm(within))) < _ACROSS:
-                self._refuse_fibres("they would stand across the sheet")
+                self._refuse_fibres("they are perpendicular to the sheet")
             return Fibres(within / length, self._added)
         if not isinstance(direction, str):
             along = abs(float(direction @ other)) / float(np.linalg.norm(other))

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Pairs = NDArray[np.int32]
 Unit = Literal["Pa", "N/m", "N"]
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
+IN_PLANE = ((0, 0), (1, 1), (0, 1))  # the same of two dimensions
 NONE = 1e-6  # of the largest: what is less stiff gives way
 _FLAT = 1e-6  # sine of an angle between normals that is rounding
 _SAMPLES = 400  # directions in which Young's modulus is compared
@@ -123,7 +124,7 @@ def of_wall(
     directions, first = _first_direction(position, grid)
     frame = _frames(normal, first)
     if grid is not None and grid.closed:
-        even = elongations(position, ends) @ _evenly_as_tube(position, grid)
+        even = elongations(position, ends) @ evenly_as_tube(position, grid)
     else:
         ends, constant = _from_both_ends(ends, constant)
         even = _even_in_wall(position, ends, normal, frame[:, 0])
@@ -139,23 +140,18 @@ def of_wall(
 
 
 def range_of_wall(
-    position: Floats,
-    ends: Pairs,
-    constant: Floats,
-    skin: NDArray[np.integer],
-    grid: Grid | None,
+    position: Floats, ends: Pairs, constant: Floats, skin: NDArray[np.integer]
 ) -> tuple[float, float]:
     """Return the least and the largest Young's modulus times thickness of a wall [N/m].
 
-    Among all directions in the wall, under even strains: with regard to the rows of a grid, or
-    else to each of the axes x, y and z. Irregularities without a direction even out. Arguments
-    are those of ``of_wall``.
+    Among all directions in the wall, under even strains with regard to each of the axes x, y
+    and z. Irregularities without a direction even out. Arguments are those of ``of_wall``.
     """
     normal, area = _normals(position, skin)
     ends, constant = _from_both_ends(ends, constant)
-    axes = [np.broadcast_to(axis, normal.shape) for axis in np.eye(3)]
     found = []
-    for first in axes if grid is None else [_first_direction(position, grid)[1]]:
+    for axis in np.eye(3):
+        first = np.broadcast_to(axis, normal.shape)
         even = _even_in_wall(position, ends, normal, _frames(normal, first)[:, 0])
         found.append(young_around(even.T @ (constant[:, None] * even) / area))
     return float(np.min(found)), float(np.max(found))
@@ -186,7 +182,7 @@ def _evenly(position: Floats, one: int, other: int) -> Floats:
     return (position @ strain).ravel()
 
 
-def _evenly_as_tube(position: Floats, grid: Grid) -> Floats:
+def evenly_as_tube(position: Floats, grid: Grid) -> Floats:
     """Return displacements of a tube that is widened, drawn out and twisted by a unit strain.
 
     Returns:
@@ -328,7 +324,7 @@ def young_around(matrix: Floats) -> Floats:
     if len(matrix) == 3:
         angle = np.linspace(0.0, np.pi, _SAMPLES)
         n = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        pairs: tuple[tuple[int, int], ...] = ((0, 0), (1, 1), (0, 1))
+        pairs: tuple[tuple[int, int], ...] = IN_PLANE
     else:
         n, pairs = _around(), VOIGT
     stress = np.stack([n[:, i] * n[:, j] for i, j in pairs], axis=1)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tissuec.matter.elasticity import IN_PLANE, VOIGT
 from tissuec.network import Floats
 
 
@@ -31,13 +32,10 @@ class Fibres:
         Shear strains are changes of angles.
         """
         f = self.direction
-        pairs = ((0, 0), (1, 1), (0, 1)) if len(f) == 2 else _VOIGT
+        pairs = IN_PLANE if len(f) == 2 else VOIGT
         return np.array([f[i] * f[j] for i, j in pairs])
 
     @property
     def stiffness(self) -> Floats:
         """Return what they add per Young's modulus, in Voigt's order, (3, 3) or (6, 6)."""
         return self.added * np.outer(self.strain, self.strain)
-
-
-_VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))

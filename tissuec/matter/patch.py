@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.solid import Solid
+from tissuec.matter.traction import POISSON
 from tissuec.network import Floats
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 Pairs = NDArray[np.int32]
 
-YOUNG = 2.5  # modulus of a solid of springs whose shear modulus is 1
+YOUNG = 2.0 * (1.0 + POISSON)  # of a solid of springs whose shear modulus is 1
 WEIGHT = 1e-3  # of the even share, beside the equations
 ROUNDS = 20  # of choosing the springs that are left out
 #: The entries of a symmetric tensor of three indices, and how often each stands in it.

@@ -11,17 +11,17 @@ In a grid all cells are alike. The springs of a cell, of length L along n, have 
 
 which are not negative up to a = √3 b. Springs through the inside of a tube count by how they
 lengthen as it widens, is drawn out and twisted; so the whole tube is as stiff as its wall.
-Other triangles follow the area rule (see
-``shapes.sharing``), which is exact for even stretching, and for all strains on average.
+Other triangles follow the area rule (see ``shapes.sharing``), which is exact for even
+stretching, and for all strains on average.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tissuec.matter.elasticity import range_of_wall, young_around
+from tissuec.matter.elasticity import evenly_as_tube, range_of_wall, young_around
 from tissuec.matter.fibres import Fibres
+from tissuec.matter.linear import elongations
 from tissuec.meshes import Mesh
 from tissuec.network import Floats, Grid
 from tissuec.shapes.sharing import area_shares, grid_areas, node_areas
@@ -67,7 +67,7 @@ def surface(mesh: Mesh, fibres: Fibres | None = None) -> Surface:
     constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
     if not constant.all():
         raise ValueError("some of its springs lie in no triangle of its surface")
-    found = range_of_wall(mesh.position, mesh.ends, constant, mesh.skin, None)
+    found = range_of_wall(mesh.position, mesh.ends, constant, mesh.skin)
     return Surface(node_areas(mesh.position, mesh.skin), constant, found)
 
 
@@ -89,7 +89,9 @@ def _of_grid(mesh: Mesh, grid: Grid, fibres: Fibres | None) -> Surface:
     plane = cell_sides(mesh, grid)
     area = float(np.linalg.det(plane))
     stretch = in_plane(steps[:, ::-1] @ plane)
-    stretch[inside] = _through(mesh, grid, mesh.ends[first[inside]])
+    if inside.any():
+        through = elongations(mesh.position, mesh.ends[first[inside]])
+        stretch[inside] = through @ evenly_as_tube(mesh.position, grid)
     each = (grid.rows - np.abs(steps[:, 0])) * (
         grid.columns - (0 if grid.closed else np.abs(steps[:, 1]))
     )
@@ -121,25 +123,6 @@ def in_plane(vectors: Floats) -> Floats:
     return np.stack([x * x, y * y, x * y], axis=1) / np.hypot(x, y)[:, None]
 
 
-def _through(mesh: Mesh, grid: Grid, ends: NDArray[np.int32]) -> Floats:
-    """Return elongations of springs through the inside of a tube [m], shape (k, 3).
-
-    As it widens by a unit strain around, is stretched along, and twisted.
-    """
-    rings = mesh.position.reshape(grid.rows, grid.columns, 3)
-    axis = rings[1, 0] - rings[0, 0]
-    axis /= np.linalg.norm(axis)
-    one, other = mesh.position[ends].swapaxes(0, 1)
-    along = (other - one) @ axis
-    across = other - one - along[:, None] * axis
-    outward = other - rings[ends[:, 1] // grid.columns].mean(axis=1)
-    around = np.cross(axis, outward) / np.linalg.norm(outward, axis=1)[:, None]
-    turned = np.einsum("kc,kc->k", across, around)
-    length = np.linalg.norm(other - one, axis=1)
-    parts = [np.einsum("kc,kc->k", across, across), along * along, turned * along]
-    return np.stack(parts, axis=1) / length[:, None]
-
-
 def cell_sides(mesh: Mesh, grid: Grid) -> Floats:
     """Return both sides of a cell in its own plane [m], along a row first, shape (2, 2)."""
     sides = mesh.position[[1, grid.columns]] - mesh.position[0]
@@ -156,7 +139,7 @@ def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:
         weight: w, shape (k,).
         least: Least k, as a part of what it is if all springs are alike.
     """
-    found, wanted = np.zeros(len(weight)), _ISOTROPIC.copy()
+    found, wanted = np.zeros(len(weight)), _ISOTROPIC
     for _ in range(_ROUNDS):
         found = _made_of(stretch, weight, wanted, least)
         lateral = float(stretch[:, 0] * stretch[:, 1] * weight @ found)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.matter.elasticity import VOIGT
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.linear import elongations, solution, stiffness
 from tissuec.matter.solid import Solid
@@ -59,7 +60,7 @@ def measured(
     volume = float(solid.volume.sum())
     compliance = _compliance(poisson, fibres)
     found = []
-    for each, (one, other) in zip(compliance, _STRESSES, strict=True):
+    for each, (one, other) in zip(compliance, VOIGT, strict=True):
         force = np.zeros_like(position)
         force[:, one] += solid.outward[:, other]
         if one != other:
@@ -70,9 +71,6 @@ def measured(
             raise ValueError("nothing resists " + ("tension" if one == other else "shear"))
         found.append(asked / stored)
     return Stiffness(np.array(found[:3]), np.array(found[3:]))
-
-
-_STRESSES = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
 
 
 def _compliance(poisson: float, fibres: Fibres | None) -> Floats:
