@@ -460,7 +460,7 @@ class MaterialReader:
         if self.body.fibres is not None and not along:
             self.findings.reject(
                 "TIS306",
-                f"the tissue of {self.body.name} has no fibres that could have a direction",
+                f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
                 self.body.fibres_span or self.body.span,
                 hint="write a fibre modulus in the tissue, or leave this out",
             )
@@ -483,7 +483,8 @@ class MaterialReader:
         if fibres.value < modulus.value:
             self.findings.reject(
                 "TIS309",
-                "a body cannot be softer along its fibres than its Young's modulus across them",
+                "the fibre modulus is less than Young's modulus: no tissue is softer along its "
+                "fibres than across",
                 fibres.span,
                 hint="write a larger fibre modulus, or leave it out",
                 notes=(Note(f"used by {self.body.name}", self.body.span),),

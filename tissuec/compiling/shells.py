@@ -40,7 +40,7 @@ def hinges_of(
     if matter is None or any(m is None or not m.quantity.is_of_matter for m in given):
         findings.reject(
             "TIS304",
-            f"{body.name} has no Young's modulus from which its resistance to bending follows",
+            f"elastic bending of {body.name} needs a Young's modulus",
             body.shell,
             hint="write a Young's modulus in its tissue and a thickness in the body, "
             "or bending = 20 %",
@@ -48,9 +48,9 @@ def hinges_of(
     if matter.hinges is None:
         findings.reject(
             "TIS306",
-            f"body {body.name} is no wall that could bend by its thickness",
+            f"body {body.name} cannot have elastic bending: it is not a wall",
             body.shell,
-            hint="leave it out: solids resist bending as they are"
+            hint="leave it out: a solid resists bending anyway"
             if matter.is_solid
             else "use a sheet, a tube, a sphere or an imported surface",
         )

@@ -19,9 +19,9 @@ def with_drag(network: Network, environment: Environment, findings: Findings) ->
         if not area.any():
             findings.add(
                 "TIS306",
-                "nothing has a surface that surface damping could act on",
+                "no body has a surface for surface damping to act on",
                 environment.span,
-                hint="write mass damping, or damping of each node",
+                hint="write mass damping, or damping (of each node)",
             )
         found = found + environment.surface_damping * area
     return replace(network, drag=found) if found.any() else network

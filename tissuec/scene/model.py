@@ -182,7 +182,7 @@ class Body:
         interface: "mean", "softer" or "stiffer"; "" without regions.
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
-        fibres: Their direction, or a word of ``AROUND_AXIS``; None without any.
+        fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
         fibres_span: Where that is written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no

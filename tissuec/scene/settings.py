@@ -49,8 +49,10 @@ class EnvironmentEntries:
             not written
         contact_damping: how much contact loses of its force for each speed of leaving
         damping: ambient damping: each node is braked by this times its velocity
-        mass_damping: the same by mass: this times mass and velocity
-        surface_damping: the same by the surface that a node stands for
+        mass_damping: ambient damping by mass: each node is braked by this times its mass
+            and velocity
+        surface_damping: ambient damping by area: each node is braked by this times its share of
+            the surface and its velocity
     """
 
     gravity: Annotated[Floats, Point(units.ACCELERATION)]
