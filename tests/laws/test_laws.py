@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, with_modulus
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import Variable, apply
 
 C, D, REST = 20.0, 0.3, 0.01
+MODULUS = 10e3
 SPRING = {
     "linear": {},
     "polynomial": {"square": 3e3, "cube": 4e5},
@@ -18,6 +19,10 @@ SPRING = {
     "toe": {"strain": 0.03},
     "tension only": {},
     "dead band": {"slack": 4e-4},
+    "stress curve": {
+        "strains": (-0.1, 0.0, 0.1, 0.2, 0.3),
+        "stresses": (-5e3, 0.0, 1e3, 15e3, 15.5e3),
+    },
     "curve": {
         "elongations": (-1e-3, 0.0, 1e-3, 2e-3, 3e-3),
         "forces": (-0.1, 0.0, 0.02, 0.3, 0.31),
@@ -25,6 +30,11 @@ SPRING = {
 }  # fmt: skip
 VISCOUS = {"linear": {}, "power": {"exponent": 1.5, "speed": 0.1}}
 PLACES = np.array([-4e-3, -7e-4, -3e-4, 0.0, 2e-4, 7e-4, 1.3e-3, 2.6e-3, 5e-3])
+
+
+def law_of(name):
+    force = with_modulus(SPRING_LAWS[name](**SPRING[name]).force(), MODULUS)
+    return Law(name, force, LINEAR.viscous)
 
 
 def behaviour(law, count):
@@ -44,7 +54,7 @@ def test_every_law_is_tried_here():
 
 @pytest.mark.parametrize("name", SPRING)
 def test_stiffness_is_the_derivative_of_the_force(name):
-    law = Law(name, SPRING_LAWS[name](**SPRING[name]).force(), LINEAR.viscous)
+    law = law_of(name)
     springs, h = behaviour(law, len(PLACES)), 1e-9
     inside = PLACES + 1e-5  # off the kinks
     difference = (springs.pull(inside + h) - springs.pull(inside - h)) / (2.0 * h)
@@ -53,7 +63,7 @@ def test_stiffness_is_the_derivative_of_the_force(name):
 
 @pytest.mark.parametrize("name", SPRING)
 def test_energy_is_the_work_of_the_force(name):
-    law = Law(name, SPRING_LAWS[name](**SPRING[name]).force(), LINEAR.viscous)
+    law = law_of(name)
     springs = behaviour(law, 1)
     bends = [-1e-3, -4e-4, 3e-4, 4e-4, 1e-3, 2e-3, 3e-3]
     for place in PLACES:

@@ -136,6 +136,16 @@ MISTAKES = {
     "viscous force of x and x = d * x": ("TIS503", "call it w"),
     "viscous force on e and w = d * w": ("TIS312", "viscous force of e and w = …"),
     "spring force of e and w = c * e": ("TIS312", "spring force of e = …"),
+    "stress = 3 kPa": ("TIS312", "stress of strain = …"),
+    "stress of e = 3 N * e": ("TIS502", "a pressure"),
+    "stress of e = 3 kPa * e / (1 mm)": ("TIS502", ""),
+    "stress of e = 3 kPa * sqrt(e)": ("TIS504", "abs"),
+    "stress of e = 3 kPa * e; spring constant = 2 N/m": ("TIS306", "spring constant"),
+    "stress of e = 3 kPa * max(e - 0.1, 0)": ("TIS304", "Young's modulus"),
+    "stress of e = Young's modulus * e": ("TIS304", "Young's modulus"),
+    "stress of e = 3 kPa * e; spring law is linear": ("TIS307", "spring law"),
+    "spring law is stress curve { strains = [0, 1 %]; stresses = [0 Pa, 1 N] }":
+        ("TIS502", "stresses"),
 }  # fmt: skip
 
 
@@ -151,6 +161,18 @@ def test_a_formula_outside_of_a_tissue_is_no_part_of_a_scene():
     found = refused("spring force of e = 3 N", tissue="plain")
     assert found.code == "TIS115"
     assert "inside a tissue" in found.hint
+
+
+def test_springs_of_a_table_have_no_section_for_a_stress():
+    table = 'table springs of rod with columns "a b law" { 0 1 elastin }\n'
+    text = FRAME.format(tissues="law elastin { stress of e = 3 kPa * e }", tissue="plain",
+                        body="", first=10)  # fmt: skip
+    start, end = text.index("table springs"), text.index("environment")
+    with pytest.raises(CompileError) as caught:
+        compile_request(Request(Source("scene.tis", text[:start] + table + text[end:])))
+    (found,) = caught.value.diagnostics
+    assert found.code == "TIS306"
+    assert "in the tissue" in found.hint
 
 
 def test_two_laws_have_no_mean():

@@ -8,9 +8,11 @@ from tissuec.core import units
 from tissuec.core.fields import Measure
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
+from tissuec.laws import stress_in
 from tissuec.laws.formula import Formula, replaced, variables
-from tissuec.scene.laws import LAW_KINDS, FormulaScope
+from tissuec.scene.laws import FORMS, LAW_KINDS, FormulaScope, LawKind
 from tissuec.scene.model import Scene, Tissue, WrittenLaw
+from tissuec.scene.quantities import YOUNGS_MODULUS
 from tissuec.scene.schema import entries_of
 
 
@@ -31,11 +33,21 @@ def uses(tissue: Tissue, quantity: str) -> str | None:
     """Return which law of a tissue makes no use of a quantity that laws use; None if all do."""
     for kind in LAW_KINDS:
         law = tissue.laws.get(kind.word)
-        if law is None or quantity not in kind.names:
+        if law is None:
             continue
-        if kind.names[quantity][0] not in variables(law.force):
+        stress = stress_in(law.force)
+        used = _variable(kind, quantity, is_stress=stress is not None)
+        if used and used not in variables(stress or law.force):
             return kind.word
     return None
+
+
+def _variable(kind: LawKind, quantity: str, *, is_stress: bool) -> str:
+    """Return as what formulas of a law use a quantity; empty if they cannot."""
+    if quantity == YOUNGS_MODULUS and not is_stress:
+        return ""  # it is in the spring constant
+    used = (form.names[quantity][0] for form in kind.forms if quantity in form.names)
+    return next(used, "")
 
 
 def constants_of(tissue: Tissue, scene: Scene) -> dict[str, Constant]:
@@ -58,12 +70,13 @@ def force_with_params(law: WrittenLaw, scene: Scene, params: Mapping[str, Formul
     """Return a free formula with others in the places of params, by their names."""
     written = _formula(law, scene)
     assert written is not None
-    kind = next(kind for kind in LAW_KINDS if kind.formula == written.name.key)
+    form = FORMS[written.name.key]
     known = {s.key_of(name): (f"param {s.key_of(name)}", units.NUMBER) for name in params}
     exponents = [name for name, _ in known.values()]
-    scope = FormulaScope(scene.constants, {**known, **kind.variables(written)}, exponents)
+    scope = FormulaScope(scene.constants, {**known, **form.variables(written)}, exponents)
     formula = scope.formula(written.value)
-    return replaced(formula, {f"param {s.key_of(n)}": value for n, value in params.items()})
+    values = {f"param {s.key_of(n)}": value for n, value in params.items()}
+    return form.as_force(replaced(formula, values))
 
 
 def _formula(law: WrittenLaw, scene: Scene) -> s.Function | None:

@@ -24,7 +24,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.hinges import Hinges
 from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import variables
 from tissuec.network import Floats, Origin, Provenance
@@ -48,8 +48,9 @@ Explained: TypeAlias = tuple[Floats, Provenance]
 _USES = {
     name: (kind.word, variable)
     for kind in LAW_KINDS
-    for name, (variable, _) in kind.names.items()
-    if name in QUANTITIES
+    for form in kind.forms
+    for name, (variable, _) in form.names.items()
+    if name in QUANTITIES and name != YOUNGS_MODULUS
 }
 
 
@@ -138,7 +139,17 @@ class MaterialReader:
 
     def _typed_law(self, name: str) -> Law:
         assert self.body.tables is not None
-        return _as_law(self.body.tables.laws[name], name)
+        laws = self.body.tables.laws[name]
+        spring = laws.get("spring law")
+        if spring is not None and stress_in(spring.force) is not None:
+            self.findings.reject(
+                "TIS306",
+                f"law {name} is a stress, and springs of a table are no matter",
+                spring.span,
+                hint="write the spring force, or the stress in the tissue of a body",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return _as_law(laws, name)
 
     def _uses(self, name: str) -> NDArray[np.bool_]:
         """Return which springs have a law from the table that uses a quantity."""
@@ -411,12 +422,11 @@ class MaterialReader:
         )  # fmt: skip
 
     def _at_strain(self, given: Given) -> Floats:
-        """Return the force of springs at their breaking strain [N], shape (spring,)."""
-        strain = given.value
+        """Return the force of springs at a stress or a strain [N], shape (spring,)."""
+        constant, rest, strain = self.stiffness[0], self.rest[0], given.value
         if key_of(given.quantity.name) in ("strength", "yield stress"):
-            strain = given.value / self._modulus_beside(given)
+            return constant * rest * given.value / self._modulus_beside(given)
         law, laws = self.laws()
-        constant, rest = self.stiffness[0], self.rest[0]
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest).pull(strain * rest)
 
     def _relaxing_beside(self, share: Given) -> float:
@@ -607,13 +617,16 @@ def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.boo
 
 def _law_of(material: Material) -> Law:
     """Return the law of a part; linear where its tissue says nothing."""
-    return _as_law(material.tissue.laws if material.tissue else {})
+    if material.tissue is None:
+        return LINEAR
+    modulus = material.tissue.given.get(YOUNGS_MODULUS)
+    return _as_law(material.tissue.laws, modulus=1.0 if modulus is None else modulus.value)
 
 
-def _as_law(written: WrittenLaws, name: str = "") -> Law:
+def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
     """Return what is written as a law, linear where nothing is."""
     spring, dashpot = written.get("spring law"), written.get("viscosity law")
-    elastic = LINEAR.elastic if spring is None else spring.force
+    elastic = LINEAR.elastic if spring is None else with_modulus(spring.force, modulus)
     viscous = LINEAR.viscous if dashpot is None else dashpot.force
     if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
         return LINEAR

@@ -28,7 +28,7 @@ from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.entries import default_in_words, form_of, kind_in_words
 from tissuec.scene.expressions import FUNCTIONS
 from tissuec.scene.joints import JOINT_ENTRIES
-from tissuec.scene.laws import LAW_KINDS
+from tissuec.scene.laws import FORMS, LAW_KINDS
 from tissuec.scene.learn_entries import (
     ADJUSTED,
     DIMENSIONS,
@@ -222,9 +222,7 @@ def _of_material(kind: str) -> Terms:
         for name, quantity in QUANTITIES.items()
     }  # fmt: skip
     laws: dict[str, Terms] = {kind.word: members(kind.family) for kind in LAW_KINDS}
-    forms = {
-        kind.formula: f"{kind.forms[0].removeprefix(kind.formula)} = " for kind in LAW_KINDS
-    }
+    forms = {name: f"{form.heads[0].removeprefix(name)} = " for name, form in FORMS.items()}
     if kind == "region":
         own = _meant("region", {"prestress": " = "})
         return own | {"prestress": quantities["prestress"]}
@@ -396,13 +394,13 @@ def conditions() -> Terms:
 
 #: What free formulas are of, and what else stands in them, by what they are called.
 FORMULAS: dict[str, Terms] = {
-    kind.formula: _by_label(
+    called: _by_label(
         Term(name, VARIABLE, f"Here {describe(dimension)}.", dimension=dimension)
         for name, dimension in (
-            *kind.arguments, *((name, of) for name, (_, of) in kind.names.items())
+            *form.arguments, *((name, of) for name, (_, of) in form.names.items())
         )
     )
-    for kind in LAW_KINDS
+    for called, form in FORMS.items()
 }  # fmt: skip
 
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from tissuec.core.registry import Family
-from tissuec.laws.formula import Formula, Variable, variables
+from tissuec.laws.formula import Constant, Formula, Product, Variable, replaced, variables
 
 E, C, W, D, REST = (Variable(name) for name in ("e", "c", "w", "d", "rest"))
+STRAIN, MODULUS = Variable("strain"), Variable("modulus")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +42,30 @@ def is_open(law: Law) -> bool:
 
 
 LINEAR = Law("linear", C * E, D * W)
+
+
+def of_stress(stress: Formula) -> Formula:
+    """Return the force of a spring of matter [N].
+
+    A spring of stiffness c stands for a bar with the section c L0 / E.
+
+    Args:
+        stress: Of ``strain``, which is e/L0, and ``modulus``, which is E [Pa].
+    """
+    return Product(C * REST / MODULUS, replaced(stress, {STRAIN.name: E / REST}))
+
+
+def stress_in(force: Formula) -> Formula | None:
+    """Return the stress from which a force follows, of e/L0; None where it does not."""
+    if MODULUS.name not in variables(force):
+        return None
+    assert isinstance(force, Product)
+    return force.right
+
+
+def with_modulus(force: Formula, modulus: float) -> Formula:
+    """Return a force with Young's modulus [Pa] as a number."""
+    return replaced(force, {MODULUS.name: Constant(modulus)})
 
 
 class SpringLaw(Protocol):

@@ -12,7 +12,7 @@ from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
-from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.laws import MODULUS, SPRING_LAWS, VISCOSITY_LAWS, of_stress
 from tissuec.laws.formula import (
     ONE,
     ZERO,
@@ -28,6 +28,7 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import WrittenLaw, WrittenLaws
+from tissuec.scene.quantities import YOUNGS_MODULUS
 from tissuec.scene.values import Value
 
 TRIED = (1e-4, 1e-2, 0.3)  # of a metre, or metres per second, to either side
@@ -36,62 +37,83 @@ AT_REST = 1e-9  # of the largest force tried: one that rounding leaves
 #: nested brackets is 200.
 MOST_PARTS, MOST_OF_SLOPE, DEEPEST = 4000, 40_000, 150
 GROUP = 16  # terms or factors that are joined one after another
-SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0}
+SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0, MODULUS.name: 1.0}
 
 
 @dataclass(frozen=True, slots=True)
-class LawKind:
-    """How one of the two laws of a tissue is written.
+class Form:
+    """A free formula of a law.
 
     Attributes:
-        family: Laws by name, behind ``word``.
-        word: "spring law".
-        formula: "spring force", before the arguments of a free formula.
+        name: "spring force", before the arguments.
+        dimension: Of what the formula gives.
         arguments: Variable of formulas and dimension of what each argument stands for; a
             formula may leave out all but the last.
-        names: What else a free formula can use: variable and dimension.
+        names: What else it can use: variable and dimension.
+        as_force: Returns what a spring does, from the formula.
     """
 
-    family: Family[type]
-    word: str
-    formula: str
+    name: str
+    dimension: Dimension
     arguments: tuple[tuple[str, Dimension], ...]
     names: Mapping[str, tuple[str, Dimension]]
+    as_force: Callable[[Formula], Formula] = lambda formula: formula
 
     @property
-    def forms(self) -> tuple[str, ...]:
-        """Return what stands before the sign = of a free formula: of fewest arguments first."""
+    def heads(self) -> tuple[str, ...]:
+        """Return what stands before the sign =: that of fewest arguments first."""
         names = [name for name, _ in self.arguments]
         return tuple(
-            f"{self.formula} of {' and '.join(names[-count:])}"
+            f"{self.name} of {' and '.join(names[-count:])}"
             for count in range(1, len(names) + 1)
         )
 
     def variables(self, item: s.Function) -> dict[str, tuple[str, Dimension]]:
-        """Return all that a free formula can use: variable and dimension by name."""
+        """Return all that a formula can use: variable and dimension by name."""
         written = [argument.value.key for argument in item.arguments]
         meant = self.arguments[-len(written) :]
         return {**self.names, **dict(zip(written, meant, strict=True))}
 
 
-_MEANINGS = {"e": "the elongation", "w": "the speed"}
+@dataclass(frozen=True, slots=True)
+class LawKind:
+    """How one of the two laws of a tissue is written: by name behind ``word``, or freely."""
+
+    family: Family[type]
+    word: str
+    forms: tuple[Form, ...]
+
+
+_MEANINGS = {"e": "the elongation", "w": "the speed", "strain": "the strain"}
 _LENGTHENING = (("e", units.LENGTH),)
 _SPEED = (("w", units.VELOCITY),)
 _REST = {"rest length": ("rest", units.LENGTH)}
 _STIFF = dict.fromkeys(("c", "spring constant"), ("c", units.STIFFNESS))
 _VISCOUS = dict.fromkeys(("d", "viscosity"), ("d", units.VISCOSITY))
+_MODULUS = {YOUNGS_MODULUS: (MODULUS.name, units.PRESSURE)}
 LAW_KINDS = (
-    LawKind(SPRING_LAWS, "spring law", "spring force", _LENGTHENING, _STIFF | _REST),
+    LawKind(
+        SPRING_LAWS,
+        "spring law",
+        (
+            Form("spring force", units.FORCE, _LENGTHENING, _STIFF | _REST),
+            Form("stress", units.PRESSURE, (("strain", units.NUMBER),), _MODULUS, of_stress),
+        ),
+    ),
     LawKind(
         VISCOSITY_LAWS,
         "viscosity law",
-        "viscous force",
-        _LENGTHENING + _SPEED,
-        _VISCOUS | _REST,
+        (Form("viscous force", units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST),),
     ),
 )
+#: Every free formula, by what it is called.
+FORMS = {form.name: form for kind in LAW_KINDS for form in kind.forms}
 #: The kind of law that an entry of a tissue writes, by its name.
-BY_ENTRY = {name: kind for kind in LAW_KINDS for name in (kind.word, kind.formula)}
+BY_ENTRY = {
+    name: kind
+    for kind in LAW_KINDS
+    for name in (kind.word, *(form.name for form in kind.forms))
+}
 
 
 def read_laws(declarations: Declarations, scope: Scope) -> dict[str, WrittenLaws]:
@@ -145,16 +167,21 @@ def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> Non
 
 def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:
     """Return a law from its entry, or reject it."""
-    if isinstance(item, s.Function) and item.name.key == kind.formula:
-        return _free(kind, item, scope)
+    if isinstance(item, s.Function) and item.name.key in FORMS:
+        return _free(FORMS[item.name.key], item, scope)
     if isinstance(item, s.Sentence | s.Block) and item.name.key == kind.word:
         return _named(kind, item, scope)
     scope.findings.reject(
         "TIS312",
         f"a {kind.word} is written in another form",
         item.span,
-        hint=f'write "{kind.word} is …", or "{kind.forms[0]} = …"',
+        hint=f'write "{kind.word} is …", or "{_form_of(kind, item).heads[0]} = …"',
     )
+
+
+def _form_of(kind: LawKind, item: s.Item) -> Form:
+    """Return the free formula that an entry is called like."""
+    return FORMS.get(item.name.key, kind.forms[0])
 
 
 def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLaw:
@@ -174,70 +201,70 @@ def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLa
     return WrittenLaw(name.key, law.force(), item.span, law)
 
 
-def _free(kind: LawKind, item: s.Function, scope: Scope) -> WrittenLaw:
-    _check_arguments(kind, item, scope)
-    variables = FormulaScope(scope, kind.variables(item))
+def _free(form: Form, item: s.Function, scope: Scope) -> WrittenLaw:
+    _check_arguments(form, item, scope)
+    variables = FormulaScope(scope, form.variables(item))
     value = variables.number(item.value)
-    variables.expect(value, units.FORCE, item.value.span, what=kind.formula)
+    variables.expect(value, form.dimension, item.value.span, what=form.name)
     formula = variables.formula(item.value)
-    _limit(kind, formula, item.value.span, scope)
-    _try(kind, formula, item.value.span, scope)
-    return WrittenLaw(item.value.span.one_line, formula, item.span)
+    _limit(form, formula, item.value.span, scope)
+    _try(form, formula, item.value.span, scope)
+    return WrittenLaw(item.value.span.one_line, form.as_force(formula), item.span)
 
 
-def _check_arguments(kind: LawKind, item: s.Function, scope: Scope) -> None:
+def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
     """Reject arguments that are none, or that stand for something else."""
-    hint = f"write {' or '.join(f'{form} = …' for form in kind.forms)}"
+    hint = f"write {' or '.join(f'{head} = …' for head in form.heads)}"
     first, last = item.arguments[0], item.arguments[-1]
     if first.word != "of":
         scope.findings.reject("TIS312", "a formula names what it is of", first.span, hint=hint)
-    if len(item.arguments) > len(kind.arguments):
+    if len(item.arguments) > len(form.arguments):
         scope.findings.reject(
             "TIS312",
-            f"a {kind.formula} is of one variable",
+            f"a {form.name} is of one variable",
             first.span.to(last.span),
             hint=hint,
         )
     names = [argument.value for argument in item.arguments]
-    meant = [own for own, _ in kind.arguments[-len(names) :]]
+    meant = [own for own, _ in form.arguments[-len(names) :]]
     for number, (name, own) in enumerate(zip(names, meant, strict=True)):
         others = {
             one.key: _MEANINGS[key] for one, key in zip(names[:number], meant, strict=False)
         }
         others |= {key: _MEANINGS[key] for key in meant if key != own}
-        others |= dict.fromkeys(kind.names, f"the {kind.word.partition(' ')[0]} itself")
+        others |= dict.fromkeys(form.names, "a quantity of the spring")
         if name.key in others:
             scope.findings.reject(
                 "TIS503",
                 f'"{name.text}" already stands for {others[name.key]}',
                 name.span,
-                hint=f"call it {own}: {kind.forms[len(names) - 1]}",
+                hint=f"call it {own}: {form.heads[len(names) - 1]}",
             )
 
 
-def _limit(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
+def _limit(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
     """Reject a formula that is too long to be compiled, or whose derivative is."""
     (parts, depth), hint = extent(formula), "name a measured curve: spring law is curve { … }"
     if parts <= MOST_PARTS and depth <= DEEPEST:
-        slopes = [extent(formula.slope(name)) for name, _ in kind.arguments]
+        slopes = [extent(formula.slope(name)) for name, _ in form.arguments]
         if all(parts <= MOST_OF_SLOPE and depth <= DEEPEST for parts, depth in slopes):
             return
-    message = f"the {kind.formula} is too long or too deeply nested to be compiled"
+    message = f"the {form.name} is too long or too deeply nested to be compiled"
     scope.findings.reject("TIS116", message, span, hint=hint)
 
 
-def _try(kind: LawKind, formula: Formula, span: Span, scope: Scope) -> None:
+def _try(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
     """Reject a formula that has no value somewhere near rest, or brakes what does not move."""
     places = np.array([*(-t for t in TRIED), 0.0, *TRIED])
-    grid = np.meshgrid(*(places for _ in kind.arguments), indexing="ij")
-    known = {name: each for (name, _), each in zip(kind.arguments, grid, strict=True)}
+    grid = np.meshgrid(*(places for _ in form.arguments), indexing="ij")
+    known = {name: each for (name, _), each in zip(form.arguments, grid, strict=True)}
     with np.errstate(all="ignore"):
         found = np.broadcast_to(formula.at(SAMPLE | known), grid[0].shape)
 
     def shown(where: np.intp, names: Iterable[str]) -> str:
         parts = [
             units.show(float(known[name].flat[where]), dimension)
-            for name, dimension in kind.arguments
+            for name, dimension in form.arguments
             if name in names
         ]
         return f" at {' and '.join(parts)}" if parts else ""

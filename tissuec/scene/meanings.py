@@ -38,6 +38,7 @@ ENTRIES = {
         "spring law": "What replaces the linear springs, by name.",
         "viscosity law": "What replaces the linear dashpots, by name.",
         "spring force": "A formula for the force of a spring of its elongation e.",
+        "stress": "A formula for the nominal stress of a bar of its strain.",
         "viscous force": "A formula for the force of a dashpot of its speed w of lengthening, "
         "or of its elongation e and w.",
     },

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NoReturn, TypeAlias
 
+import numpy as np
+
 from tissuec.core.errors import Edit, Hint, Note, alternatives, proposal
 from tissuec.core.fields import Measure
 from tissuec.core.source import Span
@@ -12,6 +14,7 @@ from tissuec.fuzzy.gradual import FARTHEST
 from tissuec.fuzzy.inference import Firing, Inference, NoRule
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
+from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.evidence import (
@@ -24,8 +27,8 @@ from tissuec.scene.evidence import (
 from tissuec.scene.expressions import Scope
 from tissuec.scene.given import read_given
 from tissuec.scene.laws import BY_ENTRY, read_law
-from tissuec.scene.model import Fact, Fired, Given, Known, Tissue, WrittenLaw
-from tissuec.scene.quantities import LISTED, QUANTITIES, rivals
+from tissuec.scene.model import Fact, Fired, Given, Known, Tissue, WrittenLaw, WrittenLaws
+from tissuec.scene.quantities import LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
 from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word, reading
 
@@ -95,6 +98,7 @@ class TissueReader:
             self._warn_of_hedges_without_effect(written, facts, answers)
             if written.inherited is not None:
                 self._warn_of_words_without_effect(written, written.inherited, answers)
+        self._scale_stress(written.laws, given)
         assert isinstance(declared.item, s.Block)
         known = tuple(one for several in written.known.values() for one in several)
         warn_of_contradictions(known, given, declared.item.head, self.findings)
@@ -109,6 +113,34 @@ class TissueReader:
             written.laws,
             known,
             declared.item.head,
+        )
+
+    def _scale_stress(self, laws: WrittenLaws, given: dict[str, Given]) -> None:
+        """Add the Young's modulus of a stress: its slope at rest, where none is said."""
+        law = laws.get("spring law")
+        stress = None if law is None else stress_in(law.force)
+        if law is None or stress is None or YOUNGS_MODULUS in given:
+            return
+        if "spring constant" in given:
+            self.findings.reject(
+                "TIS306",
+                f'"{law.name}" and "spring constant" say the same of a tissue',
+                law.span,
+                hint="write one of them",
+                notes=(Note("the other one", given["spring constant"].span),),
+            )
+        at_rest = {E.name: 0.0, REST.name: 1.0, MODULUS.name: np.nan}
+        slope = float(stress.slope(E.name).at(at_rest))
+        if not 0.0 < slope < np.inf:
+            self.findings.reject(
+                "TIS304",
+                "this stress does not say how stiff the tissue is at rest",
+                law.span,
+                hint="write a Young's modulus: damping and Poisson's ratio refer to it",
+            )
+        quantity = QUANTITIES[YOUNGS_MODULUS]
+        given[YOUNGS_MODULUS] = Given(
+            quantity, slope, quantity.spreads[0], None, "slope of its stress at rest", law.span
         )
 
     # --- entries ------------------------------------------------------------------------------
@@ -172,7 +204,10 @@ class TissueReader:
             )
         entries[key] = item.span
         if law is not None:
-            written.laws[key] = read_law(law, item, self.scope)
+            written.laws[key] = read = read_law(law, item, self.scope)
+            if stress_in(read.force) is not None:  # an inherited spring constant is outdone
+                for rival in set(rivals(YOUNGS_MODULUS)) - set(entries):
+                    written.numbers.pop(rival, None)
             return
         assert isinstance(item, s.Sentence | s.Assign)
         if key == "about" and isinstance(item, s.Sentence):

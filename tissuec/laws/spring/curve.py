@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
 from tissuec.core import units
 from tissuec.core.fields import Several
-from tissuec.core.interpolation import monotone_slopes
 from tissuec.laws import SPRING_LAWS, E
-from tissuec.laws.formula import Formula, Spline
+from tissuec.laws.formula import Formula
+from tissuec.laws.points import check_points, through
 
 
 @SPRING_LAWS.member("curve")
@@ -29,23 +27,8 @@ class Curve:
     forces: Annotated[tuple[float, ...], Several(units.FORCE, at_least=2)]
 
     def __post_init__(self) -> None:
-        if len(self.elongations) != len(self.forces):
-            raise ValueError(
-                f'"forces" has {len(self.forces)} numbers, "elongations" '
-                f"{len(self.elongations)}: each point needs both"
-            )
-        if np.any(np.diff(self.elongations) <= 0.0):
-            raise ValueError('"elongations" must ascend')
+        check_points(self.elongations, "elongations", self.forces, "forces")
 
     def force(self) -> Formula:
         """Return the curve, straight behind both of its ends."""
-        places, values = np.array(self.elongations), np.array(self.forces)
-        slope = monotone_slopes(places, values)
-        width = np.diff(places)
-        secant = np.diff(values) / width
-        bend = (3.0 * secant - 2.0 * slope[:-1] - slope[1:]) / width
-        twist = (slope[:-1] + slope[1:] - 2.0 * secant) / width**2
-        pieces = np.column_stack([values[:-1], slope[:-1], bend, twist])
-        last = (values[-1], slope[-1], 0.0, 0.0)
-        rows = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in (*pieces, last))
-        return Spline(E, tuple(map(float, places)), rows, float(slope[0]))
+        return through(E, self.elongations, self.forces)

@@ -11,12 +11,10 @@ from tissuec.lang.parser import parse
 from tissuec.lang.walk import names_in
 from tissuec.learn.writing.drafts import Number
 from tissuec.learn.writing.numerals import exact, learnt
-from tissuec.scene.laws import BY_ENTRY, LawKind
+from tissuec.scene.laws import FORMS
 from tissuec.scene.model import WrittenLaw
 from tissuec.scene.parameters import Constants
 from tissuec.scene.schema import Entry, entries_of
-
-_WORDS = {kind.word: kind for kind in BY_ENTRY.values()}
 
 
 def constants_in(law: WrittenLaw) -> set[str]:
@@ -43,7 +41,7 @@ def law_text(
         constants: What the names of a formula stand for.
     """
     if law.law is None:
-        return _formula_text(_WORDS[word], law, learned, constants)
+        return _formula_text(law, learned, constants)
     entries = [
         f"{entry.name} {_entry_text(entry, getattr(law.law, entry.field), learned)}"
         for entry in entries_of(type(law.law)).values()
@@ -73,12 +71,10 @@ def _learnt(number: Number) -> str:
     return learnt(number.value, number.low, number.high, number.dimension)
 
 
-def _formula_text(
-    kind: LawKind, law: WrittenLaw, learned: Mapping[str, Number], constants: Constants
-) -> str:
+def _formula_text(law: WrittenLaw, learned: Mapping[str, Number], constants: Constants) -> str:
     """Return a free formula in which every name that is no variable is a number."""
     function = _parsed(law)
-    own = kind.variables(function)
+    own = FORMS[function.name.key].variables(function)
     by_key = {s.key_of(name): number for name, number in learned.items()}
     text = function.span.source.text
     end = function.span.end

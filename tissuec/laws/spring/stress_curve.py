@@ -1,0 +1,33 @@
+"""A measured curve of matter: points of strain and stress, joined without overshoot."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tissuec.core import units
+from tissuec.core.fields import Several
+from tissuec.laws import SPRING_LAWS, STRAIN, of_stress
+from tissuec.laws.formula import Formula
+from tissuec.laws.points import check_points, through
+
+
+@SPRING_LAWS.member("stress curve")
+@dataclass(frozen=True, slots=True)
+class StressCurve:
+    """A curve of the nominal stress by the strain, drawn like that of ``curve``.
+
+    Young's modulus has no part in it.
+
+    Attributes:
+        strains: At the points, ascending.
+        stresses: At the points.
+    """
+
+    strains: Annotated[tuple[float, ...], Several(units.NUMBER, at_least=2)]
+    stresses: Annotated[tuple[float, ...], Several(units.PRESSURE, at_least=2)]
+
+    def __post_init__(self) -> None:
+        check_points(self.strains, "strains", self.stresses, "stresses")
+
+    def force(self) -> Formula:
+        """Return the force of a bar under that stress."""
+        return of_stress(through(STRAIN, self.strains, self.stresses))
