@@ -42,6 +42,7 @@ SCENES = {
         "thread",
         "volume",
         "shell",
+        "crease",
         "close",
         "jet",
         "edge",
