@@ -1,6 +1,7 @@
 """Jets: momentum, profile and shade against closed forms; smoothness, motion and rest."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -379,16 +380,17 @@ def test_loops_do_the_same_as_arrays(growth):
     jets = pack_jets(situation, place, 0)
     x, v = np.zeros_like(net.position), np.zeros_like(net.position)
     x[place], v[place] = net.position, velocity
-    f = np.zeros(x.size)
-    power = blow(1.2, x.ravel(), v.ravel(), f, acts, jets)
+    f, power = np.zeros(x.size), np.zeros(2)
+    acting = SimpleNamespace(acts=acts, jets=jets)
+    blow(1.2, x.ravel(), v.ravel(), f, power, acting)
     expected = np.zeros_like(x)
     for acting in situation.fields:
         acting.add_forces(1.2, net.position, velocity, expected)
     assert np.abs(expected).max() > 0.05 * THRUST
     assert f.reshape(-1, 3)[place] == pytest.approx(expected, abs=1e-13 * THRUST)
-    assert power == pytest.approx(np.vdot(expected, velocity), rel=1e-12)
+    assert power[0] == pytest.approx(np.vdot(expected, velocity), rel=1e-12)
     pumped = sum(jet.pumping(1.2, net.position, velocity) for jet in situation.fields)
-    assert power == pytest.approx(pumped, rel=1e-12)
+    assert power[0] == pytest.approx(pumped, rel=1e-12)
 
 
 # --- motion -----------------------------------------------------------------------------------

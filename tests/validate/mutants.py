@@ -26,6 +26,7 @@ import click
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.engine import engine, tiers
 from tissuec.engine.binding import Binder
+from tissuec.kernels import scalar
 from tissuec.kernels.records import Operations
 from tissuec.validate.validation import validate
 
@@ -53,7 +54,9 @@ SCENES = {
 #: What computes forces, by tier: modules, and which functions of them, None for all.
 FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
     "compiled": {
-        "tissuec.kernels.scalar": ("force", "reeled", "pull_at", "pull_of"),
+        "tissuec.kernels.scalar": (
+            "force", "springs", "springs_of_laws", "reeled", "pull_at", "pull_of",
+        ),
         "tissuec.kernels.acts": None,
         "tissuec.kernels.folding": None,
         "tissuec.kernels.pressing": None,
@@ -250,16 +253,13 @@ def as_if_compiled() -> None:
     bound, seen = tiers.bound_drive, list[tiers.Features]()
 
     def operations(integrator, features):
-        seen.append(tiers.replace(features, moved=True, loaded=True))
+        seen.append(features)
         return Operations(force=len(seen) - 1)
 
     @cache
     def on_net(integrator, features):
-        names = tiers._method(integrator) | tiers.constants(features)
-        solving = tiers.banded if features.banded else tiers.iterative
-        for module in (tiers.scalar, solving):
-            names |= dict(inspect.getmembers(module, inspect.isfunction))
-        return Binder(names).bind(tiers.loop.drive)
+        names = tiers._method(integrator) | dict(inspect.getmembers(scalar, inspect.isfunction))
+        return Binder(names | tiers.plain_operations(features)).bind(tiers.loop.drive)
 
     def plain(integrator, tier):
         if tier == "interpreted":

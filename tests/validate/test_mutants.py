@@ -6,7 +6,10 @@ from tests.validate.mutants import FORCES, SCENES, found_in, survey, tried
 
 #: A scene of each tier, and faults that it has to tell from the truth.
 QUICK = {
-    "compiled": ("springs", {"stiffness[s] * e", "length - rest[s]", "tension * r0"}),
+    "compiled": (
+        "springs",
+        {"stiffness[s] * (length - rest[s])", "damping[s] * closing", "tension * r0"},
+    ),
     "interpreted": ("memory", {"net.behaviour.pull(e) + inelastic.pull(e, variables)"}),
 }
 

@@ -51,6 +51,9 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
 LEAST = 1e-300  # [m]
+#: What the loop over steps has to do besides stepping, and what else acts; of ``Features``.
+ASKED = ("watched", "ledger", "touched", "cornered")
+FLAGS = (*ASKED, "crushed", "enclosed", "folded", "reeled", "rinsed", "inelastic")
 
 
 @dataclass(slots=True)
@@ -296,7 +299,7 @@ class Layout:
             push=self.push,
             driven=self.driven,
             drag=self.situation.braking[self.order],
-            **self._asked(),
+            **{name: getattr(self.features, name) for name in FLAGS},
             acts=self.acts(),
             **self._effects(),
         )
@@ -344,9 +347,7 @@ class Layout:
     def _asked(self) -> dict[str, Any]:
         """Return what the loop over steps has to do besides stepping."""
         needed = self.features
-        return {
-            name: getattr(needed, name) for name in ("watched", "ledger", "touched", "cornered")
-        }
+        return {name: getattr(needed, name) for name in ASKED}
 
     def acts(self) -> Acts:
         """Return motions and loads for the present stretch of time."""

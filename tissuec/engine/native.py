@@ -187,12 +187,28 @@ def _word(builder: Any, pointer: Any, index: int) -> Any:
 
 
 NUMBER, TRUTH, NOTHING = types.float64, types.boolean, types.none
+WHOLE = types.int32
 FLAT, TABLE = types.Array(NUMBER, 1, "C"), types.Array(NUMBER, 2, "C")
 NET, SOLVER = RecordType(Net), RecordType(Solver)
 #: The operations on a net, as C calls them; fields of ``records.Operations``.
+_SPRING = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NET)
+_DASHPOT = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NET)
+_EFFECT = NOTHING(NUMBER, FLAT, FLAT, FLAT, FLAT, NET)
 SIGNATURES: dict[str, Signature] = {
     "assemble": TRUTH(NUMBER, FLAT, FLAT, NET, SOLVER),
     "bend_of_passed": NUMBER(FLAT, FLAT, FLAT, FLAT, NUMBER, TABLE, TABLE, NET),
+    "blow": _EFFECT,
+    "brake": _DASHPOT,
+    "brake_by_e": _DASHPOT,
+    "brake_side": _DASHPOT,
+    "brake_slope": _DASHPOT,
+    "fold": _EFFECT,
+    "press": _EFFECT,
+    "pull": _SPRING,
+    "side": _SPRING,
+    "slope": _SPRING,
+    "springs": TRUTH(FLAT, FLAT, FLAT, FLAT, NET),
+    "touch": _EFFECT,
     "find_sides": NOTHING(NUMBER, FLAT, FLAT, TABLE, NET),
     "force": TRUTH(NUMBER, FLAT, FLAT, FLAT, FLAT, NET),
     "greatest_force": NUMBER(FLAT, NET),

@@ -6,7 +6,7 @@ clock, so that a run gives the same bytes again. The constants of the cost model
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cache
 from inspect import getmembers, isfunction
 from typing import Any, cast
@@ -17,7 +17,7 @@ from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
 from tissuec.kernels import banded, iterative, scalar
 from tissuec.kernels.records import Integers, Operations, Progress, Solver, Task
-from tissuec.laws import Law, code
+from tissuec.laws import LINEAR, Law, code
 
 # Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
 # 0.6 s with everything from the cache. On a machine that has never compiled it, the loop of a
@@ -39,11 +39,18 @@ FACTOR_COST, SOLUTION_COST = 6e-7, 1.5e-8
 # Operations on nets that only some scenes need.
 NEEDED = {
     "bend_of_passed": "cornered",
+    "blow": "rinsed",
     "find_sides": "cornered",
+    "fold": "folded",
     "kinetic": "ledger",
     "peaks": "watched",
+    "press": "enclosed",
     "tension": "watched",
+    "touch": "touched",
 }
+# Of the operations that others call.
+FORCES = ("springs", "press", "fold", "touch", "blow")
+LAWS = tuple(code.functions((LINEAR,)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +72,11 @@ class Features:
     inelastic: bool = False
     cornered: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
+
+    @property
+    def straight(self) -> bool:
+        """Return whether all springs are linear and forget everything."""
+        return not (self.laws or self.inelastic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,54 +100,66 @@ def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
 @cache
 def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
     """Return where the compiled operations are that the loop calls for a net."""
-    called = _for_method(integrator).names(loop.drive) & set(Operations._fields)
-    needed = (name for name in called if name not in NEEDED or getattr(features, NEEDED[name]))
-    return operations(frozenset(needed), features)
+    return operations(_for_method(integrator).names(loop.drive), features)
 
 
 @cache
 def operations(names: frozenset[str], features: Features) -> Operations:
-    """Return where some compiled operations are, for what a scene needs."""
-    return Operations(**{name: _operation(name, _shared(features)) for name in names})
+    """Return where some compiled operations are, and those that they call, for a scene."""
+    names = names & set(Operations._fields) | set(FORCES)
+    needed = {name for name in names if name not in NEEDED or getattr(features, NEEDED[name])}
+    if not features.straight:
+        needed |= set(LAWS)
+    return Operations(**{name: _operation(name, features) for name in sorted(needed)})
 
 
 @cache
 def _for_method(integrator: type[Integrator]) -> Binder:
     """Return what compiles the loop over steps of an integrator."""
-    from tissuec.engine import native
-
     # On vectors those of ``scalar``, instead of ``vector``; on nets those that the net names.
     replaced = _method(integrator) | dict(getmembers(scalar, isfunction))
-    replaced |= {name: native.caller(name) for name in Operations._fields}
-    return Binder(replaced, compiled=True)
+    return Binder(replaced | _callers(*Operations._fields), compiled=True)
 
 
-@cache
 def _operation(name: str, features: Features) -> int:
     """Return the address of an operation on nets, compiled for what a scene needs."""
     from tissuec.engine import native
 
-    solving = banded if features.banded else iterative
-    function = getattr(solving if name in ("assemble", "solve") else scalar, name)
-    return native.address_of(_for_scene(features).bind(function, "linked"), name)
+    if name == "springs" and features.straight:
+        binder = _of_springs(features.viscous, features.watched)
+    else:
+        binder = _on_nets()
+    return native.address_of(binder.bind(implementation(name, features), "linked"), name)
+
+
+def implementation(name: str, features: Features) -> Callable[..., Any]:
+    """Return the function that is an operation on nets for what a scene needs."""
+    if name in LAWS:
+        return code.functions(features.laws or (LINEAR,))[name]
+    if name == "springs" and not features.straight:
+        return scalar.springs_of_laws
+    if name in ("assemble", "solve"):
+        return getattr(banded if features.banded else iterative, name)
+    return getattr(scalar, name)
+
+
+def _callers(*names: str) -> dict[str, Any]:
+    """Return what calls operations of the net, in compiled code."""
+    from tissuec.engine import native
+
+    return {name: native.caller(name) for name in names}
 
 
 @cache
-def _for_scene(features: Features) -> Binder:
-    """Return what compiles the operations on nets for what a scene needs."""
-    return Binder(constants(features), compiled=True)
+def _on_nets() -> Binder:
+    """Return what compiles operations; they call forces and laws of the net."""
+    return Binder(_callers(*FORCES, *LAWS), compiled=True)
 
 
-def _shared(features: Features) -> Features:
-    """Return features with some that a scene may lack, and that hardly cost any time.
-
-    Fewer variants are compiled, and none when something begins to move.
-    """
-    slow = features.touched or features.rinsed  # what springs do takes no time beside these
-    viscous, watched = features.viscous or slow, features.watched or slow
-    return replace(
-        features, viscous=viscous, watched=watched, crushed=watched, moved=True, loaded=True
-    )
+@cache
+def _of_springs(viscous: bool, watched: bool) -> Binder:
+    """Return what compiles the forces of linear springs."""
+    return Binder({"VISCOUS": viscous, "WATCHED": watched}, compiled=True)
 
 
 @cache
@@ -153,14 +177,10 @@ def _method(integrator: type[Integrator]) -> dict[str, Any]:
     return replaced | {name.upper(): getattr(integrator, name) for name in numbers}
 
 
-def constants(features: Features) -> dict[str, Any]:
-    """Return what the names of ``kernels`` mean where a scene has certain features."""
-    flags = (entry.name for entry in fields(features) if entry.name != "laws")
-    curved = code.functions(features.laws) if features.laws else {}
-    return {name.upper(): getattr(features, name) for name in flags} | {
-        **curved,
-        "CURVED": bool(features.laws),
-    }
+def plain_operations(features: Features) -> dict[str, Any]:
+    """Return what the names of operations mean in Python, for what a scene needs."""
+    names = {name: implementation(name, features) for name in Operations._fields}
+    return names | {"VISCOUS": features.viscous, "WATCHED": features.watched}
 
 
 def evaluation_cost(

@@ -10,7 +10,7 @@ its time (0.7 to 1.7 of it for widths of 63 to 120), without a call through its 
 from math import sqrt
 
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.scalar import CURVED, TINY, resistance
+from tissuec.kernels.scalar import TINY, resistance
 
 
 def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
@@ -42,7 +42,7 @@ def fill(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> None:
             inverse = 1.0 / (length + TINY)
             along = q * net.damping[s] + q * q * net.stiffness[s]
             across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
-            if CURVED:
+            if net.law[s] > 0:
                 along, across = resistance(q, s, i, j, length, x, v, net)
             for a in range(3):
                 for b in range(3):

@@ -3,12 +3,12 @@
 from math import sqrt
 
 from tissuec.hinges import COLLAPSE, TINY
-from tissuec.kernels.records import Floats, Folds
+from tissuec.kernels.records import Floats, Net
 
 
-def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
-    """Add the forces of hinges to those on nodes; return the power that they lose [W]."""
-    lost = 0.0
+def fold(time: float, x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> None:
+    """Add the forces of hinges to those on nodes, and the power that they lose."""
+    folds = net.folds
     for h in range(folds.stiffness.size):
         i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]
         k, m = 3 * folds.nodes[h, 2], 3 * folds.nodes[h, 3]
@@ -43,7 +43,7 @@ def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
         speed += m0 * (v[m] - v[i]) + m1 * (v[m + 1] - v[i + 1]) + m2 * (v[m + 2] - v[i + 2])
         speed += j0 * (v[j] - v[i]) + j1 * (v[j + 1] - v[i + 1]) + j2 * (v[j + 2] - v[i + 2])
         braking = grip_a * grip_b * folds.damping[h] * speed
-        lost += braking * speed
+        power[1] += braking * speed
         moment = grip_a * grip_b * folds.stiffness[h] * turned + braking
         # What turns the triangles, and what lets them collapse.
         p, q, r = swell_a * square, swell_a * along_k, swell_a * (q0 * q0 + q1 * q1 + q2 * q2)
@@ -72,4 +72,3 @@ def fold(x: Floats, v: Floats, f: Floats, folds: Folds) -> float:
         f[i] += j0 + k0 + m0
         f[i + 1] += j1 + k1 + m1
         f[i + 2] += j2 + k2 + m2
-    return lost

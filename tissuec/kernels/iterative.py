@@ -7,7 +7,7 @@ the diagonal blocks of the nodes are the preconditioner.
 from math import sqrt
 
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.scalar import CURVED, TINY, resistance
+from tissuec.kernels.scalar import TINY, resistance
 
 PRECISION = 1e-3  # of the residual; Newton's method repeats what is left
 ROUNDS = 500
@@ -30,7 +30,7 @@ def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
             inverse = 1.0 / (length + TINY)
             along = q * net.damping[s] + q * q * net.stiffness[s]
             across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
-            if CURVED:
+            if net.law[s] > 0:
                 along, across = resistance(q, s, i, j, length, x, v, net)
             n0, n1, n2 = r0 * inverse, r1 * inverse, r2 * inverse
             bar[s, 0], bar[s, 1] = along - across, across

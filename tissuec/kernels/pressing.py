@@ -1,12 +1,12 @@
 """The pressure of enclosed volumes, as scalar loops; what it is stands in ``enclosures``."""
 
 from tissuec.kernels.acts import total
-from tissuec.kernels.records import Acts, Enclosures, Floats
+from tissuec.kernels.records import Floats, Net
 
 
-def press(time: float, x: Floats, f: Floats, acts: Acts, enclosures: Enclosures) -> float:
-    """Add the forces of enclosed volumes to those on nodes; return the power of pumps [W]."""
-    power = 0.0
+def press(time: float, x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> None:
+    """Add the forces of enclosed volumes to those on nodes, and the power of pumps."""
+    acts, enclosures = net.acts, net.enclosures
     corners = enclosures.corners
     for cell in range(enclosures.drawn.size):
         start, stop = enclosures.first[cell], enclosures.first[cell + 1]
@@ -28,7 +28,7 @@ def press(time: float, x: Floats, f: Floats, acts: Acts, enclosures: Enclosures)
         swell, _, _, rate, _, _ = total(enclosures.act[cell], time, acts)
         due = drawn * (1.0 + swell)
         pressure = enclosures.modulus[cell] * (due - volume / 24.0) / drawn
-        power += pressure * drawn * rate
+        power[0] += pressure * drawn * rate
         share = pressure / 24.0
         for face in range(start, stop):
             i, j = 3 * corners[face, 0], 3 * corners[face, 1]
@@ -54,4 +54,3 @@ def press(time: float, x: Floats, f: Floats, acts: Acts, enclosures: Enclosures)
             f[m] += share * (a0 + c0)
             f[m + 1] += share * (a1 + c1)
             f[m + 2] += share * (a2 + c2)
-    return power

@@ -142,20 +142,32 @@ class Internal(NamedTuple):
 
 
 class Operations(NamedTuple):
-    """Addresses of compiled operations on a net, 0 for those that the method does not call."""
+    """Addresses of compiled operations on a net, 0 for those that nothing calls."""
 
     assemble: int = 0
     bend_of_passed: int = 0
+    blow: int = 0
+    brake: int = 0
+    brake_by_e: int = 0
+    brake_side: int = 0
+    brake_slope: int = 0
     find_sides: int = 0
+    fold: int = 0
     force: int = 0
     greatest_force: int = 0
     greatest_inner_force: int = 0
     kinetic: int = 0
     peaks: int = 0
     place: int = 0
+    press: int = 0
+    pull: int = 0
+    side: int = 0
     slack: int = 0
+    slope: int = 0
     solve: int = 0
+    springs: int = 0
     tension: int = 0
+    touch: int = 0
 
 
 class Net(NamedTuple):
@@ -180,8 +192,14 @@ class Net(NamedTuple):
     driven: Integers  # nodes on prescribed paths
     drag: Floats  # ambient damping [N s/m], shape (node,)
     watched: bool  # springs may break
+    crushed: bool  # and do so under pressure, too
     ledger: bool  # work and dissipation are integrated
+    enclosed: bool  # there are enclosed volumes
+    folded: bool  # there are walls that resist bending
+    reeled: bool  # there are threads that are drawn in or paid out
     touched: bool  # there are instruments or threads that touch
+    rinsed: bool  # there are jets
+    inelastic: bool  # some springs relax or flow
     cornered: bool  # some laws have corners
     acts: Acts
     enclosures: Enclosures

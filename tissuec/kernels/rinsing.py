@@ -9,7 +9,7 @@ an element (``points``): 0 its place, 3 distance ahead, 4 where it is in ξ, 6 f
 from math import exp, inf, pi, sqrt
 
 from tissuec.kernels.acts import total
-from tissuec.kernels.records import Acts, Floats, Jets
+from tissuec.kernels.records import Floats, Jets, Net
 
 CUT = 4.5
 DEEP = 0.5
@@ -22,14 +22,14 @@ TINY = 1e-200
 GRID = 32  # cells along each side of the field in which triangles are sorted
 
 
-def blow(time: float, x: Floats, v: Floats, f: Floats, acts: Acts, jets: Jets) -> float:
-    """Add the forces of jets to those on nodes; return the power that they put in [W]."""
-    power = 0.0
+def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> None:
+    """Add the forces of jets to those on nodes, and the power that they put in."""
+    acts, jets = net.acts, net.jets
     for jet in range(jets.bore.size):
         flow, _, _, _, _, _ = total(jets.act[jet], time, acts)
         if flow > 0.0:
             thrust = jets.density[jet] * flow * flow / (0.25 * pi * jets.bore[jet] ** 2)
-            power += recoil(jet, thrust, x, v, f, jets)
+            power[0] += recoil(jet, thrust, x, v, f, jets)
             count = survey(jet, x, jets)
             side = sort(count, jets)
             speed = sqrt(2.0 * thrust / (pi * jets.density[jet]))
@@ -37,8 +37,7 @@ def blow(time: float, x: Floats, v: Floats, f: Floats, acts: Acts, jets: Jets) -
                 if jets.faces[k, 5] > 0.0:
                     divide(jet, k, speed, x, v, jets)
                     dim(jet, k, before(k, side, x, jets), jets)
-                    power += push(k, v, f, jets)
-    return power
+                    power[0] += push(k, v, f, jets)
 
 
 def recoil(jet: int, thrust: float, x: Floats, v: Floats, f: Floats, jets: Jets) -> float:

@@ -2,8 +2,8 @@
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
 T = c e + d w with e = L - L0 and w = r·(v_j - v_i) / L, or what laws say instead, and what
-branches add; force T r / L. Flags in capitals are constants of a variant: what is switched off
-is never compiled.
+branches add; force T r / L. Flags in capitals are constants of a variant. What other modules
+do, and laws, is compiled by itself and called by its address: ``tissuec.engine.native``.
 """
 
 from math import inf, sqrt
@@ -23,18 +23,6 @@ from tissuec.laws.code import functions
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
-CRUSHED = True  # and do so under pressure, too
-LEDGER = True  # work and dissipation are integrated
-MOVED = True  # there are prescribed motions
-LOADED = True  # there are loads that change in time
-ENCLOSED = True  # there are enclosed volumes
-FOLDED = True  # there are walls that resist bending
-REELED = True  # there are threads that are drawn in or paid out
-TOUCHED = True  # there are instruments or threads that touch
-RINSED = True  # there are jets
-INELASTIC = True  # some springs relax or flow
-CURVED = True  # some springs have laws that are not linear
-CORNERED = True  # some of these laws have corners
 pull, slope, side, *_viscous = functions((LINEAR,)).values()
 brake, brake_slope, brake_by_e, brake_side = _viscous
 
@@ -51,18 +39,99 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
-    """Set ``a`` to the accelerations; return whether a spring is near to breaking."""
+    """Set ``a`` to the accelerations; return whether a spring is near to breaking.
+
+    Sets ``power`` to the work done from outside and to what is dissipated [W].
+    """
+    power[0] = power[1] = 0.0
+    if net.reeled:
+        reel(time, net.rest, net.reels, net.acts)
+        if net.ledger:
+            power[0] -= reeled(time, x, v, net)
+    for i in range(a.size):
+        a[i] = 0.0
+    near = springs(x, v, a, power, net)
+    if net.enclosed:
+        press(time, x, v, a, power, net)
+    if net.folded:
+        fold(time, x, v, a, power, net)
+    if net.touched:
+        touch(time, x, v, a, power, net)
+    if net.rinsed:
+        blow(time, x, v, a, power, net)
+    if net.ledger:
+        for node in net.driven:
+            for i in range(3 * node, 3 * node + 3):
+                power[0] -= a[i] * v[i]
+    power[0] += pull_free(time, v, a, net.inverse_mass, net.acts)
+    work = dissipated = 0.0
+    for node in range(net.inverse_mass.size):
+        inverse, drag = net.inverse_mass[node], net.drag[node]
+        for i in range(3 * node, 3 * node + 3):
+            work += net.push[i] * v[i]
+            if inverse > 0.0:
+                dissipated += drag * v[i] * v[i]
+            a[i] = net.steady[i] + inverse * (a[i] - drag * v[i])
+    power[0] += work
+    power[1] += dissipated
+    if net.touched:
+        for k in range(net.touches.memory.size):
+            i = 3 * net.touches.memory[k]
+            for c in range(3):
+                a[i + c] = net.touches.bent[k, c]
+    if net.inelastic:
+        remember(a, net.internal)
+    return near
+
+
+def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
+    """Add the forces of linear springs; return whether one is near to breaking."""
+    first, other = net.first, net.other
+    stiffness, damping, rest = net.stiffness, net.damping, net.rest
+    limit, limit_pressed = net.near, net.near_crush
+    near = False
+    dissipated = 0.0
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
+        v0, v1, v2 = v[i], v[i + ONE], v[i + TWO]
+        f0 = f1 = f2 = 0.0
+        for s in range(first[node], first[node + 1]):
+            j = np.uint64(other[s])
+            r0, r1, r2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
+            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+            inverse = 1.0 / (length + TINY)
+            tension = stiffness[s] * (length - rest[s])
+            if VISCOUS:
+                closing = (
+                    r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
+                ) * inverse
+                braking = damping[s] * closing
+                tension += braking
+                dissipated += braking * closing
+            if WATCHED:
+                near |= tension > limit[s] or tension < -limit_pressed[s]
+            tension *= inverse
+            f0 += tension * r0
+            f1 += tension * r1
+            f2 += tension * r2
+            f[j] -= tension * r0
+            f[j + ONE] -= tension * r1
+            f[j + TWO] -= tension * r2
+        f[i] += f0
+        f[i + ONE] += f1
+        f[i + TWO] += f2
+    power[1] += dissipated
+    return near
+
+
+def springs_of_laws(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
+    """Do what ``springs`` does, for those with laws and those that relax or flow, too."""
     first, other, law = net.first, net.other, net.law
     stiffness, damping, rest = net.stiffness, net.damping, net.rest
     limit, limit_pressed = net.near, net.near_crush
     near = False
-    work = dissipated = 0.0
-    if REELED:
-        reel(time, rest, net.reels, net.acts)
-        if LEDGER:
-            work -= reeled(time, x, v, net)
-    for i in range(a.size):
-        a[i] = 0.0
+    dissipated = 0.0
     for node in range(first.size - 1):
         i = np.uint64(3 * node)
         x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
@@ -74,72 +143,34 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
             e = length - rest[s]
-            if INELASTIC:
+            if net.inelastic:
                 e -= flowed(s, v, net.internal)
             tension = stiffness[s] * e
-            if CURVED:
-                tension = pull(law[s], e, stiffness[s], rest[s])
-            if INELASTIC:
+            if law[s] > 0:
+                tension = pull(law[s], e, stiffness[s], rest[s], net)
+            if net.inelastic:
                 tension += pull_of_branches(s, e, v, net.internal)
-                lost = give_way(s, e, tension, v, net.internal)
-                if LEDGER:
-                    dissipated += lost
-            if VISCOUS:
-                closing = (
-                    r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
-                ) * inverse
-                braking = damping[s] * closing
-                if CURVED:
-                    braking = brake(law[s], e, closing, damping[s], rest[s])
-                tension += braking
-                if LEDGER:
-                    dissipated += braking * closing
-            if WATCHED:
-                near |= tension > limit[s]
-            if CRUSHED:
-                near |= tension < -limit_pressed[s]
+                dissipated += give_way(s, e, tension, v, net.internal)
+            closing = (
+                r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
+            ) * inverse
+            braking = damping[s] * closing
+            if law[s] > 0:
+                braking = brake(law[s], e, closing, damping[s], rest[s], net)
+            tension += braking
+            dissipated += braking * closing
+            near |= tension > limit[s] or tension < -limit_pressed[s]
             tension *= inverse
             f0 += tension * r0
             f1 += tension * r1
             f2 += tension * r2
-            a[j] -= tension * r0
-            a[j + ONE] -= tension * r1
-            a[j + TWO] -= tension * r2
-        a[i] += f0
-        a[i + ONE] += f1
-        a[i + TWO] += f2
-    if ENCLOSED:
-        work += press(time, x, a, net.acts, net.enclosures)
-    if FOLDED:
-        dissipated += fold(x, v, a, net.folds)
-    if TOUCHED:
-        dissipated += touch(x, v, a, net.touches)
-    if RINSED:
-        work += blow(time, x, v, a, net.acts, net.jets)
-    if LEDGER:
-        for node in net.driven:
-            for i in range(3 * node, 3 * node + 3):
-                work -= a[i] * v[i]
-    if LOADED:
-        work += pull_free(time, v, a, net.inverse_mass, net.acts)
-    for node in range(net.inverse_mass.size):
-        inverse, drag = net.inverse_mass[node], net.drag[node]
-        for i in range(3 * node, 3 * node + 3):
-            if LEDGER:
-                work += net.push[i] * v[i]
-                if inverse > 0.0:
-                    dissipated += drag * v[i] * v[i]
-            a[i] = net.steady[i] + inverse * (a[i] - drag * v[i])
-    if TOUCHED:
-        for k in range(net.touches.memory.size):
-            i = 3 * net.touches.memory[k]
-            for c in range(3):
-                a[i + c] = net.touches.bent[k, c]
-    if INELASTIC:
-        remember(a, net.internal)
-    if LEDGER:
-        power[0] = work
-        power[1] = dissipated
+            f[j] -= tension * r0
+            f[j + ONE] -= tension * r1
+            f[j + TWO] -= tension * r2
+        f[i] += f0
+        f[i + ONE] += f1
+        f[i + TWO] += f2
+    power[1] += dissipated
     return near
 
 
@@ -149,16 +180,16 @@ def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None
     Of springs and of dashpots, and whether springs yield.
     """
     first, other, law, rest = net.first, net.other, net.law, net.rest
-    if REELED:
+    if net.reeled:
         reel(time, rest, net.reels, net.acts)
     for node in range(first.size - 1):
         i = np.uint64(3 * node)
         for s in range(first[node], first[node + 1]):
-            if law[s] > 0 or INELASTIC:
+            if law[s] > 0 or net.inelastic:
                 e, w = stretching(s, i, np.uint64(other[s]), x, v, net)
-                out[0, s] = side(law[s], e, net.stiffness[s], rest[s])
-                out[1, s] = brake_side(law[s], e, w, net.damping[s], rest[s])
-                if INELASTIC:
+                out[0, s] = side(law[s], e, net.stiffness[s], rest[s], net)
+                out[1, s] = brake_side(law[s], e, w, net.damping[s], rest[s], net)
+                if net.inelastic:
                     out[2, s] = abs(pull_of(s, e, v, net)) > net.internal.limit[s]
 
 
@@ -168,7 +199,7 @@ def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[
     w0, w1, w2 = v[j] - v[i], v[j + ONE] - v[i + ONE], v[j + TWO] - v[i + TWO]
     length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
     e = length - net.rest[s]
-    if INELASTIC:
+    if net.inelastic:
         e -= flowed(s, v, net.internal)
     return e, (r0 * w0 + r1 * w1 + r2 * w2) / (length + TINY)
 
@@ -219,22 +250,22 @@ def bend_of_passed(
                 if pulls:
                     # The larger slope, not their difference: a dead band has the same one
                     # on both sides.
-                    one, two = slope(k, e, c, rest[s]), slope(k, e_end, c, rest[s])
+                    one, two = slope(k, e, c, rest[s], net), slope(k, e_end, c, rest[s], net)
                     bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
                 if brakes:
                     one, two = (
-                        brake_slope(k, e, w, d, rest[s]),
-                        brake_slope(k, e_end, w_end, d, rest[s]),
+                        brake_slope(k, e, w, d, rest[s], net),
+                        brake_slope(k, e_end, w_end, d, rest[s], net),
                     )
                     thick = min(max(abs(one), abs(two)), STIFFEST)
                     bend += thick * abs(w_end - w) / span
                     one, two = (
-                        brake_by_e(k, e, w, d, rest[s]),
-                        brake_by_e(k, e_end, w_end, d, rest[s]),
+                        brake_by_e(k, e, w, d, rest[s], net),
+                        brake_by_e(k, e_end, w_end, d, rest[s], net),
                     )
                     bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
                 bend *= light
-                if INELASTIC and yields:
+                if net.inelastic and yields:
                     more = pull_of(s, e_end, v_end, net) - pull_of(s, e, v, net)
                     bend += abs(more) / (net.internal.viscosity[s] * span * span)
                 worst = max(worst, bend)
@@ -255,7 +286,7 @@ def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
 def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
     """Return the force of a spring and its branches at a length, without viscosity [N]."""
     e = length - net.rest[s]
-    if INELASTIC:
+    if net.inelastic:
         e -= flowed(s, v, net.internal)
     return pull_of(s, e, v, net)
 
@@ -263,9 +294,9 @@ def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
 def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
     """Return the force of a spring and its branches at an elongation [N]."""
     force = net.stiffness[s] * e
-    if CURVED:
-        force = pull(net.law[s], e, net.stiffness[s], net.rest[s])
-    if INELASTIC:
+    if net.law[s] > 0:
+        force = pull(net.law[s], e, net.stiffness[s], net.rest[s], net)
+    if net.inelastic:
         force += pull_of_branches(s, e, v, net.internal)
     return float(force)
 
@@ -280,17 +311,15 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
             r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             e = length - net.rest[s]
-            if INELASTIC:
+            if net.inelastic:
                 e -= flowed(s, v, net.internal)
-            out[s] = pull_of(s, e, v, net)
-            if VISCOUS:
-                closing = (
-                    r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
-                ) / (length + TINY)
-                if CURVED:
-                    out[s] += brake(net.law[s], e, closing, net.damping[s], net.rest[s])
-                else:
-                    out[s] += net.damping[s] * closing
+            closing = (
+                r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
+            ) / (length + TINY)
+            braking = net.damping[s] * closing
+            if net.law[s] > 0:
+                braking = brake(net.law[s], e, closing, net.damping[s], net.rest[s], net)
+            out[s] = pull_of(s, e, v, net) + braking
 
 
 def resistance(
@@ -306,13 +335,14 @@ def resistance(
     for k in range(3):
         closing += (x[j + k] - x[i + k]) * (v[j + k] - v[i + k]) * inverse
     e, damping = length - rest, net.damping[s]
-    steep = slope(law, e, net.stiffness[s], rest) + brake_by_e(law, e, closing, damping, rest)
+    steep = slope(law, e, net.stiffness[s], rest, net)
+    steep += brake_by_e(law, e, closing, damping, rest, net)
     steep = max(steep, 0.0)
-    across = max(pull(law, e, net.stiffness[s], rest) * inverse, 0.0)
+    across = max(pull(law, e, net.stiffness[s], rest, net) * inverse, 0.0)
     if length == 0.0 and rest == 0.0:
         across = steep  # in all directions alike
     # At rest, a dashpot may be infinitely stiff.
-    viscous = min(max(brake_slope(law, e, closing, damping, rest), 0.0), STIFFEST)
+    viscous = min(max(brake_slope(law, e, closing, damping, rest, net), 0.0), STIFFEST)
     return q * viscous + q * q * steep, q * q * across
 
 
@@ -321,7 +351,8 @@ def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) 
     for s in range(here.size):
         if parabola_top(before[s], here[s], after[s]) > margin * net.strength[s]:
             return True
-        if CRUSHED and parabola_top(-before[s], -here[s], -after[s]) > margin * net.crush[s]:
+        top = parabola_top(-before[s], -here[s], -after[s]) if net.crushed else 0.0
+        if top > margin * net.crush[s]:
             return True
     return False
 
@@ -361,13 +392,12 @@ def slack(x: Floats, x_end: Floats, net: Net) -> float:
 
 def place(time: float, x: Floats, v: Floats, net: Net) -> None:
     """Put driven nodes and lengths of threads where their courses have them at a time."""
-    if MOVED:
-        put_driven(time, x, v, net.acts)
-    if REELED:
+    put_driven(time, x, v, net.acts)
+    if net.reeled:
         reel(time, net.rest, net.reels, net.acts)
-    if TOUCHED:
+    if net.touched:
         put_home(x, net.touches.memory, net.touches.home)
-    if INELASTIC:
+    if net.inelastic:
         put_home(x, net.internal.nodes, net.internal.home)
 
 
@@ -555,8 +585,7 @@ def greatest_inner_force(time: float, v: Floats, a: Floats, out: Floats, net: Ne
     """
     for i in range(out.size):
         out[i] = 0.0
-    if LOADED:
-        pull_free(time, v, out, net.inverse_mass, net.acts)
+    pull_free(time, v, out, net.inverse_mass, net.acts)
     for node in range(net.inverse_mass.size):
         inverse = net.inverse_mass[node]
         for i in range(3 * node, 3 * node + 3):

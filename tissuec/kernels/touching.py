@@ -5,7 +5,7 @@ Of each pair that touches, a row of ``met`` keeps what is needed of it more than
 
 from math import sqrt
 
-from tissuec.kernels.records import Floats, Touches
+from tissuec.kernels.records import Floats, Net, Touches
 
 CAPSULE, PLANE = 0, 1
 SHARPNESS = 8
@@ -29,13 +29,13 @@ Meeting = tuple[float, float, float, float, float, float, float, float, float, f
 OUTSIDE = (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
-    """Add the forces of shapes to those on nodes, set the rates of bristles.
+def touch(time: float, x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> None:
+    """Add the forces of shapes to those on nodes, and what damping and friction take out.
 
-    Returns:
-        The power that damping and friction take out [W].
+    The rates of bristles are set aside.
     """
-    lost, bends = 0.0, 0.0
+    touches = net.touches
+    bends = 0.0
     for k in range(touches.nodes.size):
         first, last = int(touches.first[k]), int(touches.first[k + 1])
         bends += look(3 * touches.nodes[k], first, last, x, v, touches)
@@ -47,16 +47,15 @@ def touch(x: Floats, v: Floats, f: Floats, touches: Touches) -> float:
             steady, closing, steeper = press_surface(start, stop, first, touches)
             if steady > 0.0:
                 factor = max(1.0 + touches.damping * closing / steady, 0.0)
-                lost += push_back(k, start, stop, first, factor, f, touches)
+                power[1] += push_back(k, start, stop, first, factor, f, touches)
                 total, rest, growth = total + factor * steady, rest + steady, growth + steeper
                 if touches.memory.size:
                     s0, s1, s2 = rub_past(start, stop, first, factor, x, v, touches)
                     u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
             start = stop
         if touches.memory.size:
-            lost += rub(k, total, rest, growth, u0, u1, u2, x, v, f, touches)
+            power[1] += rub(k, total, rest, growth, u0, u1, u2, x, v, f, touches)
     count(round(bends), touches)
-    return lost
 
 
 def count(bends: int, touches: Touches) -> None:

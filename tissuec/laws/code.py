@@ -26,16 +26,17 @@ _HEAD = "from math import cos, exp, log, sin, sqrt\n"
 def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
     """Return what kernels ask of a net's laws, as functions of plain numbers.
 
-    Those of springs take (law, e, c, rest), those of dashpots (law, e, w, d, rest). They are
-    the forces with their derivatives, and the sides of the laws' corners: numbers that change
-    wherever a corner is passed.
+    Those of springs take (law, e, c, rest, net), those of dashpots (law, e, w, d, rest, net).
+    They are the forces with their derivatives, and the sides of the laws' corners: numbers that
+    change wherever a corner is passed. Nothing of the net is asked; compiled code finds them by
+    what it holds.
 
     Their names end in a digest of what they do, so that compiled code can be told apart.
 
     Args:
         laws: The first is ``LINEAR``.
     """
-    spring, dashpot = "e, c, rest", "e, w, d, rest"
+    spring, dashpot = "e, c, rest, net=None", "e, w, d, rest, net=None"
     written = {
         "pull": (spring, [law.elastic for law in laws]),
         "slope": (spring, [law.elastic.slope("e") for law in laws]),
