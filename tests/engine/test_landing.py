@@ -1,7 +1,5 @@
 """Landing, samples, triggers, failures: what the engine does between and at the steps."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from tests.engine.running import TIERS, Bench, block, chain, lifted_tube, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
 from tissuec.engine.engine import CALL_SPRINGS
-from tissuec.engine.tiers import evaluation_cost, step_cost
+from tissuec.engine.tiers import default_tier
 from tissuec.integrators import INTEGRATORS
 
 # Implicit steps of a tube take seconds interpreted.
@@ -230,16 +228,11 @@ def test_both_tiers_agree_to_rounding(method, ledger):
     assert compiled.dissipated == pytest.approx(interpreted.dissipated, rel=1e-9, abs=1e-15)
 
 
-def test_tier_changes_in_mid_run_by_evaluations_and_the_motion_goes_on(monkeypatch):
+def test_methods_that_are_not_shipped_are_interpreted(monkeypatch):
     monkeypatch.delenv("TISSUEC_TIER", raising=False)
-    monkeypatch.setattr("tissuec.engine.engine.evaluation_cost", lambda *sizes: 1e-3)
-    bench = Bench(pair(), 10.0, tolerance=1e-8, tier=None)
-    bench.advance(0.1)
-    assert bench.engine.statistics.tier == "interpreted"
-    ran = bench.run()
-    assert ran.engine.statistics.tier == "compiled"
-    expected = 0.1 * (1.0 - np.cos(np.sqrt(200.0) * ran.time))
-    assert ran.position[:, 0, 0] == pytest.approx(expected, abs=2e-9)
+    own = type("Own", (), {})
+    assert default_tier(own) == "interpreted"
+    assert {default_tier(INTEGRATORS[name]) for name in INTEGRATORS} == {"compiled"}
 
 
 @pytest.mark.parametrize(("method", "tier"), ON_TIERS)
@@ -322,14 +315,3 @@ def test_fixed_implicit_steps_that_cannot_be_solved_are_stuck(method, monkeypatc
     assert "use a smaller step" in end.message
     adaptive = Bench(net, 1.0, method=method, tolerance=1e-4)
     assert adaptive.advance(0.01).kind in ("reached", "stuck")
-
-
-def test_factors_count_in_the_choice_of_the_tier():
-    """Of 15 steps of a block of 2548 free nodes, SuperLU takes six seconds, forces a tenth."""
-    wide = SimpleNamespace(
-        slot=np.arange(2548), band=np.zeros((0, 0)), scratch=np.zeros((4, 9))
-    )
-    each = evaluation_cost(21840, None, False, 0, 0)
-    effort = np.array([187, 15, 90, 0, 0])
-    assert step_cost(effort * [1, 0, 0, 0, 0], each, wide) < 0.5
-    assert 5.0 < step_cost(effort, each, wide) < 10.0

@@ -258,8 +258,9 @@ def as_if_compiled() -> None:
 
     @cache
     def on_net(integrator, features):
-        names = tiers._method(integrator) | dict(inspect.getmembers(scalar, inspect.isfunction))
-        return Binder(names | tiers.plain_operations(features)).bind(tiers.loop.drive)
+        names = dict(inspect.getmembers(scalar, inspect.isfunction))
+        names |= tiers.method_names(integrator) | tiers.plain_operations(features)
+        return Binder(names).bind(tiers.loop.drive)
 
     def plain(integrator, tier):
         if tier == "interpreted":

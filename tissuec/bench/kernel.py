@@ -5,6 +5,7 @@ coordinate beside its own velocity, in the order of nodes that keeps matrices na
 """
 
 from collections.abc import Callable
+from ctypes import CFUNCTYPE, c_double, c_void_p
 from dataclasses import replace
 from functools import cache
 
@@ -12,49 +13,17 @@ import numpy as np
 from scipy import sparse
 
 from tissuec.bench.trial import Deadline
-from tissuec.engine.binding import Binder
+from tissuec.compiled.loading import address
+from tissuec.compiled.tables import Table
 from tissuec.engine.layout import Layout
-from tissuec.engine.native import Native, caller
 from tissuec.engine.tiers import operations
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import Floats, Integers, Net
-from tissuec.kernels.scalar import force, place
+from tissuec.kernels.rate import Unknowns
+from tissuec.kernels.records import Floats, Integers
 from tissuec.situation import Situation
 
-Rate = Callable[..., None]
+Rate = Callable[[float, int, int], None]
 OPERATIONS = ("force", "place")
-
-
-def rate(
-    time: float,
-    y: Floats,
-    out: Floats,
-    origin: Floats,
-    nodes: Integers,
-    x: Floats,
-    v: Floats,
-    a: Floats,
-    power: Floats,
-    net: Net,
-) -> None:
-    """Set ``out`` to y'.
-
-    Args:
-        y, out: Shape (6 free,).
-        origin: Drawn positions [m], shape (3 node,).
-        nodes: Places of the free nodes, in the order of the unknowns, shape (free,).
-        x, v, a, power: Scratch; ``x`` holds the nodes that stand still.
-    """
-    for free in range(nodes.size):
-        for k in range(3):
-            i, j = 3 * nodes[free] + k, 6 * free + 2 * k
-            x[i], v[i] = origin[i] + y[j], y[j + 1]
-    place(time, x, v, net)
-    force(time, x, v, a, power, net)
-    for free in range(nodes.size):
-        for k in range(3):
-            i, j = 3 * nodes[free] + k, 6 * free + 2 * k
-            out[j], out[j + 1] = v[i], a[i]
 
 
 class Kernel:
@@ -80,12 +49,14 @@ class Kernel:
         self._origin = layout.inwards(situation.network.position)
         still = np.where((layout.held & ~layout.moved)[:, None], 0.0, situation.velocity)
         self._x, self._v = layout.inwards(situation.position), layout.inwards(still)
-        self._rate = compiled_rate()
         needed = replace(layout.features, watched=False, crushed=False, ledger=False)
         called = operations(frozenset(OPERATIONS), needed)
         net = layout.compiled_net(INTEGRATORS["dop853"])
-        self._net = Native(net._replace(operations=called))
-        self._scratch = np.zeros_like(self._x), np.zeros(2)
+        self._net = Table(net._replace(operations=called))
+        y = np.zeros(6 * len(self.nodes))
+        scratch = self._x, self._v, np.zeros_like(self._x), np.zeros(2)
+        self._unknowns = Unknowns(y, np.zeros_like(y), self._origin, self.nodes, *scratch)
+        self._table = Table(self._unknowns)
 
     @property
     def initial(self) -> Floats:
@@ -97,10 +68,9 @@ class Kernel:
     def fill(self, time: float, y: Floats, out: Floats) -> None:
         """Set ``out`` to y' at a time [s]."""
         self.evaluations += 1
-        a, power = self._scratch
-        self._rate(
-            time, y, out, self._origin, self.nodes, self._x, self._v, a, power, self._net
-        )
+        self._unknowns.y[:] = y
+        compiled_rate()(time, self._table.address, self._net.address)
+        out[:] = self._unknowns.rate
 
     def function(self, deadline: Deadline) -> Callable[[float, Floats], Floats]:
         """Return f(t, y); it raises OutOfTime behind a deadline."""
@@ -159,5 +129,5 @@ class Kernel:
 
 @cache
 def compiled_rate() -> Rate:
-    """Return the compiled ``rate``, which calls the operations of its net."""
-    return Binder({name: caller(name) for name in OPERATIONS}, compiled=True).bind(rate)
+    """Return ``rate``, of a time [s] and the addresses of ``Unknowns`` and a net."""
+    return CFUNCTYPE(None, c_double, c_void_p, c_void_p)(address("rate", "rate"))

@@ -39,10 +39,13 @@ class Binder:
     Args:
         replaced: Global names and what they shall mean: functions (bound in turn) or constants.
         compiled: Whether they are compiled, each by itself.
+        kept: Whether compiled code is kept for other processes.
     """
 
-    def __init__(self, replaced: Mapping[str, Any], *, compiled: bool = False):
-        self._replaced, self._compiled = replaced, compiled
+    def __init__(
+        self, replaced: Mapping[str, Any], *, compiled: bool = False, kept: bool = True
+    ):
+        self._replaced, self._compiled, self._kept = replaced, compiled, kept
         self._foreign = {
             name
             for name, each in replaced.items()
@@ -80,7 +83,7 @@ class Binder:
         if self._compiled:
             key = function, copy.__qualname__
             # The folder of the cache tells versions of our own sources apart, and no others.
-            cached = _is_shipped(function) and not depends & self._foreign
+            cached = self._kept and _is_shipped(function) and not depends & self._foreign
             result = _COMPILED[key] = _COMPILED.get(key) or _jit(copy, role, cached)
         self._bound[function, role] = (result, frozenset(depends))
         return self._bound[function, role]

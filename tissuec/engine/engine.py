@@ -20,14 +20,11 @@ from tissuec.engine.method import Change, Interruption, Method, Samples, Statist
 from tissuec.engine.outbox import Outbox
 from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
 from tissuec.engine.tiers import (
-    REVIEW,
     bound_drive,
     bound_inside,
-    evaluation_cost,
+    default_tier,
     forced_tier,
     loop_operations,
-    step_cost,
-    worthwhile,
 )
 from tissuec.engine.within import RESOLUTION, Watch, Within, bisect, glances
 from tissuec.integrators import INTEGRATORS
@@ -70,8 +67,8 @@ class Engine:
         record: Called with each batch of samples. Unless a single step holds more samples than
             half the buffer, the situation stands at a step's start then and ``checkpoint``
             gives what a later run can go on from.
-        tier: Forces one tier; None (or the environment variable TISSUEC_TIER, for tests)
-            lets the amount of work decide.
+        tier: Forces one tier, as the environment variable TISSUEC_TIER does for tests.
+            Otherwise methods that are shipped are stepped by compiled code.
     """
 
     def __init__(
@@ -224,7 +221,6 @@ class Engine:
             "made_speed": work.solver.speed.copy(),
             "bound": self._task.bound,
             "tier": self._tier,
-            "review": self._review,
             **{f"contest {name}": value for name, value in self._contest.state().items()},
             "changes": json.dumps([astuple(change) for change in self._changes]),
             "method": self.choice.name,
@@ -251,7 +247,6 @@ class Engine:
             self._work.solver.made[:] = state["made"], 0.0, 1.0
         self._asked = self._evaluations
         self._tier = self.tier or cast(Tier, str(state["tier"]))
-        self._review = int(state["review"])
         self._contest = Contest.restore(
             {name.removeprefix("contest "): value for name, value in state.items()}
         )
@@ -276,8 +271,7 @@ class Engine:
         start = new_progress(situation.time)
         sample = int(np.searchsorted(self._outbox.buffer.times, situation.time))
         self._progress = start._replace(sample=sample)
-        self._tier: Tier = self.tier or "interpreted"
-        self._review = 0  # evaluations when the tier is looked at again
+        self._tier: Tier = self.tier or default_tier(self._integrator)
 
     def _load(self, situation: Situation) -> None:
         """Copy the state into the arrays; all of them hold the nodes that stand still."""
@@ -474,12 +468,8 @@ class Engine:
 
     def _call(self, hold: bool) -> int:
         """Run the loop over steps once on the tier that is due."""
-        if self.tier is None and self._tier == "interpreted":
-            self._review_tier()
         tier = self._tier
         limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
-        if tier == "interpreted" and self.tier is None:
-            limit = min(limit, self._review)
         if self.method.name == "automatic" and self.method.step is None:
             limit = min(limit, self._contest.look)
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
@@ -492,37 +482,18 @@ class Engine:
 
     def _native(self, records: tuple[Any, ...]) -> tuple[Any, ...]:
         """Return records as compiled code takes them."""
-        from tissuec.engine.native import Native  # which loads Numba
+        from tissuec.compiled.tables import Table
 
         for record in records:
             kept = self._natives.get(type(record))
             if kept is None or kept.record is not record:
-                self._natives[type(record)] = Native(record)
+                self._natives[type(record)] = Table(record)
         return tuple(self._natives[type(record)] for record in records)
 
     @property
     def _evaluations(self) -> int:
         """Return the number of force evaluations so far."""
         return int(self._work.effort[0])
-
-    def _review_tier(self) -> None:
-        """Now and then, go over to the compiled tier if that much work is to come."""
-        now, evaluations = self._progress, self._evaluations
-        if evaluations < self._review or now.pending:
-            return
-        layout, solver = self._layout, self._work.solver
-        springs, jets = self.network.spring_count, len(layout.situation.jets)
-        hinges = 0 if self.network.hinges is None else len(self.network.hinges.nodes)
-        each = evaluation_cost(springs, layout.near_pairs, layout.is_rubbed, jets, hinges)
-        spent = step_cost(self._work.effort, each, solver)
-        ahead = (self.method.duration - now.time) / now.time if now.time else np.inf
-        if self._review and spent * ahead > worthwhile(layout.features):
-            self._tier = "compiled"
-            solver.made[2] = 1.0
-        # Before anything is known, as an implicit step of six stages needs it.
-        effort = self._work.effort if evaluations else np.array([13, 1, 6])
-        mean = step_cost(effort, each, solver) / effort[0]
-        self._review = evaluations + int(REVIEW / mean) + 1
 
     def _net(self, tier: Tier) -> Any:
         """Return what acts, in the form of a tier."""

@@ -1,41 +1,25 @@
-"""The two tiers: interpreted on NumPy, ready at once, or compiled by Numba, much faster.
+"""The two tiers: compiled code, as it is shipped, and the same interpreted on NumPy.
 
-Which one steps is decided by the numbers of force evaluations so far and to come, never by a
-clock, so that a run gives the same bytes again. The constants of the cost model were measured.
+Methods that are not shipped, such as those of users, are interpreted.
 """
 
+import ctypes
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from inspect import getmembers, isfunction
-from typing import Any, cast
+from typing import Any, cast, get_type_hints
+
+import numpy as np
 
 from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
 from tissuec.kernels import banded, iterative, scalar
-from tissuec.kernels.records import Integers, Operations, Progress, Solver, Task
+from tissuec.kernels.records import Operations, Progress, State, Task
 from tissuec.laws import LINEAR, Law, code
 
-# Interpreted work to come for which the compiled tier is worth its start [s]. That start takes
-# 0.6 s with everything from the cache. On a machine that has never compiled it, the loop of a
-# method takes 8 s, forces of springs 1 s more, with contact 4 s.
-WORTHWHILE, TOUCHED_WORTHWHILE, RINSED_WORTHWHILE = 2.0, 4.0, 2.0
-REVIEW = 0.25  # interpreted work between two looks at how much is to come [s]
-CALL_COST = 25e-6  # of one interpreted evaluation with its share of the step [s]
-SPRING_COST = 30e-9  # further, per spring [s]
-TOUCH_COST = 1.6e-4  # of one look at all contacts [s]
-PAIR_COST = 3.5e-7  # further, per pair that is near [s]
-RUBBED = 2.7  # times that with friction
-FOLD_COST = 1.2e-4  # of one look at all hinges [s]
-HINGE_COST = 9e-7  # further, per hinge [s]
-JET_COST = 4e-3  # of one look at a jet on some hundred triangles [s]
-# Of the matrix of an implicit step: of a factor in a band of width b, n b² times this, and of a
-# sparse one, n^1.5 times; the same of solving, with n b and n^1.5. [s]
-BAND_FACTOR_COST, BAND_SOLUTION_COST = 1e-9, 4e-9
-FACTOR_COST, SOLUTION_COST = 6e-7, 1.5e-8
 # Operations on nets that only some scenes need.
 NEEDED = {
     "bend_of_passed": "cornered",
@@ -50,7 +34,7 @@ NEEDED = {
 }
 # Of the operations that others call.
 FORCES = ("springs", "press", "fold", "touch", "blow")
-LAWS = tuple(code.functions((LINEAR,)))
+LAWS = tuple(code.ARGUMENTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,44 +76,73 @@ Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
 
 @cache
 def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
-    """Return the loop over steps of an integrator; compiled, it takes records as ``Native``."""
-    binder = _for_method(integrator) if tier == "compiled" else Binder(_method(integrator))
-    return cast(Drive, binder.bind(loop.drive))
+    """Return the loop over steps of an integrator; compiled, it takes records as ``Table``."""
+    if tier == "compiled":
+        return _compiled_drive(integrator)
+    return cast(Drive, Binder(method_names(integrator)).bind(loop.drive))
+
+
+def _compiled_drive(integrator: type[Integrator]) -> Drive:
+    """Return the shipped loop over steps."""
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.loading import address
+    from tissuec.compiled.tables import Table
+
+    function = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in range(5)))
+    enter = function(address(of_method(integrator), "drive"))
+    kinds = tuple(get_type_hints(Progress).values())
+
+    def drive(
+        progress: Progress, task: Task, work: Any, net: Any, buffer: Any
+    ) -> tuple[int, Progress]:
+        numbers = np.array(progress, dtype=np.float64)
+        tables = Table(State(numbers)), Table(task), work, net, buffer
+        reason = enter(*(table.address for table in tables))
+        pairs = zip(kinds, numbers.tolist(), strict=True)
+        return reason, Progress(*(kind(number) for kind, number in pairs))
+
+    return drive
 
 
 @cache
 def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
     """Return where the compiled operations are that the loop calls for a net."""
-    return operations(_for_method(integrator).names(loop.drive), features)
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.loading import called_by
+
+    return operations(called_by(of_method(integrator)), features)
 
 
 @cache
 def operations(names: frozenset[str], features: Features) -> Operations:
     """Return where some compiled operations are, and those that they call, for a scene."""
-    names = names & set(Operations._fields) | set(FORCES)
+    names |= set(FORCES)
     needed = {name for name in names if name not in NEEDED or getattr(features, NEEDED[name])}
     if not features.straight:
         needed |= set(LAWS)
     return Operations(**{name: _operation(name, features) for name in sorted(needed)})
 
 
-@cache
-def _for_method(integrator: type[Integrator]) -> Binder:
-    """Return what compiles the loop over steps of an integrator."""
-    # On vectors those of ``scalar``, instead of ``vector``; on nets those that the net names.
-    replaced = _method(integrator) | dict(getmembers(scalar, isfunction))
-    return Binder(replaced | _callers(*Operations._fields), compiled=True)
-
-
 def _operation(name: str, features: Features) -> int:
     """Return the address of an operation on nets, compiled for what a scene needs."""
-    from tissuec.engine import native
+    from tissuec.compiled import formulas
+    from tissuec.compiled.bundles import BUNDLE_OF
+    from tissuec.compiled.loading import address
 
-    if name == "springs" and features.straight:
-        binder = _of_springs(features.viscous, features.watched)
-    else:
-        binder = _on_nets()
-    return native.address_of(binder.bind(implementation(name, features), "linked"), name)
+    if name in LAWS:
+        return formulas.address(name, features.laws or (LINEAR,))
+    if name == "springs":
+        name = _springs_for(features)
+    elif name in ("assemble", "solve"):
+        name += "_banded" if features.banded else "_iterative"
+    return address(BUNDLE_OF[name], name)
+
+
+def _springs_for(features: Features) -> str:
+    """Return which form of the forces of springs a scene needs."""
+    if not features.straight:
+        return "springs_of_laws"
+    return f"springs{'_viscous' * features.viscous}{'_watched' * features.watched}"
 
 
 def implementation(name: str, features: Features) -> Callable[..., Any]:
@@ -165,11 +178,11 @@ def _of_springs(viscous: bool, watched: bool) -> Binder:
 @cache
 def bound_inside(integrator: type[Integrator]) -> Inside:
     """Return what looks into the steps of an integrator."""
-    binder = Binder(_method(integrator))
+    binder = Binder(method_names(integrator))
     return Inside(look=binder.bind(loop.look), prepare=binder.bind(integrator.prepare))
 
 
-def _method(integrator: type[Integrator]) -> dict[str, Any]:
+def method_names(integrator: type[Integrator]) -> dict[str, Any]:
     """Return what the names in the stepping code mean for an integrator."""
     functions = ("step", "estimate", "book", "finish", "prepare", "propose")
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
@@ -183,43 +196,12 @@ def plain_operations(features: Features) -> dict[str, Any]:
     return names | {"VISCOUS": features.viscous, "WATCHED": features.watched}
 
 
-def evaluation_cost(
-    springs: int, pairs: int | None, rubbed: bool, jets: int, hinges: int
-) -> float:
-    """Return the time of one interpreted evaluation of the forces [s].
+def default_tier(integrator: type[Integrator]) -> Tier:
+    """Return the tier of an integrator: compiled, unless it is not shipped with tissuec."""
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.loading import is_shipped
 
-    Args:
-        springs: How many there are.
-        pairs: Of nodes and shapes that are near, None where nothing touches.
-        rubbed: Whether there is friction.
-        jets, hinges: How many there are.
-    """
-    contact = 0.0 if pairs is None else TOUCH_COST + PAIR_COST * pairs
-    contact *= RUBBED if rubbed else 1.0
-    bending = FOLD_COST + HINGE_COST * hinges if hinges else 0.0
-    return CALL_COST + SPRING_COST * springs + contact + JET_COST * jets + bending
-
-
-def worthwhile(features: Features) -> float:
-    """Return how much interpreted work to come is worth the start of the compiled tier [s]."""
-    more = (features.touched, TOUCHED_WORTHWHILE), (features.rinsed, RINSED_WORTHWHILE)
-    return WORTHWHILE + sum(each for needed, each in more if needed)
-
-
-def step_cost(effort: Integers, evaluation: float, solver: Solver) -> float:
-    """Return the time of interpreted steps so far [s].
-
-    Args:
-        effort: As ``Work.effort``.
-        evaluation: Of one evaluation of the forces [s].
-        solver: Of implicit steps.
-    """
-    size, width = solver.band.shape
-    factor, solution = BAND_FACTOR_COST * size * width**2, BAND_SOLUTION_COST * size * width
-    if solver.scratch.size:
-        unknowns = 3 * float((solver.slot >= 0).sum())
-        factor, solution = FACTOR_COST * unknowns**1.5, SOLUTION_COST * unknowns**1.5
-    return float(effort[0] * evaluation + effort[1] * factor + effort[2] * solution)
+    return "compiled" if is_shipped(of_method(integrator)) else "interpreted"
 
 
 def forced_tier() -> Tier | None:

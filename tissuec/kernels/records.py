@@ -315,6 +315,12 @@ class Progress(NamedTuple):
     bends: int  # of the laws of contact that pressures have passed
 
 
+class State(NamedTuple):
+    """A ``Progress`` as compiled code takes and returns it."""
+
+    numbers: Floats  # in the order of its fields; whole numbers are exact
+
+
 class Buffer(NamedTuple):
     """A batch of samples under way."""
 

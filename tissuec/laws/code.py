@@ -22,31 +22,45 @@ from tissuec.laws.formula import (
 _HEAD = "from math import cos, exp, log, sin, sqrt\n"
 
 
+_SPRING, _DASHPOT = ("e", "c", "rest"), ("e", "w", "d", "rest")
+#: What the functions of laws are of, besides the number of the law and the net, by their names.
+ARGUMENTS = {
+    "pull": _SPRING, "slope": _SPRING, "side": _SPRING,
+    "brake": _DASHPOT, "brake_slope": _DASHPOT, "brake_by_e": _DASHPOT, "brake_side": _DASHPOT,
+}  # fmt: skip
+
+
+def formulas(laws: Sequence[Law]) -> dict[str, list[Formula]]:
+    """Return what kernels ask of a net's laws, of every law.
+
+    They are the forces with their derivatives, and the sides of the laws' corners: numbers that
+    change wherever a corner is passed.
+    """
+    return {
+        "pull": [law.elastic for law in laws],
+        "slope": [law.elastic.slope("e") for law in laws],
+        "side": [sides(law.elastic, "e") for law in laws],
+        "brake": [law.viscous for law in laws],
+        "brake_slope": [law.viscous.slope("w") for law in laws],
+        "brake_by_e": [law.viscous.slope("e") for law in laws],
+        "brake_side": [sides(law.viscous, "e", "w") for law in laws],
+    }
+
+
 @cache
 def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
-    """Return what kernels ask of a net's laws, as functions of plain numbers.
+    """Return ``formulas`` as functions of the number of the law and plain numbers.
 
-    Those of springs take (law, e, c, rest, net), those of dashpots (law, e, w, d, rest, net).
-    They are the forces with their derivatives, and the sides of the laws' corners: numbers that
-    change wherever a corner is passed. Nothing of the net is asked; compiled code finds them by
-    what it holds.
-
-    Their names end in a digest of what they do, so that compiled code can be told apart.
+    Nothing of the net is asked; compiled code finds them by what it holds. Their names end in a
+    digest of what they do, so that compiled code can be told apart.
 
     Args:
         laws: The first is ``LINEAR``.
     """
-    spring, dashpot = "e, c, rest, net=None", "e, w, d, rest, net=None"
-    written = {
-        "pull": (spring, [law.elastic for law in laws]),
-        "slope": (spring, [law.elastic.slope("e") for law in laws]),
-        "side": (spring, [sides(law.elastic, "e") for law in laws]),
-        "brake": (dashpot, [law.viscous for law in laws]),
-        "brake_slope": (dashpot, [law.viscous.slope("w") for law in laws]),
-        "brake_by_e": (dashpot, [law.viscous.slope("e") for law in laws]),
-        "brake_side": (dashpot, [sides(law.viscous, "e", "w") for law in laws]),
+    return {
+        name: choosing(name, ", ".join((*ARGUMENTS[name], "net=None")), members)
+        for name, members in formulas(laws).items()
     }
-    return {name: choosing(name, *parts) for name, parts in written.items()}
 
 
 def sides(formula: Formula, *names: str) -> Formula:

@@ -4,21 +4,23 @@ import numba
 import numpy as np
 import pytest
 
-from tissuec.engine.binding import Binder
-from tissuec.engine.native import Native, RecordType, layout
-from tissuec.kernels import records, scalar
+import tissuec.building.typing  # noqa: F401  # how Numba understands tables
+from tissuec.compiled.tables import Table, layout
+from tissuec.kernels import records
+
+NUMBERS = {float: 2.5, int: -3, bool: True}
 
 
 def filled(record, rng):
     """Return a record of random arrays, each of another shape, and numbers."""
     values = {}
-    for name, (_, kind, dtype) in layout(record)[0].items():
-        if isinstance(kind, RecordType):
-            values[name] = filled(kind.record, rng)
-        elif dtype is not None:
-            values[name] = rng.integers(1, 99, rng.integers(1, 4, kind.ndim)).astype(dtype)
+    for name, (_, kind, dtype, axes) in layout(record)[0].items():
+        if dtype is not None:
+            values[name] = rng.integers(1, 99, rng.integers(1, 4, axes)).astype(dtype)
+        elif kind in NUMBERS:
+            values[name] = NUMBERS[kind]
         else:
-            values[name] = {"float64": 2.5, "int64": -3, "bool": True}[str(kind)]
+            values[name] = filled(kind, rng)
     return record(**values)
 
 
@@ -34,15 +36,15 @@ def total(value):
 def reader(record, path):
     """Return source that adds up what ``total`` does, in compiled code."""
     terms = []
-    for name, (_, kind, dtype) in layout(record)[0].items():
+    for name, (_, kind, dtype, axes) in layout(record)[0].items():
         here = f"{path}.{name}"
-        if isinstance(kind, RecordType):
-            terms += reader(kind.record, here)
-        elif dtype is not None:
-            first = ", ".join("0" * kind.ndim)
+        if dtype is not None:
+            first = ", ".join("0" * axes)
             terms.append(f"{here}[{first}] + 1000.0 * {here}.shape[0] + {here}.strides[0]")
-        else:
+        elif kind in NUMBERS:
             terms.append(f"1.0 * {here}")
+        else:
+            terms += reader(kind, here)
     return terms
 
 
@@ -52,7 +54,7 @@ def test_compiled_code_reads_what_a_record_holds(record):
     names = {}
     exec(f"def read(record):\n    found = 0.0\n{lines}    return found\n", names)
     made = filled(record, np.random.default_rng(3))
-    assert numba.njit(names["read"])(Native(made)) == total(made)
+    assert numba.njit(names["read"])(Table(made)) == total(made)
 
 
 def test_compiled_code_writes_into_the_arrays_of_a_record():
@@ -62,7 +64,7 @@ def test_compiled_code_writes_into_the_arrays_of_a_record():
     def write(buffer):
         buffer.position[0, 0] = 7.0
 
-    write(Native(made))
+    write(Table(made))
     assert made.position[0, 0] == 7.0
 
 
@@ -73,8 +75,8 @@ def test_compiled_code_writes_into_the_arrays_of_a_record():
 )
 def test_an_array_that_is_not_as_its_record_says_is_refused(wrong):
     made = filled(records.Buffer, np.random.default_rng(5))
-    with pytest.raises(TypeError, match=r"Buffer\.time is not array"):
-        Native(made._replace(time=wrong))
+    with pytest.raises(TypeError, match=r"Buffer\.time is no contiguous array"):
+        Table(made._replace(time=wrong))
 
 
 def test_what_a_scene_has_nothing_of_is_none():
@@ -84,16 +86,4 @@ def test_what_a_scene_has_nothing_of_is_none():
     def read(net):
         return net.internal.slot.sum() + net.drag.sum()
 
-    assert read(Native(made)) == made.internal.slot.sum() + made.drag.sum()
-
-
-def test_code_that_is_not_of_the_package_is_not_kept_for_other_processes():
-    """The folder of compiled code is named after the sources of the package alone."""
-
-    def greatest(values):
-        return 0.0
-
-    binder = Binder({"greatest": greatest}, compiled=True)
-    assert binder.bind(scalar.kinetic)._cache.cache_path
-    assert binder.bind(scalar.distance)._cache.cache_path is None  # for what it calls
-    assert binder.bind(greatest)._cache.cache_path is None
+    assert read(Table(made)) == made.internal.slot.sum() + made.drag.sum()

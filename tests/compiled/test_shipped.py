@@ -1,0 +1,79 @@
+"""What is shipped is of these sources, and is loaded however the cache may be."""
+
+import ctypes
+import lzma
+import shutil
+
+import pytest
+
+from tissuec.building.exporting import bundles, digest, translated
+from tissuec.compiled import loading
+from tissuec.compiled.bundles import BUNDLES, of_method
+from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
+from tissuec.integrators import INTEGRATORS
+
+MODULE = """
+define double @twice(double %x) {
+  %y = fadd double %x, %x
+  ret double %y
+}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Return the folder of the cache, empty at first."""
+    monkeypatch.setattr(loading, "cache_folder", lambda: tmp_path)
+    return tmp_path / "kernels"
+
+
+def twice():
+    code = machine_code("twice", MODULE.encode(), lambda: MODULE)
+    function = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)
+    return function(code.get_function_address("twice"))(21.0)
+
+
+def test_what_is_shipped_is_made_of_these_sources():
+    assert loading.index()["sources"] == digest(), "run: python -m tissuec.building"
+
+
+def test_every_operation_and_every_method_is_shipped():
+    names = {path.name.removesuffix(ENDING) for path in SHIPPED.glob(f"*{ENDING}")}
+    methods = {of_method(integrator) for integrator in INTEGRATORS.values()}
+    assert names == {*BUNDLES, *methods}
+    assert all("force" in called_by(name) for name in methods)
+    assert INDEX.is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["core", "press", "drive_dop853"])
+def test_translating_again_gives_the_same_functions(name):
+    shipped = lzma.decompress((SHIPPED / f"{name}{ENDING}").read_bytes()).decode()
+    assert translated(bundles()[name]).count("\ndefine ") == shipped.count("\ndefine ")
+
+
+def test_machine_code_is_kept_and_found_again(folder):
+    assert twice() == 42.0
+    (kept,) = folder.iterdir()
+    before = kept.stat().st_mtime_ns
+    assert twice() == 42.0
+    assert kept.stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize("damage", [b"", b"too short", bytes(5000)])
+def test_damaged_machine_code_is_made_anew(folder, damage):
+    twice()
+    (kept,) = folder.iterdir()
+    good = kept.read_bytes()
+    kept.write_bytes(damage)
+    assert twice() == 42.0
+    assert kept.read_bytes() == good
+
+
+def test_it_does_without_a_cache(folder, monkeypatch):
+    monkeypatch.setattr(loading, "cache_folder", lambda: None)
+    assert twice() == 42.0
+    folder.write_text("in the way")
+    monkeypatch.setattr(loading, "cache_folder", lambda: folder.parent)
+    assert twice() == 42.0
+    assert not shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,204 @@
+"""Kernels in LLVM's intermediate representation, free of Numba and of this processor."""
+
+import hashlib
+import json
+import lzma
+import re
+from collections.abc import Callable, Iterator
+from inspect import getmembers, isfunction
+from pathlib import Path
+from typing import Any, NamedTuple, get_type_hints
+
+import llvmlite.binding as llvm
+from numba.core import types
+from numba.core.typing.templates import Signature
+
+from tissuec.building.typing import (
+    NET,
+    NOTHING,
+    NUMBER,
+    SIGNATURES,
+    RecordType,
+    caller,
+)
+from tissuec.compiled.bundles import BUNDLES, of_method
+from tissuec.compiled.loading import CALLED, ENDING, INDEX, SHIPPED
+from tissuec.core.resources import PACKAGE
+from tissuec.engine import drive as loop
+from tissuec.engine.binding import Binder
+from tissuec.engine.tiers import FORCES, LAWS, method_names
+from tissuec.integrators import INTEGRATORS
+from tissuec.kernels import banded, iterative, scalar
+from tissuec.kernels.rate import Unknowns, rate
+from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
+
+#: What shipped code is made from.
+SOURCES = (
+    "building/*.py",
+    "compiled/bundles.py",
+    "compiled/tables.py",
+    "contact.py",
+    "engine/binding.py",
+    "engine/drive.py",
+    "hinges.py",
+    "integrators/*.py",
+    "jets.py",
+    "kernels/*.py",
+)
+# Attributes change from one version of LLVM to the next; they are found out again.
+_ATTRIBUTES = re.compile(
+    r"^attributes #\d+ = .*\n|^; .*\n|^target .*\n|^source_filename.*\n", re.MULTILINE
+)
+_OF_CALLS = re.compile(r" #\d+(?=[ ,\n])| captures\([^)]*\)| nocreateundeforpoison")
+_DECLARED = re.compile(r"^declare (?:noalias )?(\S+) @([\w.]+)\((.*?)\)", re.MULTILINE)
+# As intrinsic functions they set no error number, and can be done eight at a time.
+MATHEMATICS = ("sqrt", "pow", "exp", "log", "sin", "cos")
+_CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
+
+
+class Exported(NamedTuple):
+    """A function of a bundle."""
+
+    name: str
+    function: Callable[..., Any]
+    signature: Signature
+    replaced: dict[str, Any]
+
+
+def digest() -> str:
+    """Return a digest of all that shipped code is made from."""
+    found = hashlib.sha256()
+    for pattern in SOURCES:
+        for path in sorted(PACKAGE.glob(pattern)):
+            found.update(path.name.encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+def bundles() -> dict[str, list[Exported]]:
+    """Return the functions of every bundle."""
+    found = {name: [_operation(each) for each in names] for name, names in BUNDLES.items()}
+    for integrator in INTEGRATORS.values():
+        found[of_method(integrator)] = [_drive(integrator)]
+    return found
+
+
+def _operation(name: str) -> Exported:
+    """Return an operation on nets; it calls forces and laws of the net."""
+    if name == "rate":
+        called = {each: caller(each) for each in ("force", "place")}
+        return Exported(name, rate, NOTHING(NUMBER, RecordType(Unknowns), NET), called)
+    kind, _, form = name.partition("_")
+    if kind in ("assemble", "solve"):
+        function = getattr(banded if form == "banded" else iterative, kind)
+    elif kind == "springs" and form != "of_laws":
+        flags = {"VISCOUS": "viscous" in form, "WATCHED": "watched" in form}
+        return Exported(name, scalar.springs, SIGNATURES[kind], flags)
+    else:
+        function = getattr(scalar, name)
+    called = {each: caller(each) for each in (*FORCES, *LAWS)}
+    own = kind if kind in ("springs", "assemble", "solve") else name
+    return Exported(name, function, SIGNATURES[own], called)
+
+
+def _drive(integrator: type) -> Exported:
+    """Return the loop over steps, behind an entry that gets addresses of tables only."""
+    replaced = _in_loop(integrator)
+    kinds = get_type_hints(Progress)
+    taken = ", ".join(
+        f"int(numbers[{place}])" if kinds[name] is int else f"numbers[{place}]"
+        for place, name in enumerate(Progress._fields)
+    )
+    given = "".join(
+        f"    numbers[{place}] = progress.{name}\n"
+        for place, name in enumerate(Progress._fields)
+    )
+    text = (
+        "def enter(state, task, work, net, buffer):\n"
+        "    numbers = state.numbers\n"
+        f"    reason, progress = drive(Progress({taken}), task, work, net, buffer)\n"
+        f"{given}    return reason\n"
+    )
+    names: dict[str, Any] = {"drive": loop.drive, "Progress": Progress}
+    exec(compile(text, "<entry>", "exec"), names)
+    enter = names["enter"]
+    enter.__module__ = loop.__name__
+    tables = [RecordType(record) for record in (State, Task, Work)]
+    signature = types.int64(*tables, NET, RecordType(Buffer))
+    return Exported("drive", enter, signature, replaced)
+
+
+def _in_loop(integrator: type) -> dict[str, Any]:
+    """Return what names mean in the loop over steps: operations are called by address."""
+    replaced = method_names(integrator) | dict(getmembers(scalar, isfunction))
+    return replaced | {name: caller(name) for name in Operations._fields}
+
+
+def _called_by(integrator: type) -> set[str]:
+    """Return the operations that the loop over steps of an integrator calls."""
+    return set(Operations._fields) & Binder(_in_loop(integrator)).names(loop.drive)
+
+
+def translated(parts: list[Exported]) -> str:
+    """Return the text of a bundle."""
+    whole = llvm.parse_assembly("")
+    for part in parts:
+        binder = Binder(part.replaced, compiled=True, kept=False)
+        made = binder.bind(part.function, "linked")
+        made.compile(part.signature)
+        found = made.overloads[tuple(part.signature.args)]
+        module = llvm.parse_assembly(found.library.get_llvm_str())
+        module.get_function(found.fndesc.llvm_cfunc_wrapper_name).name = part.name
+        whole.link_in(module)
+    whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
+    _simplify(whole, {part.name for part in parts})
+    text = _CALLS.sub(r"@llvm.\1.f64(", str(whole))
+    return _OF_CALLS.sub("", _ATTRIBUTES.sub("", text))
+
+
+def _stubs(text: str) -> str:
+    """Return functions of Python in a form that ends the process.
+
+    Numba calls them where an index of a tuple is wrong, for example, which cannot be here.
+    """
+    stubs = ["declare void @llvm.trap()"]
+    for result, name, arguments in _DECLARED.findall(text):
+        if not name.startswith("llvm.") and name not in (*MATHEMATICS, *CALLED):
+            kinds = ", ".join(part.split()[0] for part in arguments.split(", ") if part)
+            body = "{ call void @llvm.trap() unreachable }"
+            stubs.append(f"define {result} @{name}({kinds}) {body}")
+    return "\n".join(stubs)
+
+
+def _simplify(module: Any, exported: set[str]) -> None:
+    """Leave out what nothing calls, and give the rest short names."""
+    defined = [each for each in module.functions if not each.is_declaration]
+    for each in (*defined, *(g for g in module.global_variables if not g.is_declaration)):
+        each.linkage = "external" if each.name in exported else "internal"
+    for number, each in enumerate(defined):
+        if each.name not in exported:
+            each.name = f"part_{number}"
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
+    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+
+
+def export() -> Iterator[tuple[Path, int]]:
+    """Write all bundles anew; yield their files and sizes."""
+    SHIPPED.mkdir(exist_ok=True)
+    wanted = bundles()
+    for name, parts in wanted.items():
+        path = SHIPPED / f"{name}{ENDING}"
+        packed = lzma.compress(translated(parts).encode(), preset=9)
+        path.write_bytes(packed)
+        yield path, len(packed)
+    for path in SHIPPED.glob(f"*{ENDING}"):
+        if path.name.removesuffix(ENDING) not in wanted:
+            path.unlink()
+    calls = {
+        of_method(integrator): sorted(_called_by(integrator))
+        for integrator in INTEGRATORS.values()
+    }
+    index = {"sources": digest(), "calls": calls}
+    INDEX.write_text(json.dumps(index, indent=1) + "\n", encoding="utf-8")

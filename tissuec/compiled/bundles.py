@@ -1,0 +1,24 @@
+"""Which functions are shipped, and loaded, together."""
+
+#: By bundle: operations of ``kernels.records.Operations``, some in several forms.
+BUNDLES: dict[str, tuple[str, ...]] = {
+    "core": (
+        "force", "kinetic", "peaks", "place", "slack", "springs", "springs_viscous",
+        "springs_viscous_watched", "springs_watched", "tension",
+    ),
+    "laws": ("bend_of_passed", "find_sides", "springs_of_laws"),
+    "published": ("greatest_force", "greatest_inner_force"),
+    "blow": ("blow",),
+    "fold": ("fold",),
+    "press": ("press",),
+    "touch": ("touch",),
+    "banded": ("assemble_banded", "solve_banded"),
+    "iterative": ("assemble_iterative", "solve_iterative"),
+    "rate": ("rate",),
+}  # fmt: skip
+BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}
+
+
+def of_method(integrator: type) -> str:
+    """Return the bundle of the loop over steps of an integrator; its function is "drive"."""
+    return f"drive_{integrator.__name__.lower()}"

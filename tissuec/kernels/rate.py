@@ -1,0 +1,35 @@
+"""The forces on free nodes as y' = f(t, y), for solvers that are not ours."""
+
+from typing import NamedTuple
+
+from tissuec.kernels.records import Floats, Integers, Net
+from tissuec.kernels.scalar import force, place
+
+
+class Unknowns(NamedTuple):
+    """Displacements and velocities of the free nodes, each coordinate beside its velocity."""
+
+    y: Floats  # shape (6 free,)
+    rate: Floats  # y', shape (6 free,)
+    origin: Floats  # drawn positions [m], shape (3 node,)
+    nodes: Integers  # places of the free nodes, in the order of the unknowns, shape (free,)
+    x: Floats  # scratch, holds the nodes that stand still, shape (3 node,)
+    v: Floats  # scratch, likewise
+    a: Floats  # scratch, shape (3 node,)
+    power: Floats  # scratch, shape (2,)
+
+
+def rate(time: float, unknowns: Unknowns, net: Net) -> None:
+    """Set y' at a time [s]."""
+    y, out, origin, nodes = unknowns.y, unknowns.rate, unknowns.origin, unknowns.nodes
+    x, v, a = unknowns.x, unknowns.v, unknowns.a
+    for free in range(nodes.size):
+        for k in range(3):
+            i, j = 3 * nodes[free] + k, 6 * free + 2 * k
+            x[i], v[i] = origin[i] + y[j], y[j + 1]
+    place(time, x, v, net)
+    force(time, x, v, a, unknowns.power, net)
+    for free in range(nodes.size):
+        for k in range(3):
+            i, j = 3 * nodes[free] + k, 6 * free + 2 * k
+            out[j], out[j + 1] = v[i], a[i]
