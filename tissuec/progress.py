@@ -15,6 +15,7 @@ FIRST_AFTER = 0.5  # [s]: short runs need no progress
 EVERY = 0.2  # [s]
 SILENCE = 1.0  # [s]: a run that steps tells its time more often than that
 COMPILER = "numba"  # a module that is loaded only when kernels are to be compiled
+LOADER = "tissuec.compiled.loading"  # which translates what is shipped, the first time
 WIDTH = 24
 
 
@@ -55,7 +56,7 @@ class Line:
     def _watch(self) -> None:
         """Say what goes on while kernels are compiled, of which nothing else is heard."""
         while not self.ended.wait(EVERY):
-            if clock.monotonic() - self.heard > SILENCE and COMPILER in sys.modules:
+            if clock.monotonic() - self.heard > SILENCE and _compiles():
                 self._write(f"{self.name}: compiling kernels …")
 
     def _write(self, line: str) -> None:
@@ -137,3 +138,8 @@ def minutes(seconds: float) -> str:
     if seconds < 3600.0:
         return f"{seconds / 60.0:.0f} min"
     return f"{seconds / 3600.0:.1f} h"
+
+
+def _compiles() -> bool:
+    """Tell whether kernels may be compiled just now."""
+    return COMPILER in sys.modules or getattr(sys.modules.get(LOADER), "translating", False)

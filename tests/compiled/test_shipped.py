@@ -1,12 +1,11 @@
 """What is shipped is of these sources, and is loaded however the cache may be."""
 
 import ctypes
-import lzma
 import shutil
 
 import pytest
 
-from tissuec.building.exporting import bundles, digest, translated
+from tissuec.building.exporting import digest
 from tissuec.compiled import loading
 from tissuec.compiled.bundles import BUNDLES, of_method
 from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
@@ -43,13 +42,6 @@ def test_every_operation_and_every_method_is_shipped():
     assert names == {*BUNDLES, *methods}
     assert all("force" in called_by(name) for name in methods)
     assert INDEX.is_file()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["core", "press", "drive_dop853"])
-def test_translating_again_gives_the_same_functions(name):
-    shipped = lzma.decompress((SHIPPED / f"{name}{ENDING}").read_bytes()).decode()
-    assert translated(bundles()[name]).count("\ndefine ") == shipped.count("\ndefine ")
 
 
 def test_machine_code_is_kept_and_found_again(folder):

@@ -50,7 +50,7 @@ class Played:
         return time, dict(zip(names, rows.T, strict=True))
 
 
-def play(text, *, tier="interpreted"):
+def play(text, *, tier=None):
     """Run a scene to its end."""
     compiled = compiled_scene(text)
     recording = MemoryRecording()

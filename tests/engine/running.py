@@ -52,7 +52,7 @@ class Bench:
         fixed=(),
         ledger=False,
         ruptures=False,
-        tier="interpreted",
+        tier=None,
         choices=None,
     ):
         self.duration = duration

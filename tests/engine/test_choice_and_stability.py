@@ -107,7 +107,7 @@ def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():
     assert np.array_equal(node_order(grid[:SMALL]), np.arange(SMALL))
 
 
-def test_short_runs_import_no_compiler():
+def test_runs_import_no_compiler():
     code = (
         "import sys, numpy as np\n"
         "from tests.engine.running import lifted_tube\n"

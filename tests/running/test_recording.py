@@ -168,7 +168,8 @@ def test_energies_jump_by_what_the_event_is_booked_with():
     assert times.tolist() == [0.37]
     kinetic, elastic, _, work, dissipated, switched = (after - before)[0].tolist()
     assert (kinetic, work, dissipated) == (0.0, 0.0, 0.0)
-    assert elastic == switched == -before[0, 1]
+    # Energies are sums over springs, which two modules group in their own ways.
+    assert [elastic, switched] == pytest.approx([-before[0, 1]] * 2, rel=1e-14)
     assert before[0, 1] == pytest.approx(0.18 * np.cos(3.0 * 0.37) ** 2, abs=1e-8)
 
 

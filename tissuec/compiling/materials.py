@@ -637,4 +637,5 @@ def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
         viscous,
         SPRING_LAWS["linear"]() if spring is None else spring.law,
         VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
+        modulus,
     )

@@ -6,6 +6,7 @@ knot slips; both wait until they are needed. A loop has the first one as its las
 """
 
 from collections.abc import Container, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,7 @@ def with_slipping(
     if own.viscous != LINEAR.viscous:  # which cannot be switched off when it is tied
         changed["damping"][hold], law[hold] = 0.0, len(laws)
         linear = VISCOSITY_LAWS["linear"]()
-        laws = (*laws, Law(own.name, own.elastic, LINEAR.viscous, own.spring, linear))
+        laws = (*laws, replace(own, viscous=LINEAR.viscous, dashpot=linear))
     law[slip] = len(laws)
     return changed, law, (*laws, SLIPPING)
 

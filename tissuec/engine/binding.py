@@ -24,7 +24,6 @@ Role = Literal["entry", "linked", "part"]
 SOURCES = (
     "engine/binding.py",
     "engine/drive.py",
-    "engine/native.py",
     "integrators/*.py",
     "kernels/*.py",
     "laws/code.py",

@@ -1,9 +1,9 @@
-"""The operations as scalar loops for Numba; they also run, slowly, as plain Python.
+"""The operations as scalar loops, to be translated; they also run, slowly, as plain Python.
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
 T = c e + d w with e = L - L0 and w = r·(v_j - v_i) / L, or what laws say instead, and what
 branches add; force T r / L. Flags in capitals are constants of a variant. What other modules
-do, and laws, is compiled by itself and called by its address: ``tissuec.engine.native``.
+do, and laws, is compiled by itself and called by its address: ``tissuec.compiled``.
 """
 
 from math import inf, sqrt

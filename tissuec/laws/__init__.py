@@ -26,6 +26,7 @@ class Law:
         viscous: Force [N] of ``e`` [m], ``w`` [m/s], ``d`` [N s/m] and ``rest`` [m]; zero
             where w is.
         spring, dashpot: The members of the families that say so; None for free formulas.
+        modulus: Young's modulus [Pa] that a law of stress refers to.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Law:
     viscous: Formula
     spring: "SpringLaw | None" = field(default=None, compare=False)
     dashpot: "ViscosityLaw | None" = field(default=None, compare=False)
+    modulus: float = field(default=1.0, compare=False)
 
 
 def is_open(law: Law) -> bool:

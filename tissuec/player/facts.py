@@ -8,7 +8,7 @@ from tissuec.player.film import Film
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
 
-_PACKAGES = ("tissuec", "python", "numpy", "scipy", "numba")
+_PACKAGES = ("tissuec", "python", "numpy", "scipy", "llvmlite")
 
 
 def title(trajectory: Trajectory) -> str:

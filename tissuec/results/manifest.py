@@ -19,7 +19,7 @@ from tissuec.results.store import Store
 
 MANIFEST = "/tissuec/manifest"
 SCENE = "/tissuec/scene"
-PACKAGES = ("numpy", "scipy", "numba", "h5py")
+PACKAGES = ("numpy", "scipy", "llvmlite", "h5py")
 RUNNING = "unfinished: the run is under way, or was killed"
 _LONGEST_ATTRIBUTE = (
     8192  # HDF5 keeps attributes of at most 64 kB; longer ones stand in the text

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Floats: TypeAlias = NDArray[np.float64]
 QUADRATURE = 1e-13  # relative error of energies of free formulas
+ROUNDING, TINY = 1e-15, 1e-200
 
 
 class Rule(NamedTuple):
@@ -125,8 +126,28 @@ def _polynomial(law: Any) -> Rule:
 
 
 def _curve(law: Any) -> Rule:
+    return _points(law.elongations, law.forces)
+
+
+def _stress_curve(law: Any, modulus: float) -> Rule:
+    """A bar of the section c rest / E under a stress of e / rest."""
+    stress = _points(law.strains, law.stresses)
+
+    def force(e: Floats, c: Floats, rest: Floats) -> Floats:
+        return c * rest / modulus * stress.force(e / rest, c, rest)
+
+    def slope(e: Floats, c: Floats, rest: Floats) -> Floats:
+        return c / modulus * stress.slope(e / rest, c, rest)
+
+    def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
+        return c * rest * rest / modulus * stress.energy(e / rest, c, rest)
+
+    return Rule(force, slope, energy)
+
+
+def _points(places: Any, values: Any) -> Rule:
     """SciPy's PCHIP, which is the same interpolant; straight beyond the points."""
-    x, y = np.array(law.elongations, float), np.array(law.forces, float)
+    x, y = np.array(places, float), np.array(values, float)
     spline = PchipInterpolator(x, y)
     slope, whole = spline.derivative(), spline.antiderivative()
 
@@ -179,8 +200,14 @@ def _free_spring(tree: Any) -> Rule:
         return _like(e, *derived(tree, {"e": e, "c": c, "rest": rest}, "e"))
 
     def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
+        # Forces are rounded to parts of c rest; finer looks would see nothing else.
+        noise = ROUNDING * float(np.abs(c * rest * e).max(initial=0.0))
         found, _ = quad_vec(
-            lambda part: e * both(part * e, c, rest)[0], 0.0, 1.0, epsrel=QUADRATURE
+            lambda part: e * both(part * e, c, rest)[0],
+            0.0,
+            1.0,
+            epsrel=QUADRATURE,
+            epsabs=max(noise, TINY),
         )
         return np.asarray(found)
 
@@ -330,6 +357,8 @@ def spring_rule(law: "Law") -> Rule:
     """Return what a spring of a law pulls with."""
     if law.spring is None:
         return _free_spring(law.elastic)
+    if type(law.spring).__name__ == "StressCurve":
+        return _stress_curve(law.spring, law.modulus)
     return RULES[type(law.spring).__name__](law.spring)
 
 
