@@ -27,7 +27,7 @@ INDEX = SHIPPED / "index.json"
 CALLED = (
     "cos", "cosh", "exp", "log", "memcpy", "memmove", "memset", "pow", "rint", "sin", "sinh",
 )  # fmt: skip
-# Of optimisation: loops are vectorised, and all else takes half of the time of level 3, for code
+# Of optimisation: loops are vectorised, and all takes half of the time of level 3, for code
 # that is 5 % slower on the smallest nets and no slower on others.
 LEVEL = 1
 _DIGEST = 32  # bytes before what is kept, lest a damaged file is run
