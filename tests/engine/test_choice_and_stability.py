@@ -100,11 +100,20 @@ def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():
     rng = np.random.default_rng(3)
     grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
     shuffled = rng.permutation(grid)
-    order = node_order(shuffled)
+    none = np.zeros((0, 2), dtype=np.int32)
+    order = node_order(shuffled, none)
     assert np.array_equal(np.sort(order), np.arange(len(grid)))
     jumps = np.linalg.norm(np.diff(shuffled[order], axis=0), axis=1)
     assert jumps.mean() < 1.6 < 5.0 < np.linalg.norm(np.diff(shuffled, axis=0), axis=1).mean()
-    assert np.array_equal(node_order(grid[:SMALL]), np.arange(SMALL))
+    assert np.array_equal(node_order(grid[:SMALL], none), np.arange(SMALL))
+
+
+def test_nodes_whose_springs_lie_in_runs_keep_their_places():
+    """A lattice is in good order as it is drawn; runs would be lost in any other."""
+    grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    number = np.arange(len(grid)).reshape(16, 16, 16)
+    ends = np.stack([number[:, :, :-1].ravel(), number[:, :, 1:].ravel()], axis=1)
+    assert np.array_equal(node_order(grid, ends), np.arange(len(grid)))
 
 
 def test_runs_import_no_compiler():

@@ -28,7 +28,7 @@ from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.tiers import FORCES, LAWS, method_names
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, iterative, scalar
+from tissuec.kernels import banded, iterative, runs, scalar
 from tissuec.kernels.rate import Unknowns, rate
 from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
 
@@ -92,7 +92,8 @@ def _operation(name: str) -> Exported:
         function = getattr(banded if form == "banded" else iterative, kind)
     elif kind == "springs" and form != "of_laws":
         flags = {"VISCOUS": "viscous" in form, "WATCHED": "watched" in form}
-        return Exported(name, scalar.springs, SIGNATURES[kind], flags)
+        linear = runs.springs_in_runs if form.startswith("in_runs") else scalar.springs
+        return Exported(name, linear, SIGNATURES[kind], flags)
     else:
         function = getattr(scalar, name)
     called = {each: caller(each) for each in (*FORCES, *LAWS)}

@@ -7,6 +7,10 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "springs_viscous_watched", "springs_watched", "tension",
     ),
     "laws": ("bend_of_passed", "find_sides", "springs_of_laws"),
+    "runs": (
+        "springs_in_runs", "springs_in_runs_viscous", "springs_in_runs_viscous_watched",
+        "springs_in_runs_watched",
+    ),
     "published": ("greatest_force", "greatest_inner_force"),
     "blow": ("blow",),
     "fold": ("fold",),

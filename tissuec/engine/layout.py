@@ -23,6 +23,7 @@ from tissuec.engine.acts import (
     pumps,
 )
 from tissuec.engine.numbering import node_order
+from tissuec.engine.runs import packed, rows_of
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.hinges import Hinges
@@ -36,6 +37,7 @@ from tissuec.kernels.records import (
     Jets,
     Net,
     Reels,
+    Runs,
     Solver,
     Touches,
 )
@@ -123,7 +125,7 @@ class Layout:
         # Nodes of tools stand last, where measures of motion leave them out.
         self.order = np.concatenate(
             [
-                node_order(network.position[:bodies]),
+                node_order(network.position[:bodies], network.ends),
                 np.arange(shown, all_nodes),
                 np.arange(bodies, shown),
             ]
@@ -174,6 +176,7 @@ class Layout:
         much = self._dead > (0 if self.ledger else len(acting) // 20)
         if grown or much or not hasattr(self, "springs"):
             self._ids = self._sorted[acting[self._sorted]]
+            self._rows = rows_of(self._low[self._ids], self._high[self._ids])
             self._dead = 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
@@ -241,6 +244,7 @@ class Layout:
             inelastic=self.springs.inelastic is not None,
             cornered=self._cornered,
             laws=self._laws,
+            in_runs=self._rows.is_worthwhile and not self.situation.network.can_be_drawn_in,
         )
 
     def loss(self) -> str:
@@ -283,7 +287,7 @@ class Layout:
 
     def compiled_net(self, integrator: type[Integrator]) -> Net:
         """Return what acts, for the compiled tier."""
-        springs, nodes = self.springs, len(self.order)
+        springs, nodes, near = self.springs, len(self.order), self.near(integrator)
         return Net(
             first=np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.uint64),
             other=(3 * springs.high).astype(np.uint32),
@@ -293,7 +297,7 @@ class Layout:
             strength=springs.strength,
             crush=springs.crush,
             law=springs.law,
-            **self.near(integrator),
+            **near,
             inverse_mass=self.inverse_mass,
             steady=self.steady,
             push=self.push,
@@ -302,6 +306,7 @@ class Layout:
             **{name: getattr(self.features, name) for name in FLAGS},
             acts=self.acts(),
             **self._effects(),
+            runs=self.runs(near) if self.features.in_runs else None,
         )
 
     def _effects(self) -> dict[str, Any]:
@@ -315,6 +320,22 @@ class Layout:
             "jets": self.jets() if needed.rinsed else None,
             "internal": self.internal() if needed.inelastic else None,
         }
+
+    def runs(self, near: dict[str, Floats]) -> Runs:
+        """Return springs in runs.
+
+        Args:
+            near: As ``near`` returns it.
+        """
+        springs, needed = self.springs, self.features
+        return packed(
+            self._rows,
+            len(self.order),
+            stiffness=springs.stiffness,
+            damping=springs.damping if needed.viscous else None,
+            rest=springs.rest,
+            **(near if needed.watched else dict.fromkeys(near)),
+        )
 
     def vector_net(self, integrator: type[Integrator]) -> VectorNet:
         """Return what acts, for the interpreted tier."""

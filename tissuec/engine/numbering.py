@@ -1,19 +1,27 @@
 """The order in which the engine keeps nodes: neighbours in space are neighbours in memory."""
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tissuec.engine.runs import rows_of
 from tissuec.network import Floats, Indices
 
 SMALL = 2000  # nodes; below, everything stays in the cache in any order
 BITS = 21
 
 
-def node_order(position: Floats) -> Indices:
-    """Return the node to put at each place, shape (node,): Morton order if there are many.
+def node_order(position: Floats, ends: NDArray[np.int32]) -> Indices:
+    """Return the node to put at each place, shape (node,).
 
-    The bits of the coordinates are interleaved (Morton 1966); equal keys keep their order.
+    They keep their places if they are few, or if their springs lie in runs; otherwise they are
+    put in Morton order. The bits of the coordinates are interleaved (Morton 1966); equal keys
+    keep their order.
+
+    Args:
+        position: Shape (node, 3) [m].
+        ends: Nodes of springs, also of such that are not among these, shape (spring, 2).
     """
-    if len(position) <= SMALL:
+    if len(position) <= SMALL or rows_of(*np.sort(ends, axis=1).T).is_worthwhile:
         return np.arange(len(position))
     low = position.min(axis=0)
     extent = float(np.max(position.max(axis=0) - low))

@@ -16,7 +16,7 @@ from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
-from tissuec.kernels import banded, iterative, scalar
+from tissuec.kernels import banded, iterative, runs, scalar
 from tissuec.kernels.records import Operations, Progress, State, Task
 from tissuec.laws import LINEAR, Law, code
 
@@ -56,6 +56,7 @@ class Features:
     inelastic: bool = False
     cornered: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
+    in_runs: bool = False  # springs lie in runs
 
     @property
     def straight(self) -> bool:
@@ -142,7 +143,8 @@ def _springs_for(features: Features) -> str:
     """Return which form of the forces of springs a scene needs."""
     if not features.straight:
         return "springs_of_laws"
-    return f"springs{'_viscous' * features.viscous}{'_watched' * features.watched}"
+    name = "springs_in_runs" if features.in_runs else "springs"
+    return f"{name}{'_viscous' * features.viscous}{'_watched' * features.watched}"
 
 
 def implementation(name: str, features: Features) -> Callable[..., Any]:
@@ -151,6 +153,8 @@ def implementation(name: str, features: Features) -> Callable[..., Any]:
         return code.functions(features.laws or (LINEAR,))[name]
     if name == "springs" and not features.straight:
         return scalar.springs_of_laws
+    if name == "springs" and features.in_runs:
+        return runs.springs_in_runs
     if name in ("assemble", "solve"):
         return getattr(banded if features.banded else iterative, name)
     return getattr(scalar, name)

@@ -141,6 +141,25 @@ class Internal(NamedTuple):
     home: Rows  # where these stay [m], shape (m, 3)
 
 
+class Runs(NamedTuple):
+    """Springs in runs between nodes (i, i + k), (i + 1, i + 1 + k), …; see ``engine.runs``.
+
+    What springs have is shape (spring,), with springs of no strength in gaps, or (0,).
+    """
+
+    first: Integers  # node i, shape (run,)
+    length: Integers  # springs, shape (run,)
+    offset: Integers  # k, shape (run,)
+    at: Integers  # place of the first among the springs, shape (run,)
+    stiffness: Floats  # [N/m]
+    damping: Floats  # [N s/m]
+    rest: Floats  # [m]
+    near: Floats  # tension from which a closer look is needed [N]
+    near_crush: Floats  # the same of pressure
+    apart: Rows  # scratch: components of positions, velocities and forces, shape (9, node)
+    each: Rows  # scratch: forces, losses and excess of springs, shape (5, block)
+
+
 class Operations(NamedTuple):
     """Addresses of compiled operations on a net, 0 for those that nothing calls."""
 
@@ -208,6 +227,7 @@ class Net(NamedTuple):
     touches: Touches
     jets: Jets
     internal: Internal
+    runs: Runs
     operations: Operations = Operations()
 
 

@@ -1,0 +1,90 @@
+"""Springs in runs pull like springs one by one, whatever the net."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tissuec.engine.runs import packed, rows_of
+from tissuec.kernels import runs as kernel
+from tissuec.kernels import scalar
+
+SPRING = ("stiffness", "damping", "rest", "near", "near_crush")
+
+
+def lattice(sides, rng):
+    """Return the springs of a lattice with first and some second neighbours, some left out."""
+    number = np.arange(np.prod(sides)).reshape(sides)
+    pairs = []
+    for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (0, 1, 1)):
+        low = number[tuple(slice(0, n - d) for n, d in zip(sides, step, strict=True))]
+        high = number[tuple(slice(d, n) for n, d in zip(sides, step, strict=True))]
+        pairs.append(np.stack([low.ravel(), high.ravel()], axis=1))
+    pairs = np.concatenate(pairs)
+    return pairs[rng.uniform(size=len(pairs)) > 0.1], number.size
+
+
+def any_net(nodes, count, rng):
+    """Return springs between any nodes, some of them twice."""
+    low = rng.integers(0, nodes - 1, count)
+    return np.stack([low, rng.integers(low + 1, nodes)], axis=1), nodes
+
+
+def nets():
+    rng = np.random.default_rng(8)
+    yield "lattice", lattice((7, 5, 4), rng)
+    yield "blocks", lattice((30, 20, 9), rng)
+    yield "long", lattice((2, 2, 1500), rng)
+    yield "any", any_net(40, 300, rng)
+    yield "one", (np.array([[0, 5]]), 6)
+    yield "none", (np.zeros((0, 2), dtype=np.int64), 3)
+
+
+NETS = dict(nets())
+
+
+@pytest.mark.parametrize("name", NETS)
+@pytest.mark.parametrize("ledger", [False, True])
+def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(name, ledger):
+    pairs, nodes = NETS[name]
+    rng = np.random.default_rng(len(pairs))
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    low, high = pairs.T
+    values = {each: rng.uniform(0.5, 2.0, len(low)) for each in SPRING}
+    net = SimpleNamespace(
+        first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),
+        other=(3 * high).astype(np.uint32),
+        runs=packed(rows_of(low, high), nodes, **values),
+        ledger=ledger,
+        **values,
+    )
+    x, v = rng.normal(size=3 * nodes), rng.normal(size=3 * nodes)
+    for far in (1e9, 1.0):  # from which tension on springs are watched
+        for each in ("near", "near_crush"):
+            values[each][:] = far
+        net.runs = packed(rows_of(low, high), nodes, **values)
+        found, expected, powers = np.ones(3 * nodes), np.ones(3 * nodes), np.zeros((2, 2))
+        near = kernel.springs_in_runs(x, v, found, powers[0], net)
+        assert near == scalar.springs(x, v, expected, powers[1], net)
+        scale = np.abs(expected).max()
+        assert found == pytest.approx(expected, abs=1e-13 * scale)
+        if ledger:
+            assert powers[0] == pytest.approx(powers[1], rel=1e-12)
+
+
+def test_lattices_lie_in_runs_and_other_nets_do_not():
+    rng = np.random.default_rng(3)
+    for (pairs, _), worthwhile in ((NETS["blocks"], True), (any_net(900, 4000, rng), False)):
+        assert rows_of(*pairs.T).is_worthwhile is worthwhile
+
+
+def test_every_spring_has_a_place_of_its_own():
+    for pairs, _ in NETS.values():
+        rows = rows_of(*pairs.T)
+        assert len(np.unique(rows.place)) == len(pairs)
+        assert rows.size == rows.length.sum()
+        node = np.concatenate(
+            [np.arange(n) + low for n, low in zip(rows.length, rows.first, strict=True)]
+            or [np.zeros(0)]
+        )
+        assert np.array_equal(node[rows.place], pairs[:, 0])

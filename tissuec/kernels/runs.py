@@ -1,0 +1,125 @@
+"""Forces of linear springs in runs, many at a time; see ``engine.runs``.
+
+Coordinates are taken apart first, as vector instructions want them, and put together again
+behind all springs. What is summed up, or only looked for, is stored for each spring before:
+loops that do both would not be vectorised, because sums of numbers depend on their order.
+"""
+
+from math import sqrt
+
+from tissuec.kernels.records import Floats, Net, Runs
+
+VISCOUS = True  # springs have dashpots
+WATCHED = True  # springs may break
+BLOCK = 512  # springs at a time
+TINY = 1e-200  # see ``scalar``
+
+
+def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
+    """Do what ``scalar.springs`` does."""
+    runs = net.runs
+    apart, each = runs.apart, runs.each
+    take_apart(x, apart[0], apart[1], apart[2])
+    if VISCOUS:
+        take_apart(v, apart[3], apart[4], apart[5])
+    for k in range(6, 9):
+        clear(apart[k])
+    near = False
+    for run in range(runs.first.size):
+        done = 0
+        while done < runs.length[run]:
+            count = min(BLOCK, runs.length[run] - done)
+            low = runs.first[run] + done
+            high, at = low + runs.offset[run], runs.at[run] + done
+            pull(low, high, at, count, runs)
+            for k in range(3):
+                add(each[k, :count], apart[6 + k, low : low + count])
+                subtract(each[k, :count], apart[6 + k, high : high + count])
+            if VISCOUS and net.ledger:
+                power[1] += total(each[3, :count])
+            if WATCHED:
+                near |= any_above(each[4, :count])
+            done += count
+    put_together(apart[6], apart[7], apart[8], f)
+    return near
+
+
+def take_apart(vector: Floats, first: Floats, second: Floats, third: Floats) -> None:
+    """Set the components of all nodes, shape (node,) each."""
+    for node in range(first.size):
+        i = 3 * node
+        first[node], second[node], third[node] = vector[i], vector[i + 1], vector[i + 2]
+
+
+def put_together(first: Floats, second: Floats, third: Floats, vector: Floats) -> None:
+    """Add components to a vector of all nodes."""
+    for node in range(first.size):
+        i = 3 * node
+        vector[i] += first[node]
+        vector[i + 1] += second[node]
+        vector[i + 2] += third[node]
+
+
+def clear(values: Floats) -> None:
+    """Set all values to zero."""
+    for i in range(values.size):
+        values[i] = 0.0
+
+
+def pull(low: int, high: int, at: int, count: int, runs: Runs) -> None:
+    """Set forces, losses and what is above limits, of a part of a run."""
+    apart, each = runs.apart, runs.each
+    here, there = slice(low, low + count), slice(high, high + count)
+    x, y, z = apart[0, here], apart[1, here], apart[2, here]
+    u, v, w = apart[3, here], apart[4, here], apart[5, here]
+    x_high, y_high, z_high = apart[0, there], apart[1, there], apart[2, there]
+    u_high, v_high, w_high = apart[3, there], apart[4, there], apart[5, there]
+    stiffness, rest = runs.stiffness[at : at + count], runs.rest[at : at + count]
+    damping = runs.damping[at : at + count]
+    limit, limit_pressed = runs.near[at : at + count], runs.near_crush[at : at + count]
+    f0, f1, f2 = each[0, :count], each[1, :count], each[2, :count]
+    lost, above = each[3, :count], each[4, :count]
+    for s in range(count):
+        r0, r1, r2 = x_high[s] - x[s], y_high[s] - y[s], z_high[s] - z[s]
+        length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+        inverse = 1.0 / (length + TINY)
+        tension = stiffness[s] * (length - rest[s])
+        if VISCOUS:
+            closing = (
+                r0 * (u_high[s] - u[s]) + r1 * (v_high[s] - v[s]) + r2 * (w_high[s] - w[s])
+            ) * inverse
+            braking = damping[s] * closing
+            tension += braking
+            lost[s] = braking * closing
+        if WATCHED:
+            above[s] = max(tension - limit[s], -tension - limit_pressed[s])
+        tension *= inverse
+        f0[s], f1[s], f2[s] = tension * r0, tension * r1, tension * r2
+
+
+def add(values: Floats, to: Floats) -> None:
+    """Add values to others."""
+    for i in range(values.size):
+        to[i] += values[i]
+
+
+def subtract(values: Floats, out: Floats) -> None:
+    """Subtract values from others."""
+    for i in range(values.size):
+        out[i] -= values[i]
+
+
+def total(values: Floats) -> float:
+    """Return the sum of values."""
+    found = 0.0
+    for i in range(values.size):
+        found += values[i]
+    return found
+
+
+def any_above(values: Floats) -> bool:
+    """Tell whether any value is above zero."""
+    found = False
+    for i in range(values.size):
+        found |= values[i] > 0.0
+    return found
