@@ -63,6 +63,7 @@ FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
         "tissuec.kernels.reeling": None,
         "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
         "tissuec.kernels.rinsing": None,
+        "tissuec.kernels.runs": None,
         "tissuec.kernels.touching": None,
     },
     "interpreted": {
