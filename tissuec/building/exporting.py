@@ -45,9 +45,12 @@ SOURCES = (
     "jets.py",
     "kernels/*.py",
 )
-# Attributes change from one version of LLVM to the next; they are found out again.
-_ATTRIBUTES = re.compile(
-    r"^attributes #\d+ = .*\n|^; .*\n|^target .*\n|^source_filename.*\n", re.MULTILINE
+# Attributes and marks of lifetimes change from one version of LLVM to the next; they are found
+# out again.
+_LEFT_OUT = re.compile(
+    r"^attributes #\d+ = .*\n|^; .*\n|^target .*\n|^source_filename.*\n"
+    r"|^.*@llvm\.lifetime\.(?:start|end)\..*\n",
+    re.MULTILINE,
 )
 _OF_CALLS = re.compile(r" #\d+(?=[ ,\n])| captures\([^)]*\)| nocreateundeforpoison")
 _DECLARED = re.compile(r"^declare (?:noalias )?(\S+) @([\w.]+)\((.*?)\)", re.MULTILINE)
@@ -153,7 +156,7 @@ def translated(parts: list[Exported]) -> str:
     whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
     _simplify(whole, {part.name for part in parts})
     text = _CALLS.sub(r"@llvm.\1.f64(", str(whole))
-    return _OF_CALLS.sub("", _ATTRIBUTES.sub("", text))
+    return _OF_CALLS.sub("", _LEFT_OUT.sub("", text))
 
 
 def _stubs(text: str) -> str:

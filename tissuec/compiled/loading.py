@@ -96,11 +96,15 @@ def _target() -> tuple[Any, bytes]:
     """Return the processor, for LLVM, and as part of a digest."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    name, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    name = llvm.get_host_cpu_name()
+    try:
+        features = llvm.get_host_cpu_features().flatten()
+    except RuntimeError:  # not known of every processor
+        features = ""
     target = llvm.Target.from_default_triple()
     machine = target.create_target_machine(cpu=name, features=features, opt=LEVEL, jit=True)
     _add_mathematics()
-    parts = (name, features, target.triple, llvmlite.__version__)
+    parts = (name, features, target.triple, llvmlite.__version__, str(LEVEL))
     return machine, "\0".join(parts).encode()
 
 
@@ -146,8 +150,9 @@ def _keep(code: bytes, path: Path) -> None:
     """Put machine code into the cache, if that is possible."""
     try:
         path.parent.mkdir(mode=0o700, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(hashlib.sha256(code).digest() + code)
-        os.replace(file.name, path)  # whole, whoever else does the same
+        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+            whole = Path(folder) / path.name
+            whole.write_bytes(hashlib.sha256(code).digest() + code)
+            os.replace(whole, path)  # at once, whoever else does the same
     except OSError:
         pass  # it is made again next time
