@@ -8,6 +8,7 @@ import pytest
 from tissuec.engine.runs import packed, rows_of
 from tissuec.kernels import runs as kernel
 from tissuec.kernels import scalar
+from tissuec.kernels.records import Operations
 
 SPRING = ("stiffness", "damping", "rest", "near", "near_crush")
 
@@ -88,3 +89,13 @@ def test_every_spring_has_a_place_of_its_own():
             or [np.zeros(0)]
         )
         assert np.array_equal(node[rows.place], pairs[:, 0])
+
+
+def test_no_name_is_that_of_an_operation():
+    """Where kernels run as plain Python, operations of a net are bound by their names."""
+    own = {
+        name
+        for name, each in vars(kernel).items()
+        if getattr(each, "__module__", "") == kernel.__name__
+    }
+    assert not own & {*Operations._fields, *dir(scalar)}

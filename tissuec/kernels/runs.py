@@ -31,10 +31,10 @@ def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) ->
             count = min(BLOCK, runs.length[run] - done)
             low = runs.first[run] + done
             high, at = low + runs.offset[run], runs.at[run] + done
-            pull(low, high, at, count, runs)
+            pull_each(low, high, at, count, runs)
             for k in range(3):
-                add(each[k, :count], apart[6 + k, low : low + count])
-                subtract(each[k, :count], apart[6 + k, high : high + count])
+                add_to(each[k, :count], apart[6 + k, low : low + count])
+                take_from(each[k, :count], apart[6 + k, high : high + count])
             if VISCOUS and net.ledger:
                 power[1] += total(each[3, :count])
             if WATCHED:
@@ -66,7 +66,7 @@ def clear(values: Floats) -> None:
         values[i] = 0.0
 
 
-def pull(low: int, high: int, at: int, count: int, runs: Runs) -> None:
+def pull_each(low: int, high: int, at: int, count: int, runs: Runs) -> None:
     """Set forces, losses and what is above limits, of a part of a run."""
     apart, each = runs.apart, runs.each
     here, there = slice(low, low + count), slice(high, high + count)
@@ -97,13 +97,13 @@ def pull(low: int, high: int, at: int, count: int, runs: Runs) -> None:
         f0[s], f1[s], f2[s] = tension * r0, tension * r1, tension * r2
 
 
-def add(values: Floats, to: Floats) -> None:
+def add_to(values: Floats, to: Floats) -> None:
     """Add values to others."""
     for i in range(values.size):
         to[i] += values[i]
 
 
-def subtract(values: Floats, out: Floats) -> None:
+def take_from(values: Floats, out: Floats) -> None:
     """Subtract values from others."""
     for i in range(values.size):
         out[i] -= values[i]
