@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import tissuec
-from tests.matter.shapes import as_vtk, tetrahedra
+from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
 from tissuec.core.markdown import replace_places, table
 from tissuec.courses import Course
 from tissuec.enclosures import Enclosure
@@ -64,6 +64,15 @@ MESHES = {
         (8.0, 16 / 3, 4.0, 3.2),
     ),
     "tetrahedra": ('imported { file "bar.vtk" in mm }', (8.0, 4.0, 8 / 3, 2.0)),
+    "surface filled with a cubic lattice": (
+        'imported { file "bar.obj" in mm; filling is sodium chloride; '
+        "reach is second neighbours; cell = CELL mm }",
+        (8.0, 4.0, 8 / 3, 2.0),
+    ),
+    "surface filled with tetrahedra": (
+        'imported { file "bar.obj" in mm; filling is tetrahedra; cell = CELL mm }',
+        (8.0, 4.0, 8 / 3, 2.0),
+    ),
 }
 
 
@@ -163,6 +172,7 @@ def files(cell: float) -> dict[str, str]:
     sides = np.array([LENGTH, SIDE, SIDE])
     return {
         "bar.vtk": as_vtk(*tetrahedra(sides, cell, 0.15)),
+        "bar.obj": as_obj(*surface(sides, cell)),
     }
 
 

@@ -52,7 +52,7 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]
 
 @pytest.fixture
 def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compile nothing: for problems so small that compiling takes longer than solving."""
+    """Let Numba compile nothing: for problems so small that this takes longer than solving."""
     monkeypatch.setenv("TISSUEC_TIER", "interpreted")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tissuec
-from tests.engine.running import TIERS, Bench
+from tests.engine.running import Bench
 from tests.hand_net import chain
 from tests.validate.scenes import compiled_scene, validated
 from tissuec.core.errors import CompileError
@@ -24,14 +24,11 @@ SHEET = (
 )
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_each_node_is_braked_by_its_own_number(tier):
+def test_each_node_is_braked_by_its_own_number():
     # v = v0 exp(-d t / m)
     net = chain(4, mass=[1.0, 2.0, 0.5, 1.0], stiffness=0.0, velocity=[0.0, 1.0, 0.0])
     own = np.array([0.0, 1.0, 0.3, 2.0])
-    bench = Bench(
-        replace(net, drag=own), 2.0, tolerance=1e-9, drag=0.25, tier=tier, ledger=True
-    )
+    bench = Bench(replace(net, drag=own), 2.0, tolerance=1e-9, drag=0.25, ledger=True)
     ran = bench.run()
     expected = np.exp(-np.outer(ran.time, (0.25 + own) / net.mass))
     assert ran.velocity[:, :, 1] == pytest.approx(expected, abs=1e-8)
@@ -39,7 +36,6 @@ def test_each_node_is_braked_by_its_own_number(tier):
     assert ran.dissipated == pytest.approx(lost, abs=1e-7)
 
 
-@pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize(
     ("damping", "rate"),
     [("mass damping = 1 / 20 ms", 50.0), ("surface damping = 80 Pa*s/m", 80.0 / (1000 * 2e-3))],
@@ -66,7 +62,6 @@ def test_a_thread_has_the_surface_of_a_cylinder():
     )
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_scipy_agrees_on_a_sheet_that_is_braked_by_its_surface():
     mesh = SHEET.replace("COLUMNS", "5").replace("ROWS", "3")
     text = FALLING.replace("MESH", mesh).replace("DAMPING", "surface damping = 40 Pa*s/m")

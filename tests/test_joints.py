@@ -152,6 +152,26 @@ def test_reach_leaves_out_what_is_drawn_further_apart():
         compiled_scene(text)
 
 
+def test_all_pairs_within_reach_are_joined():
+    text = wound().replace("joint seam {", "joint seam { pairs is all; reach = 5 mm;")
+    compiled, _ = compile_request(Request(Source("wound.tis", text)))
+    network = compiled.network
+    ends = network.ends[network.body_springs :]
+    x = network.position
+    left, right = (np.flatnonzero(np.isclose(x[:, 0], side)) for side in (-2e-3, 2e-3))
+    # The edges are 4 mm apart and their nodes 2 mm: straight across, and √20 < 5 mm oblique.
+    apart = np.linalg.norm(x[left][:, None] - x[right][None], axis=2)
+    expected = np.argwhere(apart <= 5e-3)
+    assert len(expected) == 4 + 2 * 3
+    assert np.array_equal(ends, np.stack([left[expected[:, 0]], right[expected[:, 1]]], axis=1))
+
+
+def test_all_pairs_need_a_reach():
+    text = wound().replace("joint seam {", "joint seam { pairs is all;")
+    with pytest.raises(CompileError, match="TIS304"):
+        compile_request(Request(Source("wound.tis", text)))
+
+
 def test_a_scene_without_joints_has_none_of_their_springs():
     text = masses().replace("joint link { springs from one to two; tissue is rope;  }", "")
     network = compiled_scene(text).network

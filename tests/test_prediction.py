@@ -34,8 +34,7 @@ def compiled(text):
     ],
     ids=["nothing", "a trajectory", "logs"],
 )
-def test_a_result_file_is_about_as_large_as_said(output, tmp_path, monkeypatch):
-    monkeypatch.setenv("TISSUEC_TIER", "interpreted")
+def test_a_result_file_is_about_as_large_as_said(output, tmp_path):
     text = SCENE.replace("GRAVITY", "-9.81") + output + "\n"
     tissuec.run(text, out=tmp_path / "run.vtkhdf", companion="off").close()
     written = (tmp_path / "run.vtkhdf").stat().st_size
@@ -56,8 +55,7 @@ def test_results_of_shipped_scenes_are_about_as_large_as_said(name, shipped):
     assert said == pytest.approx(shipped(name).path.stat().st_size, rel=0.2)
 
 
-def test_a_run_without_output_writes_no_large_file(tmp_path, monkeypatch):
-    monkeypatch.setenv("TISSUEC_TIER", "interpreted")
+def test_a_run_without_output_writes_no_large_file(tmp_path):
     run = tissuec.run(SCENE.replace("GRAVITY", "0"), out=tmp_path / "run.vtkhdf")
     run.close()
     # Of that, 110 kB are what HDF5 needs for a hundred columns, most of them without rows.

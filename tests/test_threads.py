@@ -95,7 +95,7 @@ def test_energy_of_drawing_in_is_booked_whatever_the_law(law):
         TIGHTENED.replace("0.1 s", "25 ms") + "; from 30 ms to 50 ms: loosen sling to 61 mm"
     )
     text = around_rod(script=script, duration="50 ms", law=law)
-    _, recording, _ = ran(text, tier="interpreted")  # each law would be compiled
+    _, recording, _ = ran(text, tier="compiled")
     _, rows = recording.energy_arrays()
     kinetic, elastic, gravity, work, lost, switched = rows.T
     size = np.abs(work).max()
@@ -356,7 +356,7 @@ def test_the_log_of_a_thread_has_its_pieces_and_the_knot_once_it_is_tied():
 
 
 def test_the_log_of_a_loop_that_is_not_tied_has_its_pieces_alone():
-    _, recording, _ = ran(knot(script="", duration="0.02 s"), tier="interpreted")
+    _, recording, _ = ran(knot(script="", duration="0.02 s"), tier="compiled")
     assert recording.log_arrays("tension of sling")[1].shape[1] == 4
 
 
@@ -387,7 +387,7 @@ def test_a_knot_slips_while_its_thread_is_drawn_in(viscosity):
     text = knot(script=script.replace("{", "{{").replace("}", "}}"), duration="0.6 s")
     _, recording, outcome = ran(
         text.replace("1e-6", "1e-4").replace("viscosity = 0 N*s/m", f"viscosity = {viscosity}"),
-        tier="interpreted",
+        tier="compiled",
     )
     happened = [h.kind for _, h in outcome.happenings if h.kind in ("slip", "seize")]
     assert happened[0] == "slip" and len(happened) < 10
@@ -565,7 +565,7 @@ SEWN = "joint seam { springs from strand to sheet; reach = 5 mm; tissue is silk 
 )
 def test_a_thread_that_goes_through_a_surface_is_noted_once(by, joint, noted):
     """Held nodes go where they are moved to, whatever touches them."""
-    _, _, outcome = ran(SHEET.format(by=by, joint=joint), tier="interpreted")
+    _, _, outcome = ran(SHEET.format(by=by, joint=joint), tier="compiled")
     found = [time for time, note in outcome.happenings if "passes through" in note.cause]
     assert found == noted
 

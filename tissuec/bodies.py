@@ -231,7 +231,8 @@ class _Examined:
         body = self.drawing.body
         tissues = [body.tissue, *(region.tissue or body.tissue for region in body.regions)]
         used = (tissues[number] for number in np.unique(self.drawing.part))
-        yield from dict.fromkeys(tissue.name for tissue in used if tissue is not None)
+        own = (part.tissue for part in body.spring_parts)
+        yield from dict.fromkeys(one.name for one in (*used, *own) if one is not None)
 
     def _sizes(self) -> tuple[float | None, float | None, float | None]:
         """Return volume [m³], area [m²] and length [m], as far as there are any."""

@@ -481,9 +481,7 @@ def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
     """Return the tissues that some body or joint is made of, each once."""
     tissues = {joint.tissue.name: joint.tissue for joint in compiled.scene.joints.values()}
     for body in compiled.scene.bodies.values():
-        for tissue in (body.tissue, *(region.tissue for region in body.regions)):
-            if tissue is not None:
-                tissues[tissue.name] = tissue
+        tissues |= {tissue.name: tissue for tissue in body.tissues}
     return tuple(tissues.values())
 
 

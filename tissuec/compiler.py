@@ -233,6 +233,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
                 body.bending,
                 mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
                 renumbered(body.thread, int(p)),
+                None if body.poisson is None else body.mesh.tetrahedra,
             )
             for body, n, n2, p, p2 in zip(
                 bodies, nodes, nodes[1:], springs, springs[1:], strict=False

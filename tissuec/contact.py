@@ -46,9 +46,6 @@ from tissuec.strands import Edges
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-SHARPNESS = 8  # power of r: how suddenly a bristle begins to slip
-LARGEST = 2.0  # r is cut off here
-LEAST = 1e-3  # of the pressure k w/2: below it, a bristle no longer unbends as κ grows
 FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 FEW = 12  # faces up to which all pairs are looked at
 
@@ -116,13 +113,11 @@ class Rubbing(NamedTuple):
         force: On the node of each pair [N], shape (pair, 3).
         back: On the points of each shape [N], shape (pair, 3, 3).
         power: What it takes out [W].
-        rates: Of the velocities of ``memory`` [m/s²], shape (m, 3).
     """
 
     force: Floats
     back: Floats
     power: float
-    rates: Floats
 
 
 class Turning(NamedTuple):
@@ -165,7 +160,7 @@ class Contact:
         edges: What holds the edges of the triangles, shape (triangle, 3).
         joined: Pairs of nodes that springs join, so that what one of them carries does not
             touch the other, shape (pair, 2).
-        stiffness: k [N/m].
+        stiffness: k of each node [N/m], shape (m,).
         layer: w [m].
         damping: b [s/m].
         friction: μ.
@@ -189,7 +184,7 @@ class Contact:
     bonds: Indices
     edges: Edges
     joined: Indices
-    stiffness: float
+    stiffness: Floats
     layer: float
     damping: float
     friction: float
@@ -325,7 +320,7 @@ class Contact:
         v, ends = velocity[self.nodes[pairs.node]], velocity[self.points[pairs.shape]]
         # Along the normal exactly as the depth changes, of turning planes as well.
         rate = dot(place.normal, v) + np.einsum("npk,npk->n", place.pressing, ends)
-        steady, group = pairs.weight * self.pressure(place.depth), self._groups(pairs)
+        steady, group = pairs.weight * self.pressure(pairs, place.depth), self._groups(pairs)
         _, first = np.unique(group, return_index=True)
         # Never less than that of the nearest face, as where a surface closes around a node.
         surface = np.zeros(len(first))
@@ -350,14 +345,14 @@ class Contact:
         new = (np.diff(pairs.node) != 0) | (np.diff(surface) != 0)
         return np.concatenate([np.zeros(min(len(surface), 1), dtype=np.int64), np.cumsum(new)])
 
-    def pressure(self, depth: Floats) -> Floats:
-        """Return k φ(δ) [N]."""
+    def pressure(self, pairs: Pairs, depth: Floats) -> Floats:
+        """Return k φ(δ) [N], shape (pair,)."""
         w, d = self.layer, np.maximum(depth, 0.0)
-        return self.stiffness * np.where(d < w, d * d / (2.0 * w), d - 0.5 * w)
+        return self.stiffness[pairs.node] * np.where(d < w, d * d / (2.0 * w), d - 0.5 * w)
 
-    def steepness(self, depth: Floats) -> Floats:
-        """Return k φ'(δ) [N/m]."""
-        return self.stiffness * np.clip(depth / self.layer, 0.0, 1.0)
+    def steepness(self, pairs: Pairs, depth: Floats) -> Floats:
+        """Return k φ'(δ) [N/m], shape (pair,)."""
+        return self.stiffness[pairs.node] * np.clip(depth / self.layer, 0.0, 1.0)
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the energy of all pressed contacts [J], shape (…).
@@ -371,7 +366,7 @@ class Contact:
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
-            total[state] = self.stiffness * each.sum()
+            total[state] = self.stiffness[pairs.node] @ each
         return total
 
     def add_forces(
@@ -403,16 +398,7 @@ class Contact:
         damped = float(((touch.steady - touch.pressure) * touch.rate).sum())
         return damped + (touch.rubbing.power if touch.rubbing is not None else 0.0)
 
-    def bends(self, touch: Touch) -> int:
-        """Return how many bends of their law the pressures of surfaces have passed."""
-        passed = 1.0 + (touch.place.depth >= self.layer)
-        return round(float((touch.pairs.weight * passed).sum()))
-
     # --- friction ---------------------------------------------------------------------------
-
-    def bristle_rates(self, touch: Touch) -> Floats:
-        """Return the rates of the velocities of ``memory`` [m/s²], shape (m, 3)."""
-        return np.zeros((0, 3)) if touch.rubbing is None else touch.rubbing.rates
 
     def _rubbed(self, touch: Touch, position: Floats, velocity: Floats) -> Touch:
         """Return the same with friction.
@@ -427,8 +413,7 @@ class Contact:
         slide = share[:, None] * _along(self._sliding(touch, turning, velocity), normal)
         u = np.stack([np.bincount(node, part, count) for part in slide.T], axis=1)
         z = velocity[self.memory] / self.rate
-        bears, rates = self._bristles(touch, total, u, z)
-        force = -bears[:, None] * z
+        force = self._bristles(total, z)
         each = share[:, None] * _along(force[node], normal)
         back = -touch.place.weights[:, :, None] * each[:, None, :]
         couple = np.zeros((len(touch.node), 3))
@@ -437,33 +422,20 @@ class Contact:
         twist = np.einsum("nij,nj->ni", turning.inverse, twist)
         back += np.cross(twist[:, None, :], turning.arm)
         power = -float((force * u).sum())
-        return touch._replace(rubbing=Rubbing(each, back, power, self.rate * rates))
+        return touch._replace(rubbing=Rubbing(each, back, power))
 
-    def _bristles(
-        self, touch: Touch, total: Floats, u: Floats, z: Floats
-    ) -> tuple[Floats, Floats]:
-        """Return force by length [N/m], shape (m,), and z' [m/s], shape (m, 3).
+    def _bristles(self, total: Floats, z: Floats) -> Floats:
+        """Return the forces of bristles [N], shape (m, 3).
 
         Args:
             total: Pressure on each node [N], shape (m,).
-            u: Sliding velocity [m/s], shape (m, 3).
             z: Bristles [m], shape (m, 3).
         """
-        half, k, count = 0.5 * self.layer, self.stiffness, len(total)
         length = np.linalg.norm(z, axis=1)
-        reach = total / k + half
-        slips = self.friction * reach
-        bears = np.where(length > slips, self.friction * total / or_one(length), total / reach)
-        r = np.minimum(length / slips, LARGEST)
-        rest = _sums(touch.node, touch.surface, count)
-        steeper = -touch.pairs.weight * self.steepness(touch.place.depth) * touch.rate
-        growth = _sums(touch.pairs.node, steeper, count) / (rest + LEAST * k * half)
-        growth *= half / (rest / k + half)
-        d = u - 0.5 * growth[:, None] * z
-        e = z / or_one(length)[:, None]
-        slip = np.maximum(dot(d, e), 0.0) * r**SHARPNESS
-        rates = np.where((total > 0.0)[:, None], d - slip[:, None] * e, -self.rate * z)
-        return bears, rates
+        reach = total / self.stiffness + 0.5 * self.layer
+        slips = length > self.friction * reach
+        bears = np.where(slips, self.friction * total / or_one(length), total / reach)
+        return -bears[:, None] * z
 
     def _sliding(self, touch: Touch, turning: Turning, velocity: Floats) -> Floats:
         """Return velocities of nodes against what turns with the surface [m/s], (pair, 3)."""
@@ -514,10 +486,12 @@ class Contact:
         if not exact:
             presses = pairs.weight > 0.0
             pairs, place = pairs.some(presses), place.some(presses)
-        block = self.steepness(place.depth)[:, None, None] * _square(place.normal)
+        block = self.steepness(pairs, place.depth)[:, None, None] * _square(place.normal)
         if exact:
             around = np.eye(3) - _square(place.normal) - _square(place.line)
-            block -= (self.pressure(place.depth) * place.curvature)[:, None, None] * around
+            block -= (self.pressure(pairs, place.depth) * place.curvature)[
+                :, None, None
+            ] * around
         block *= pairs.weight[:, None, None]
         shares = np.concatenate([np.ones((len(block), 1)), -place.weights], axis=1)
         here = np.concatenate([self.nodes[pairs.node][:, None], self.points[pairs.shape]], 1)
@@ -548,17 +522,19 @@ class Contact:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         size = float(np.abs(position).max(initial=0.0))
         pairs, place = self._pressed(position)
-        return size * float((np.abs(pairs.weight) * self.pressure(place.depth)).sum())
+        return size * float((np.abs(pairs.weight) * self.pressure(pairs, place.depth)).sum())
 
     def noise(self, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
-        return self.stiffness * float(np.abs(position).max(initial=0.0))
+        return float(self.stiffness.max(initial=0.0) * np.abs(position).max(initial=0.0))
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
         """Return how far below zero round and hollow shapes may bring an eigenvalue [N/m]."""
         pairs, place = self._nearest(position)
-        round_ = np.maximum(pairs.weight, 0.0) * self.pressure(place.depth) * place.curvature
-        hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(place.depth)
+        round_ = (
+            np.maximum(pairs.weight, 0.0) * self.pressure(pairs, place.depth) * place.curvature
+        )
+        hollow = np.maximum(-pairs.weight, 0.0) * self.steepness(pairs, place.depth)
         total, each = np.zeros(len(position)), 2.0 * (round_ + hollow)
         np.add.at(total, self.nodes[pairs.node], each)
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)

@@ -13,6 +13,13 @@ With s = a + b + c + d, p = c - a and q = d - b,
 
 Cells that share a face share its surface, so that nothing is lost between them. A triangle is a
 face whose last two corners are one, for which V is a · (b × c) / 6.
+
+A body of tetrahedra has one cell for each node: a quarter of each tetrahedron around it, as
+medians divide it. It grows by a quarter of what all of these tetrahedra grow by, so that their
+surface tells. Volumes of single tetrahedra are too many for the nodes that would keep them: the
+body would lock (J. Bonet, A. J. Burton, Comm. Num. Meth. Eng. 14:437, 1998). Parallelograms in
+its surface count as faces of four corners, so that pressure acts on these as traction does on a
+solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal.
 """
 
 from collections.abc import Sequence
@@ -26,6 +33,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.network import BodyPart, Floats, Indices, Network
+from tissuec.shapes.parallelograms import parallelograms
 from tissuec.topology import springs_between
 
 if TYPE_CHECKING:
@@ -55,6 +63,8 @@ class Enclosure:
         walls: Springs of the cells: where one is missing, its cell leaks.
         walled: The cell of each of them, shape of ``walls``.
         span: The sentence.
+        share: The part of what is within its faces that belongs to a cell; as much as this does
+            a cell grow by.
     """
 
     name: str
@@ -66,6 +76,7 @@ class Enclosure:
     walls: Indices
     walled: Indices
     span: Span
+    share: float = 1.0
 
     @classmethod
     def of(cls, network: Network, name: str, modulus: float, span: Span) -> "Enclosure":
@@ -77,9 +88,12 @@ class Enclosure:
         part = next((b for b in network.bodies if b.name.lower() == name.lower()), None)
         if part is None:
             raise ValueError(f"{name} is not a body")
-        corners, first, walls, walled = _cells(network, part) or _surface(network, part)
-        drawn = _volumes(network.position, corners, first)
-        return cls(part.name, corners, first, drawn, modulus, (), walls, walled, span)
+        share = 1.0 if part.tetrahedra is None else 0.25
+        corners, first, walls, walled = (
+            _cells(network, part) or _patches(network, part) or _surface(network, part)
+        )
+        drawn = share * _volumes(network.position, corners, first)
+        return cls(part.name, corners, first, drawn, modulus, (), walls, walled, span, share)
 
     @property
     def cell_count(self) -> int:
@@ -132,7 +146,7 @@ class Enclosure:
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        return _volumes(position, self.corners, self.first)
+        return self.share * _volumes(position, self.corners, self.first)
 
     def pressures(self, time: Floats | float, position: Floats) -> Floats:
         """Return the pressures [Pa], shape (…, cell).
@@ -156,7 +170,7 @@ class Enclosure:
         s, p, q = _spans(position, self.corners, self.first)
         by_s, by_p, by_q = np.cross(p, q), np.cross(q, s), np.cross(s, p)
         parts = (by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q)
-        return np.stack(parts, axis=-2) / 24.0
+        return np.stack(parts, axis=-2) * (self.share / 24.0)
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
@@ -205,7 +219,8 @@ class Enclosure:
 
         s, p, q = (_turning(part) for part in _spans(position, self.corners, self.first))
         turns = np.einsum("kij,kfxy->fijxy", _TURNS, np.stack([q, p, s]))
-        values = -self.pressures(time, position)[self.owner, None, None, None, None] * turns
+        pressure = self.share * self.pressures(time, position)
+        values = -pressure[self.owner, None, None, None, None] * turns
         place = 3 * number[self.corners][..., None] + np.arange(3)  # (face, corner, component)
         rows = np.broadcast_to(place[:, :, None, :, None], values.shape)
         columns = np.broadcast_to(place[:, None, :, None, :], values.shape)
@@ -296,6 +311,55 @@ def _cells(
     pairs = np.array(list(combinations(range(members.shape[1]), 2)))
     walls, which = springs_between(network.ends, members[:, pairs].reshape(-1, 2))
     return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
+
+
+def _patches(
+    network: Network, part: BodyPart
+) -> tuple[Indices, Indices, Indices, Indices] | None:
+    """Return corners, ``first``, walls and their cells of a body of tetrahedra, None without.
+
+    There is a cell for each node that has tetrahedra.
+    """
+    if part.tetrahedra is None:
+        return None
+    nodes = part.tetrahedra.astype(np.int64) + part.nodes.start
+    a, b, c, d = network.position[nodes].swapaxes(0, 1)
+    turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) < 0.0
+    nodes[turned] = nodes[turned][:, [0, 2, 1, 3]]
+    opposite = nodes[:, _OPPOSITE].reshape(-1, 3)
+    _, where, count = np.unique(
+        np.sort(opposite, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outside = opposite[where[count == 1]]
+    quads, _ = parallelograms(network.position, outside)
+    # A surface between a parallelogram and its triangles, which enclose nothing as drawn.
+    between = np.concatenate([quads, quads[:, [0, 3, 1, 1]], quads[:, [1, 3, 2, 2]]])
+    # Seen from its node, faces through it enclose nothing; they close the surface.
+    faces = np.concatenate(
+        [
+            *(np.roll(outside, -k, axis=1)[:, _TRIANGLE] for k in range(3)),
+            opposite[:, _TRIANGLE],
+            *(between for _ in range(4)),
+        ]
+    )
+    owner = np.concatenate(
+        [outside.T.ravel(), nodes.ravel(), *(np.tile(corner, 3) for corner in quads.T)]
+    )
+    order = np.argsort(owner, kind="stable")
+    _, first = np.unique(owner[order], return_index=True)
+    pairs = nodes[:, list(combinations(range(4), 2))]  # (tetrahedron, 6, 2)
+    size = network.position.shape[0]
+    keys = np.sort(pairs, axis=2) @ np.array([size, 1])
+    all_owners = np.repeat(nodes, 6, axis=1), np.tile(keys, (1, 4))
+    walled, keys = np.unique(np.stack([each.ravel() for each in all_owners]), axis=1)
+    walls, which = springs_between(network.ends, np.stack(np.divmod(keys, size), axis=1))
+    cell = np.searchsorted(owner[order][first], walled[which])
+    return faces[order], np.append(first, len(faces)), walls, cell
+
+
+_TRIANGLE = [0, 1, 2, 2]  # as a face of four corners
+#: Corners of the face opposite each corner of a tetrahedron, in turn as seen from outside.
+_OPPOSITE = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 def _spans(position: Floats, corners: Indices, first: Indices) -> Sequence[Floats]:

@@ -146,25 +146,6 @@ class Inelastic:
         own = e[..., None, :] - variables[..., :-1, :]
         return (0.5 * self.constant * own * own).sum(axis=-2)
 
-    def rates(self, e: Floats, pull: Floats, variables: Floats) -> Floats:
-        """Return q' and p' [m/s], shape (…, branch + 1, spring).
-
-        Args:
-            e: Elongations [m], shape (…, spring).
-            pull: S [N], of the same shape.
-        """
-        rates = np.empty_like(variables)
-        rates[..., :-1, :] = (e[..., None, :] - variables[..., :-1, :]) / self.time
-        excess = np.maximum(np.abs(pull) - self.limit, 0.0)
-        rates[..., -1, :] = np.copysign(excess, pull) / self.viscosity
-        return rates
-
-    def lost(self, e: Floats, pull: Floats, variables: Floats) -> Floats:
-        """Return the power that relaxing and flowing take out [W], shape (…, spring)."""
-        rates = self.rates(e, pull, variables)
-        given = self.constant * (e[..., None, :] - variables[..., :-1, :]) * rates[..., :-1, :]
-        return given.sum(axis=-2) + pull * rates[..., -1, :]
-
     def fastest(self, steepness: Floats) -> Floats:
         """Return a bound of the rates at which springs relax and flow [1/s], shape (spring,).
 

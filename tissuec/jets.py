@@ -250,11 +250,6 @@ class Jet:
         skin = self.skin.torn(alive)
         return self if skin is self.skin else replace(self, skin=skin)
 
-    def renumbered(self, place: Indices) -> "Jet":
-        """Return the same with other numbers of nodes: node i becomes ``place[i]``."""
-        skin = replace(self.skin, corners=place[self.skin.corners])
-        return replace(self, opening=place[self.opening], skin=skin)
-
     def thrust(self, time: float) -> float:
         """Return the momentum flux J [N]."""
         flow = max(self.flow * self.course.at(time)[0], 0.0)

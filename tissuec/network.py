@@ -75,6 +75,12 @@ class Thread:
     radius: float
     closed: bool
 
+    @property
+    def knots(self) -> list[int]:
+        """Return the springs that are no piece of it, but hold or slip as a knot."""
+        pieces = range(self.pieces.start, self.pieces.stop)
+        return [spring for spring in (self.hold, self.slip) if spring not in pieces]
+
 
 @dataclass(frozen=True, slots=True)
 class BodyPart:
@@ -87,6 +93,8 @@ class BodyPart:
             nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),
             counted from those of the body.
         thread: Where it is a thread.
+        tetrahedra: Of a solid body, those around whose nodes volumes are kept, counted from its
+            nodes, shape (tetrahedron, 4).
     """
 
     name: str
@@ -97,6 +105,7 @@ class BodyPart:
     bending: int = 0
     cells: Callable[[], CellNodes] | None = field(default=None, compare=False)
     thread: Thread | None = None
+    tetrahedra: NDArray[np.int64] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

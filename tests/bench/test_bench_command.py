@@ -17,12 +17,11 @@ SMALL = ("--tolerances", "1e-2,1e-4", "--repeat", "1", "--method", "dop853")
 
 
 @pytest.fixture
-def call(tmp_path, monkeypatch):
+def call(tmp_path):
     """Return a function that benches a text with options; gives the exit code and outputs.
 
     Nothing here depends on how long a run takes.
     """
-    monkeypatch.setenv("TISSUEC_TIER", "interpreted")
 
     def call(text, *options):
         path = tmp_path / "scene.tis"

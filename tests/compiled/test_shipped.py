@@ -5,10 +5,11 @@ import shutil
 
 import pytest
 
-from tissuec.building.exporting import digest
+from tissuec.building.exporting import SOURCES
 from tissuec.compiled import loading
 from tissuec.compiled.bundles import BUNDLES, of_method
 from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
+from tissuec.core.resources import digest_of
 from tissuec.integrators import INTEGRATORS
 
 MODULE = """
@@ -33,7 +34,7 @@ def twice():
 
 
 def test_what_is_shipped_is_made_of_these_sources():
-    assert loading.index()["sources"] == digest(), "run: python -m tissuec.building"
+    assert loading.index()["sources"] == digest_of(SOURCES), "run: python -m tissuec.building"
 
 
 def test_every_operation_and_every_method_is_shipped():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import tissuec.building.typing  # noqa: F401  # how Numba understands tables
-from tissuec.compiled.tables import Table, layout
+from tissuec.compiled.tables import RecordTable, layout
 from tissuec.kernels import records
 
 NUMBERS = {float: 2.5, int: -3, bool: True}
@@ -54,7 +54,7 @@ def test_compiled_code_reads_what_a_record_holds(record):
     names = {}
     exec(f"def read(record):\n    found = 0.0\n{lines}    return found\n", names)
     made = filled(record, np.random.default_rng(3))
-    assert numba.njit(names["read"])(Table(made)) == total(made)
+    assert numba.njit(names["read"])(RecordTable(made)) == total(made)
 
 
 def test_compiled_code_writes_into_the_arrays_of_a_record():
@@ -64,7 +64,7 @@ def test_compiled_code_writes_into_the_arrays_of_a_record():
     def write(buffer):
         buffer.position[0, 0] = 7.0
 
-    write(Table(made))
+    write(RecordTable(made))
     assert made.position[0, 0] == 7.0
 
 
@@ -76,7 +76,7 @@ def test_compiled_code_writes_into_the_arrays_of_a_record():
 def test_an_array_that_is_not_as_its_record_says_is_refused(wrong):
     made = filled(records.Buffer, np.random.default_rng(5))
     with pytest.raises(TypeError, match=r"Buffer\.time is no contiguous array"):
-        Table(made._replace(time=wrong))
+        RecordTable(made._replace(time=wrong))
 
 
 def test_what_a_scene_has_nothing_of_is_none():
@@ -86,4 +86,4 @@ def test_what_a_scene_has_nothing_of_is_none():
     def read(net):
         return net.internal.slot.sum() + net.drag.sum()
 
-    assert read(Table(made)) == made.internal.slot.sum() + made.drag.sum()
+    assert read(RecordTable(made)) == made.internal.slot.sum() + made.drag.sum()

@@ -1,6 +1,7 @@
 """Scenes in which something touches, as text; running them; what came out as arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -8,6 +9,8 @@ from tests.validate.scenes import compiled_scene
 from tissuec.compiler import Compiled
 from tissuec.contact import Contact
 from tissuec.core.source import Source, Span
+from tissuec.engine.acts import pack_touches
+from tissuec.kernels.touching import touch
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import Outcome, run
@@ -118,12 +121,23 @@ def contact_of(compiled):
     return compiled.plan.contact
 
 
-def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1):
+def by_loops(contact, position, velocity):
+    """Return forces, power lost and ``Touches`` as the loops of the engine leave them."""
+    listed = replace(contact, pairs=contact.near(position, 0.2))
+    touches = pack_touches(listed, position[contact.memory], position.ravel())
+    forces, power = np.zeros(position.size), np.zeros(2)
+    net = SimpleNamespace(touches=touches)
+    touch(0.0, position.ravel(), velocity.ravel(), forces, power, net)
+    return forces.reshape(-1, 3), power[1], touches
+
+
+def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1, stiffness=50.0):
     """Return a contact of the first ``nodes`` nodes with faces of one surface.
 
     Args:
         kind: Of all faces.
         points: Their nodes, shape (face, 3); bristles stand behind them.
+        stiffness: Of all nodes, or of each [N/m].
     """
     count, surface = len(points), np.zeros(len(points), dtype=np.int64)
     sides = {TRIANGLE: 3, CAPSULE: 2, PLANE: 0}[kind]
@@ -143,7 +157,7 @@ def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1):
         bonds=np.full((count, 2), -1),
         edges=Edges.of(Strands.of(rings.reshape(-1, 2)), rings),
         joined=np.zeros((0, 2), dtype=np.int64),
-        stiffness=50.0,
+        stiffness=np.full(nodes, stiffness),
         layer=0.05,
         damping=damping,
         friction=friction,

@@ -1,9 +1,12 @@
 """Forces of contact, of every shape at once, against reaction, derivatives and losses."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-from tests.contact.scenes import MEETING, contact_of, meeting
+from tests.contact.scenes import MEETING, by_loops, contact_of, meeting
+from tests.derivatives import slopes
 from tests.validate.scenes import compiled_scene
 from tissuec.situation import Situation
 
@@ -77,14 +80,10 @@ def test_forces_on_bodies_and_tools_are_minus_the_derivative_of_the_energy(seed)
     contact, network = cloud()
     position, h = state(network, seed)[0], 1e-8
     found = forces(contact, position)
-    for node in range(network.node_count):
-        for k in range(3):
-            step = np.zeros_like(position)
-            step[node, k] = h
-            ahead, behind = (float(contact.energy(0.0, position + s)) for s in (step, -step))
-            # Energies of 1 mJ are known to 1e-19 J, differences over 20 nm to 1e-11 N.
-            slope = (behind - ahead) / (2.0 * h)
-            assert found[node, k] == pytest.approx(slope, abs=1e-6 * np.abs(found).max())
+    nodes = range(network.node_count)
+    expected = slopes(partial(contact.energy, 0.0), position, nodes, h)
+    # Energies of 1 mJ are known to 1e-19 J, differences over 20 nm to 1e-11 N.
+    assert found[nodes] == pytest.approx(expected, abs=1e-6 * np.abs(found).max())
 
 
 @pytest.mark.parametrize("seed", FEW_STATES)
@@ -202,7 +201,7 @@ def test_nothing_happens_on_the_very_line_of_a_rod_or_in_the_centre_of_a_sphere(
         position[node] = position[tool.nodes.start]
     found = forces(contact, position, velocity)
     assert np.all(np.isfinite(found))
-    assert np.all(np.isfinite(contact.bristle_rates(contact.touches(position, velocity))))
+    assert np.all(np.isfinite(by_loops(contact, position, velocity)[2].bent))
     number = np.arange(network.node_count)
     matrix = contact.matrix(0.0, position, number, network.node_count)
     assert np.all(np.isfinite(matrix.data))

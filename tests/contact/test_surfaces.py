@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from tests.contact.scenes import contact_with
+from tests.contact.scenes import by_loops, contact_with
 from tissuec.shapes.inclusion import shared_elements, weights
 from tissuec.shapes.nearest import CAPSULE, TRIANGLE
 
@@ -52,9 +52,10 @@ def test_a_flat_sheet_is_flat_whatever_its_triangles(seed, depth):
     # Some hundred roundings of forces that cancel.
     assert found[:, 2] == pytest.approx(pressure, rel=1e-12)
     assert found[:, :2] == pytest.approx(np.tile(rubbing, (200, 1)), abs=1e-12 * pressure)
-    rates = contact.bristle_rates(contact.touches(x, v))
+    _, _, touches = by_loops(contact, x, v)
+    rates = touches.bent
     assert rates == pytest.approx(np.tile(rates[0], (200, 1)), rel=1e-9)
-    assert contact.bends(contact.touches(x, v)) == 200 * (1 + (depth > LAYER))
+    assert touches.bends[0] == 200 * (1 + (depth > LAYER))
 
 
 def test_beside_a_flat_sheet_a_node_feels_the_nearest_point_of_its_rim():
@@ -127,7 +128,9 @@ def oblique(seed, kind):
         corners = np.array([[i, i + 1, i + 1] for i in range(len(surface) - 1)])
     surface = surface + 0.05 * rng.normal(size=surface.shape)
     nodes = np.column_stack([rng.uniform(0.0, 1.0, (60, 2)), 0.1 * rng.normal(size=60)])
-    contact = contact_with(kind, 60 + corners, 60, friction=0.4)
+    contact = contact_with(
+        kind, 60 + corners, 60, friction=0.4, stiffness=np.linspace(40.0, 60.0, 60)
+    )
     x = np.concatenate([nodes, surface, np.zeros((60, 3))])
     v = rng.normal(size=x.shape)
     v[contact.memory] *= 5e-3 * contact.rate
@@ -161,10 +164,10 @@ def test_all_that_contact_takes_out_is_booked(kind):
 def test_what_turns_as_a_whole_does_not_slide():
     contact, x, v = oblique(2, TRIANGLE)
     v[contact.memory] = 0.0
-    slides = np.abs(contact.bristle_rates(contact.touches(x, v))).max()
+    slides = np.abs(by_loops(contact, x, v)[2].bent).max()
     v = np.cross([1.0, -2.0, 0.5], x) + np.array([0.2, 0.1, -0.3])
     v[contact.memory] = 0.0
-    turned = np.abs(contact.bristle_rates(contact.touches(x, v))).max()
+    turned = np.abs(by_loops(contact, x, v)[2].bent).max()
     assert turned < 1e-10 * slides
 
 
@@ -180,7 +183,7 @@ def test_what_is_held_by_friction_holds_still_whatever_it_weighs():
     found = forces(contact, x, v)[:10]
     assert found[:, 2] == pytest.approx(weights, rel=1e-6)  # depths of nanometres below 0.1 m
     assert found[:, 0] == pytest.approx(-0.99 * 0.3 * weights, rel=1e-6)
-    assert not contact.bristle_rates(contact.touches(x, v)).any()
+    assert not by_loops(contact, x, v)[2].bent.any()
 
 
 def test_friction_is_at_most_that_of_coulomb_under_the_least_pressure():

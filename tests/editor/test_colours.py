@@ -111,4 +111,4 @@ def test_every_word_without_a_schema_has_a_meaning():
     assert set(meanings.PARTS) == set(TOP_LEVEL)
     assert set(meanings.RESERVED) | set(meanings.PARTS) >= RESERVED
     assert set(meanings.ENTRIES["body"]) | set(BODY_ENTRIES) == set(ENTRIES)
-    assert {*meanings.ENTRIES["joint"], "reach", "section"} == set(JOINT_ENTRIES)
+    assert {*meanings.ENTRIES["joint"], "reach", "pairs", "section"} == set(JOINT_ENTRIES)

@@ -5,9 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.hand_net import make_net, span
+from tissuec.compiled.calls import OPERATIONS
+from tissuec.compiled.tables import RecordTable
 from tissuec.courses import Course
 from tissuec.engine.engine import Engine
+from tissuec.engine.layout import Layout
 from tissuec.engine.method import Interruption, Method
+from tissuec.engine.tiers import operations
+from tissuec.integrators import INTEGRATORS
 from tissuec.situation import Load, Motion, Situation, Term, Turn
 
 TIERS = ("interpreted", "compiled")
@@ -33,6 +38,19 @@ class Ran:
         """Return the largest displacement up to each sample [m], shape (sample,)."""
         moved = np.linalg.norm(self.position - self.position[0], axis=2).max(axis=1)
         return np.maximum.accumulate(moved)
+
+
+def accelerated(situation):
+    """Return what the engine's forces do: accelerations, shape (node, 3), and powers [W]."""
+    layout = Layout(situation.network, watched=False, ledger=True)
+    layout.update(situation)
+    layout.start, layout.until = situation.time, np.inf
+    x, v = layout.inwards(situation.position), layout.inwards(situation.velocity)
+    a, power = np.zeros_like(x), np.zeros(2)
+    called = operations(frozenset(("force",)), layout.features)
+    net = layout.net(INTEGRATORS["dop853"])._replace(operations=called)
+    OPERATIONS["force"](situation.time, x, v, a, power, RecordTable(net))
+    return layout.outwards(a), power
 
 
 class Bench:

@@ -75,11 +75,8 @@ def test_every_member_follows_a_dashpot_of_elongation_and_speed(method):
     assert (apart(ran) <= tolerance * ran.largest_displacement).all()
 
 
-@pytest.mark.parametrize(
-    "tier", ["interpreted", pytest.param("compiled", marks=pytest.mark.slow)]
-)
-def test_energy_that_such_a_dashpot_takes_is_booked(tier):
-    ran = swung(tolerance=1e-10, ledger=True, tier=tier)
+def test_energy_that_such_a_dashpot_takes_is_booked():
+    ran = swung(tolerance=1e-10, ledger=True)
     lost = exact("thickening")[:, 4]
     assert ran.dissipated == pytest.approx(lost, abs=1e-8 * lost[-1])
     e = np.linalg.norm(ran.position[:, 1], axis=1) - LENGTH

@@ -26,7 +26,7 @@ ON_TIERS = [
 def suited_tube(method, duration=0.2, **asked):
     """Return the lifted tube, without what a member is not for.
 
-    The ledger is kept on the interpreted tier only, for which nothing has to be compiled.
+    The ledger is kept on one tier only.
     """
     # Of implicit members the one of higher order is enough; work asks many steps of order 2.
     member = INTEGRATORS[method]

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipj
 
 from tests.engine.members import MEMBERS, affordable, viscosities
-from tests.engine.running import TIERS, Bench
+from tests.engine.running import Bench
 from tests.hand_net import make_net
 from tissuec.integrators import INTEGRATORS
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
@@ -14,7 +14,6 @@ MASS, C, REST = 0.01, 4.0, 1.0
 TIGHT = 1e-10
 CLOSE = 1e-8  # of the largest displacement
 # Every law is compiled anew; the first one stands for all by default.
-SLOWLY_COMPILED = ["interpreted", pytest.param("compiled", marks=pytest.mark.slow)]
 
 
 def spring(name, **entries):
@@ -41,19 +40,17 @@ def elongation(net, duration, *, tolerance=TIGHT, **asked):
     return ran.time, np.linalg.norm(ran.position[:, 1], axis=1) - REST
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_oscillator_of_duffing(tier):
+def test_oscillator_of_duffing():
     size, cube = 0.3, 30.0
-    time, found = elongation(bob(size, spring("polynomial", cube=cube)), 2.0, tier=tier)
+    time, found = elongation(bob(size, spring("polynomial", cube=cube)), 2.0)
     omega = np.sqrt((C + cube * size**2) / MASS)
     cn = ellipj(omega * time, cube * size**2 / (2.0 * (C + cube * size**2)))[1]
     assert found == pytest.approx(size * cn, abs=CLOSE * 2.0 * size)
 
 
-@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
-def test_oscillator_of_helmholtz(tier):
+def test_oscillator_of_helmholtz():
     size, square = 0.3, 6.0
-    time, found = elongation(bob(size, spring("polynomial", square=square)), 2.0, tier=tier)
+    time, found = elongation(bob(size, spring("polynomial", square=square)), 2.0)
     # ½ m e'² = energy - ½ c e² - a/3 e³ vanishes at three places; it swings between two.
     energy = 0.5 * C * size**2 + square / 3.0 * size**3
     low, middle, high = np.sort(np.roots([-square / 3.0, -0.5 * C, 0.0, energy]).real)
@@ -87,17 +84,15 @@ def thread(time, size):
     return (-1.0) ** half * out
 
 
-@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
-def test_thread_goes_slack_and_taut(tier):
+def test_thread_goes_slack_and_taut():
     net = bob(0.3, spring("tension only"))
-    ran = Bench(net, 2.0, fixed=[0], tolerance=TIGHT, tier=tier).run()
+    ran = Bench(net, 2.0, fixed=[0], tolerance=TIGHT).run()
     expected = thread(ran.time, 0.3)
     assert ran.position[:, 1, 0] == pytest.approx(expected, abs=CLOSE * 2.6)
 
 
 @pytest.mark.parametrize("exponent", [0.7, 1.5, 2.0, 3.0])
-@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
-def test_dashpot_of_a_power_slows_down_as_calculated(exponent, tier):
+def test_dashpot_of_a_power_slows_down_as_calculated(exponent):
     speed, start, viscosity = 0.5, 2.0, 0.02
     force = VISCOSITY_LAWS["power"](exponent=exponent, speed=speed).force()
     net = make_net(
@@ -109,7 +104,7 @@ def test_dashpot_of_a_power_slows_down_as_calculated(exponent, tier):
         velocity=[[0.0, 0.0, 0.0], [start, 0.0, 0.0]],
         law=Law("power", LINEAR.elastic, force),
     )
-    ran = Bench(net, 0.3, tolerance=TIGHT, tier=tier, ledger=True).run()
+    ran = Bench(net, 0.3, tolerance=TIGHT, ledger=True).run()
     # w' = -(2/m) d v (w/v)ⁿ for two equal masses.
     rate = 2.0 * viscosity * speed ** (1.0 - exponent) / MASS
     power = 1.0 - exponent
@@ -130,8 +125,7 @@ def soliton(count, time, *, kappa=1.0, b=3.0):
     return place, beta / b * (np.tanh(here) - np.tanh(before))
 
 
-@pytest.mark.parametrize("tier", SLOWLY_COMPILED)
-def test_soliton_of_toda_keeps_its_shape(tier):
+def test_soliton_of_toda_keeps_its_shape():
     count, b, duration = 70, 3.0, 0.5
     apart = 10.0
     place, speed = soliton(count, 0.0, b=b)
@@ -148,7 +142,7 @@ def test_soliton_of_toda_keeps_its_shape(tier):
         velocity=velocity,
     )
     ran = Bench(
-        net, duration, fixed=[0, count - 1], tolerance=TIGHT, tier=tier, times=[0.0, duration]
+        net, duration, fixed=[0, count - 1], tolerance=TIGHT, times=[0.0, duration]
     ).run()
     expected, _ = soliton(count, duration, b=b)
     moved = ran.position[-1, :, 0] - apart * np.arange(count)

@@ -92,6 +92,21 @@ def test_whichever_limit_is_reached_first_breaks_the_spring(tension, pressure):
     assert end.time == pytest.approx(swing / omega, rel=1e-6)
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
+def test_the_first_of_springs_that_rupture_within_a_moment_is_found(order):
+    # T = c / w sin(w t), by 1e-5 of the time later from one spring to the next.
+    position, velocity = np.zeros((2, 6, 3))
+    position[:, 0], position[:, 1] = [0, 1, 0, 1, 0, 1], [0, 0, 5, 5, 9, 9]
+    velocity[::2, 0] = -1.0
+    strength = 5.0 * (1.0 + 1e-5 * np.array(order))
+    ends = [[0, 1], [2, 3], [4, 5]]
+    net = make_net(position, ends, stiffness=100.0, velocity=velocity, strength=strength)
+    end = Bench(net, 1.0, tolerance=1e-8, ruptures=True).advance(1.0)
+    omega = np.sqrt(200.0)
+    assert (end.kind, end.springs.tolist()) == ("ruptured", [order.index(0)])
+    assert end.time == pytest.approx(np.arcsin(5.0 * omega / 100.0) / omega, rel=1e-6)
+
+
 @pytest.mark.parametrize("tier", TIERS)
 def test_lowest_pressure_between_two_ends_of_a_step_is_not_missed(tier):
     for limit, expected in (

@@ -12,7 +12,6 @@ from tests.inelastic.scenes import PLASTIC, STANDARD, ran, rod
 
 C, C1, TAU, MASS = 100.0, 300.0, 0.02, 0.01
 CLAIM = 1e-8
-TIERS = ("interpreted", pytest.param("compiled", marks=pytest.mark.slow))
 PRONY = (
     "relaxing constant = 300 N/m; relaxation time = 5 ms; second relaxing constant = 80 N/m; "
     "second relaxation time = 20 ms; third relaxing constant = 20 N/m; "
@@ -35,13 +34,12 @@ def held_ramp(time, speed, end, series):
     return force
 
 
-@pytest.mark.parametrize("tier", TIERS)
 @pytest.mark.parametrize(
     ("memory", "series"), [(STANDARD, ((C1, TAU),)), (PRONY, SERIES)], ids=["standard", "prony"]
 )
-def test_a_spring_that_is_drawn_and_held_relaxes(memory, series, tier):
+def test_a_spring_that_is_drawn_and_held_relaxes(memory, series):
     script = "from 0 s to 0.02 s: move bob by (2, 0, 0) mm using constant speed"
-    found = ran(rod(memory=memory, script=script), tier=tier)
+    found = ran(rod(memory=memory, script=script))
     near(found.tension, held_ramp(found.time, 0.1, 0.02, series))
 
 
@@ -71,10 +69,9 @@ def swinging(*, omega=0.0, force=0.0):
     )
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_a_mass_creeps_under_a_steady_force(tier):
+def test_a_mass_creeps_under_a_steady_force():
     script = "at 0 s: push bob with (0.1, 0, 0) N"
-    found = ran(rod(script=script, duration="0.3 s"), tier=tier)
+    found = ran(rod(script=script, duration="0.3 s"))
     exact = linear(found.time, swinging(force=0.1), np.array([0.0, 0.0, 0.0, 1.0, 0.0]))
     near(found.extension, exact[:, 0])
     near(found.tension, (C + C1) * exact[:, 0] - C1 * exact[:, 2])
@@ -108,11 +105,10 @@ def test_storage_and_loss_stiffness(frequency):
 LIMIT, ETA = 0.2, 5.0
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_a_spring_that_is_drawn_steadily_yields(tier):
+def test_a_spring_that_is_drawn_steadily_yields():
     speed, begin = 0.04, LIMIT / (C * 0.04)
     script = "from 0 s to 0.2 s: move bob by (8, 0, 0) mm using constant speed"
-    found = ran(rod(memory=PLASTIC, script=script, duration="0.2 s"), tier=tier)
+    found = ran(rod(memory=PLASTIC, script=script, duration="0.2 s"))
     beyond = np.maximum(found.time - begin, 0.0)
     exact = np.where(
         beyond > 0.0,

@@ -1,11 +1,11 @@
-"""Springs that remember in whole runs: orders, tiers, files, ruptures, settling, friction."""
+"""Springs that remember in whole runs: orders, files, ruptures, settling, friction."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.engine.running import Bench
+from tests.engine.running import Bench, accelerated
 from tests.hand_net import make_net, order, start
 from tests.inelastic.scenes import PLASTIC, STANDARD, ran, rod
 from tests.validate.scenes import compiled_scene, quantity, validated
@@ -94,22 +94,20 @@ def test_power_of_the_forces_is_what_energy_and_losses_take():
     memory, position, velocity = net.inelastic, situation.position, situation.velocity
     moving = velocity.copy()
     moving[net.memory] = 0.0
-    variables = memory.variables(flat(velocity))
-    e = mechanics.lengths(net.ends, position) - net.rest - variables[-1]
-    pull = net.stiffness * e + memory.pull(e, variables)
-    rates, lost = memory.rates(e, pull, variables), memory.lost(e, pull, variables)
-    assert (lost >= 0.0).all()
-    assert (rates[-1] != 0.0).any()
+    has = memory.slot >= 0
+    rates, (_, lost) = accelerated(situation)
+    rates = rates.ravel()
+    assert lost > 0.0
+    assert (rates[memory.slot[-1][has[-1]]] != 0.0).any()
     energies = []
     for sign in (1.0, -1.0):
         there = velocity.copy()
-        has = memory.slot >= 0
-        there.reshape(-1)[memory.slot[has]] += sign * 1e-6 * (memory.rate * rates)[has]
+        there.reshape(-1)[memory.slot[has]] += sign * 1e-6 * rates[memory.slot[has]]
         at = position + sign * 1e-6 * moving
         energies.append(mechanics.elastic_energy(situation, at, there))
     gained = (energies[0] - energies[1]) / 2e-6
     force = mechanics.spring_forces(situation, position, velocity)
-    assert -np.vdot(force, moving) == pytest.approx(gained + lost.sum(), rel=1e-7)
+    assert -np.vdot(force, moving) == pytest.approx(gained + lost, rel=1e-7)
 
 
 def test_the_reference_has_the_same_forces_energies_and_rates():
@@ -125,13 +123,12 @@ def test_the_reference_has_the_same_forces_energies_and_rates():
     energies = mechanics.energies(situation, 0.0, situation.position, situation.velocity)
     own = equations.energies(0.0, moved, velocity)
     assert own.elastic == pytest.approx(float(energies.elastic), rel=1e-13)
-    memory, variables = net.inelastic, net.inelastic.variables(flat(situation.velocity))
-    e = mechanics.lengths(net.ends, situation.position) - net.rest - variables[-1]
-    pull = net.stiffness * e + memory.pull(e, variables)
-    rate = equations.rate(0.0, y)
+    memory, rate = net.inelastic, equations.rate(0.0, y)
+    rates, (_, lost) = accelerated(situation)
+    rates = rates.ravel()
     has = memory.slot >= 0
-    assert rate[36:-2] == pytest.approx(memory.rates(e, pull, variables)[has], rel=1e-11)
-    assert rate[-1] == pytest.approx(memory.lost(e, pull, variables).sum(), rel=1e-12)
+    assert rate[36:-2] == pytest.approx(rates[memory.slot[has]] / memory.rate[has], rel=1e-11)
+    assert rate[-1] == pytest.approx(lost, rel=1e-12)
 
 
 def test_jacobian_of_the_reference_is_the_derivative_of_its_rates():
@@ -167,8 +164,8 @@ ORDERS = {"dop853": (8, (10, 14, 20)), "velocity verlet": (2, (128, 256, 512)),
           "rkc2": (2, (128, 256, 512)), "propagation": (1, (64, 128, 256))}  # fmt: skip
 
 
-def stepped(net, method, count, tier="interpreted"):
-    found = Bench(net, 1.0, method=method, step=1.0 / count, times=[1.0], tier=tier).run()
+def stepped(net, method, count):
+    found = Bench(net, 1.0, method=method, step=1.0 / count, times=[1.0]).run()
     assert found.end.kind == "reached"
     return np.concatenate([found.position[0, :6], found.velocity[0, :6]])
 
@@ -180,16 +177,6 @@ def test_methods_keep_their_order_with_branches(method):
     errors = [np.abs(stepped(net, method, count) - exact).max() for count in counts]
     observed = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert observed == pytest.approx(declared, abs=0.15 * max(declared, 2))
-
-
-@pytest.mark.parametrize("method", ["dop853", pytest.param("rkc2", marks=pytest.mark.slow)])
-def test_both_tiers_step_alike(method):
-    net = tangle(**BOTH)
-    compiled, interpreted = (
-        stepped(net, method, 40, tier) for tier in ("compiled", "interpreted")
-    )
-    # Sums in another order, through one second of motion.
-    assert compiled == pytest.approx(interpreted, abs=1e-12)
 
 
 @pytest.mark.parametrize("method", ["esdirk43", "trbdf2"])

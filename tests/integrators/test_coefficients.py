@@ -13,9 +13,10 @@ from scipy.integrate._ivp import dop853_coefficients as published
 from tests.engine.members import those
 from tests.engine.running import Bench
 from tests.hand_net import make_net
+from tissuec.compiled.calls import OPERATIONS
+from tissuec.engine.tiers import interpreter
 from tissuec.integrators import INTEGRATORS, esdirk43, rkc2, srkn11, trbdf2
 from tissuec.kernels import tableau853
-from tissuec.kernels.vector import force
 
 
 def forests(size, sizes):
@@ -199,10 +200,10 @@ def amplified(z, reach):
         tolerance=1e-4,
     )
     bench.engine.restart(bench.situation)
-    work, net = bench.engine._work, bench.engine._net("interpreted")
-    force(0.0, work.x[0], work.v[0], work.a[0], work.power[1], net)
+    work, net = bench.engine._work, bench.engine._acting()
+    OPERATIONS["force"](0.0, work.x[0], work.v[0], work.a[0], work.power[1], net)
     work.rate[0] = reach
-    rkc2.step(0.0, 1.0, 0, work, net)
+    interpreter(INTEGRATORS["rkc2"]).bind(rkc2.step)(0.0, 1.0, 0, work, net)
     return bench.engine._layout.outwards(work.v[1])[:, 0]
 
 

@@ -126,7 +126,7 @@ def on_chain(integrator, tier):
         return False
 
     force.__module__ = "tests"
-    replaced = tiers.method_names(integrator) | {"force": force}
+    replaced = tiers.names_in_python(integrator) | {"force": force}
     return Binder(replaced).bind(loop.drive)
 
 

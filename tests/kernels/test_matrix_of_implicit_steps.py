@@ -1,6 +1,6 @@
 """The matrix of implicit steps: entries and solutions against dense NumPy.
 
-The kernels of the compiled tier run as the plain Python that they are written in.
+The kernels run as the plain Python that they are written in.
 """
 
 from dataclasses import replace
@@ -13,7 +13,7 @@ from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.layout import Layout
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, iterative, linear, scalar, vector
+from tissuec.kernels import banded, iterative, scalar
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
 from tissuec.situation import Situation
@@ -119,7 +119,7 @@ def _laws(monkeypatch):
 
 
 class Prepared:
-    """A net in the forms of both tiers, with the matrix of a step."""
+    """A net with the matrix of a step."""
 
     def __init__(self, scene, *, iterate=False, monkeypatch=None, q=0.07):
         net, held, drag = SCENES[scene]
@@ -152,29 +152,11 @@ class Prepared:
         return out
 
 
-def test_both_tiers_pull_alike_under_laws_of_elongation_and_speed(monkeypatch):
-    monkeypatch.setattr(scalar, "springs", scalar.springs_of_laws)
-    made = Prepared("laws")
-    nets = made.layout.compiled_net(MEMBER), made.layout.vector_net(MEMBER)
-    found = np.zeros((2, made.x.size))
-    for kernels, net, a in zip((scalar, vector), nets, found, strict=True):
-        kernels.force(0.0, made.x, made.v, a, np.zeros(2), net)
-    assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-12)
-    sides = np.zeros((2, 3, made.situation.network.spring_count))
-    for kernels, net, out in zip((scalar, vector), nets, sides, strict=True):
-        kernels.find_sides(0.0, made.x, made.v, out, net)
-    assert np.array_equal(sides[0], sides[1])
-
-
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("tier", ["compiled", "interpreted"])
-def test_band_solves_as_the_dense_matrix(scene, tier):
+def test_band_solves_as_the_dense_matrix(scene):
     made = Prepared(scene)
     assert not made.solver.scratch.size
-    if tier == "compiled":
-        found, right = made.solved(banded, made.layout.compiled_net(MEMBER))
-    else:
-        found, right = made.solved(linear, made.layout.vector_net(MEMBER))
+    found, right = made.solved(banded, made.layout.net(MEMBER))
     assert found == pytest.approx(made.expected(right), rel=1e-10, abs=1e-11)
     assert np.array_equal(found[~made.free], np.zeros(np.count_nonzero(~made.free)))
 
@@ -182,7 +164,7 @@ def test_band_solves_as_the_dense_matrix(scene, tier):
 @pytest.mark.parametrize("scene", SCENES)
 def test_band_holds_the_entries_of_the_matrix(scene):
     made = Prepared(scene)
-    banded.fill(made.q, made.x, made.v, made.layout.compiled_net(MEMBER), made.solver)
+    banded.fill(made.q, made.x, made.v, made.layout.net(MEMBER), made.solver)
     band, slot = made.solver.band, made.solver.slot
     size = len(band)
     found = np.zeros((size, size))
@@ -198,18 +180,10 @@ def test_band_holds_the_entries_of_the_matrix(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_wide_nets_on_numpy_are_solved_as_the_dense_matrix(scene, monkeypatch):
-    made = Prepared(scene, iterate=True, monkeypatch=monkeypatch)
-    assert made.solver.scratch.size or not len(made.situation.mass)
-    found, right = made.solved(linear, made.layout.vector_net(MEMBER))
-    assert found == pytest.approx(made.expected(right), rel=1e-10, abs=1e-11)
-
-
-@pytest.mark.parametrize("scene", SCENES)
 def test_conjugate_gradients_come_to_the_dense_solution(scene, monkeypatch):
     monkeypatch.setattr(iterative, "PRECISION", 1e-12)
     made = Prepared(scene, iterate=True, monkeypatch=monkeypatch)
-    found, right = made.solved(iterative, made.layout.compiled_net(MEMBER))
+    found, right = made.solved(iterative, made.layout.net(MEMBER))
     expected = made.expected(right)
     # The condition of the matrix, up to 1e5 here, stands between residual and error.
     assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max(initial=0.0)
@@ -218,7 +192,7 @@ def test_conjugate_gradients_come_to_the_dense_solution(scene, monkeypatch):
 
 def test_conjugate_gradients_leave_no_more_than_their_precision(monkeypatch):
     made = Prepared("block", iterate=True, monkeypatch=monkeypatch)
-    found, right = made.solved(iterative, made.layout.compiled_net(MEMBER))
+    found, right = made.solved(iterative, made.layout.net(MEMBER))
     expected = made.expected(right)
     matrix = dense(made.situation, made.q)[np.ix_(made.free, made.free)]
     off = (found - expected)[made.free]
@@ -227,21 +201,15 @@ def test_conjugate_gradients_leave_no_more_than_their_precision(monkeypatch):
     assert 0.0 < np.sqrt(off @ matrix @ off) < 30.0 * iterative.PRECISION * scale
 
 
-@pytest.mark.parametrize("kernels", [banded, linear], ids=["compiled", "interpreted"])
-def test_undefined_positions_and_indefinite_matrices_are_refused(kernels):
+def test_undefined_positions_and_indefinite_matrices_are_refused():
     made = Prepared("random")
-    net = (
-        made.layout.compiled_net(MEMBER)
-        if kernels is banded
-        else made.layout.vector_net(MEMBER)
-    )
     made.x[3] = np.nan
-    assert not kernels.assemble(made.q, made.x, made.v, net, made.solver)
+    net = made.layout.net(MEMBER)
+    assert not banded.assemble(made.q, made.x, made.v, net, made.solver)
     negative = Prepared("random")
     negative.situation.drag = -1e6
-    layout = negative.layout
-    net = layout.compiled_net(MEMBER) if kernels is banded else layout.vector_net(MEMBER)
-    assert not kernels.assemble(negative.q, negative.x, negative.v, net, negative.solver)
+    net = negative.layout.net(MEMBER)
+    assert not banded.assemble(negative.q, negative.x, negative.v, net, negative.solver)
 
 
 def test_narrow_order_of_a_shuffled_chain_is_that_of_the_chain():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tissuec.engine.runs import packed, rows_of
+from tissuec.engine.runs import packed, places_of
 from tissuec.kernels import runs as kernel
 from tissuec.kernels import scalar
 from tissuec.kernels.records import Operations
@@ -55,15 +55,17 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(name, ledger
     net = SimpleNamespace(
         first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),
         other=(3 * high).astype(np.uint32),
-        runs=packed(rows_of(low, high), nodes, **values),
+        runs=packed(places_of(low, high), nodes, **values),
+        law=np.zeros(len(low), dtype=np.int32),
         ledger=ledger,
+        inelastic=False,
         **values,
     )
     x, v = rng.normal(size=3 * nodes), rng.normal(size=3 * nodes)
     for far in (1e9, 1.0):  # from which tension on springs are watched
         for each in ("near", "near_crush"):
             values[each][:] = far
-        net.runs = packed(rows_of(low, high), nodes, **values)
+        net.runs = packed(places_of(low, high), nodes, **values)
         found, expected, powers = np.ones(3 * nodes), np.ones(3 * nodes), np.zeros((2, 2))
         near = kernel.springs_in_runs(x, v, found, powers[0], net)
         assert near == scalar.springs(x, v, expected, powers[1], net)
@@ -76,19 +78,19 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(name, ledger
 def test_lattices_lie_in_runs_and_other_nets_do_not():
     rng = np.random.default_rng(3)
     for (pairs, _), worthwhile in ((NETS["blocks"], True), (any_net(900, 4000, rng), False)):
-        assert rows_of(*pairs.T).is_worthwhile is worthwhile
+        assert places_of(*pairs.T).is_worthwhile is worthwhile
 
 
 def test_every_spring_has_a_place_of_its_own():
     for pairs, _ in NETS.values():
-        rows = rows_of(*pairs.T)
-        assert len(np.unique(rows.place)) == len(pairs)
-        assert rows.size == rows.length.sum()
+        places = places_of(*pairs.T)
+        assert len(np.unique(places.place)) == len(pairs)
+        assert places.size == places.length.sum()
         node = np.concatenate(
-            [np.arange(n) + low for n, low in zip(rows.length, rows.first, strict=True)]
+            [np.arange(n) + low for n, low in zip(places.length, places.first, strict=True)]
             or [np.zeros(0)]
         )
-        assert np.array_equal(node[rows.place], pairs[:, 0])
+        assert np.array_equal(node[places.place], pairs[:, 0])
 
 
 def test_no_name_is_that_of_an_operation():

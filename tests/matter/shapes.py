@@ -1,4 +1,4 @@
-"""Bars of tetrahedra as mesh files; lengths in mm."""
+"""Bars as mesh files, of tetrahedra or as surfaces; lengths in mm."""
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -29,3 +29,29 @@ def as_vtk(x, cells):
         f"POINTS {len(x)} double\n{points}\nCELLS {len(cells)} {5 * len(cells)}\n{corners}\n"
         f"CELL_TYPES {len(cells)}\n{kinds}\n"
     )
+
+
+def surface(sides, edge):
+    """Return nodes and outward triangles of a bar, whose faces are squares of about an edge."""
+    count = np.maximum(np.rint(np.asarray(sides) / edge), 1).astype(int)
+    number, triangles = {}, []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for high in (False, True):
+            for i, j in np.ndindex(count[u], count[v]):
+                corners = []
+                for a, b in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))[
+                    :: 1 if high else -1
+                ]:
+                    place = [0, 0, 0]
+                    place[axis], place[u], place[v] = high * count[axis], a, b
+                    corners.append(number.setdefault(tuple(place), len(number)))
+                triangles += [corners[:3], [corners[0], *corners[2:]]]
+    return np.array(list(number)) * (sides / count), np.array(triangles)
+
+
+def as_obj(x, triangles):
+    """Return triangles as the text of an OBJ file."""
+    points = "\n".join("v " + " ".join(map(repr, row)) for row in x.tolist())
+    corners = "\n".join(f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist())
+    return f"{points}\n{corners}\n"

@@ -120,7 +120,7 @@ def test_a_lattice_without_diagonals_resists_along_its_axes_only():
     assert one.anisotropy == math.inf
 
 
-def test_irregular_nets_are_relaxed_as_independent_statics_relax_them(tmp_path, interpreted):
+def test_irregular_nets_are_relaxed_as_independent_statics_relax_them(tmp_path):
     scene = imported(tmp_path, as_vtk(*tetrahedra(SIDES, 10.0, 0.25)), "bar.vtk")
     (found,) = tissuec.properties(scene, frequencies=0)
     compiled = tissuec.compile(scene)
@@ -177,13 +177,13 @@ def test_filled_surfaces_are_solids_of_the_volume_within(fill, tmp_path, reposit
     surface = (repository / "library" / "meshes" / "liver.obj").read_text()
     inside = f"; filling is {fill}; cell = 20 mm"
     scene = imported(tmp_path, surface, "liver.obj", inside=inside)
-    with pytest.warns(tissuec.TissueWarning, match="W207"):
-        (found,) = tissuec.properties(scene, frequencies=0)
+    (found,) = tissuec.properties(scene, frequencies=0)
     assert found.kind == "solid"
     assert found.density == pytest.approx(1060.0)
-    # As W207 says, its stiffness depends on the direction.
-    assert found.elasticity.anisotropy > 1.1
-    assert 0.7 * 5e3 < found.elasticity.mean < 1.4 * 5e3
+    # Halfway between an even stress and this even strain of its surface, which finds more.
+    assert found.elasticity.anisotropy < 1.15
+    assert found.elasticity.mean == pytest.approx(5e3, rel=0.08)
+    assert found.elasticity.poisson == pytest.approx(0.25, abs=0.01)
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(5, 3), (13, 5)])

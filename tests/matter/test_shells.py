@@ -122,7 +122,6 @@ def test_rigidity_goes_with_the_cube_of_the_thickness_and_damping_with_the_sprin
     )
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_scipy_agrees_on_a_shell_that_is_bent_cut_and_let_go():
     text = (
         PLATE.replace("COUNT", "5")

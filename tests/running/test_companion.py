@@ -86,7 +86,7 @@ output { position of wall every 10 ms }
 """
 
 
-def test_of_walls_that_crumple_the_way_out_is_told(interpreted):
+def test_of_walls_that_crumple_the_way_out_is_told():
     with pytest.warns(tissuec.TissueWarning, match="wall does not resist bending and crumples"):
         tissuec.run(CRUMPLING, companion="inline")
     bending = CRUMPLING.replace("thickness = 1 mm", "thickness = 1 mm; bending is elastic")

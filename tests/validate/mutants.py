@@ -2,7 +2,7 @@
 
 Every number and every formula in what computes forces is made 1 % larger, one at a time, and a
 scene that runs through it is validated. ``python -m tests.validate.mutants`` prints a table of
-all. The code of the compiled tier runs here without being compiled.
+all. What is compiled otherwise runs here as Python.
 """
 
 import ast
@@ -24,10 +24,12 @@ from types import CodeType, FunctionType, ModuleType
 import click
 
 from tests.validate.scenes import compiled_scene, silent
+from tissuec.compiled.bundles import FLAGS
 from tissuec.engine import engine, tiers
 from tissuec.engine.binding import Binder
-from tissuec.kernels import scalar
-from tissuec.kernels.records import Operations
+from tissuec.kernels import banded, iterative, runs, scalar
+from tissuec.kernels.records import Net, Operations
+from tissuec.laws import LINEAR, code
 from tissuec.validate.validation import validate
 
 FACTOR = 1.01
@@ -47,72 +49,42 @@ SCENES = {
         "close",
         "jet",
         "edge",
+        "turn",
         "contact",
     )
 }
 
-#: What computes forces, by tier: modules, and which functions of them, None for all.
-FORCES: dict[str, dict[str, tuple[str, ...] | None]] = {
-    "compiled": {
-        "tissuec.kernels.scalar": (
-            "force", "springs", "springs_of_laws", "reeled", "pull_at", "pull_of",
-        ),
-        "tissuec.kernels.acts": None,
-        "tissuec.kernels.folding": None,
-        "tissuec.kernels.pressing": None,
-        "tissuec.kernels.reeling": None,
-        "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
-        "tissuec.kernels.rinsing": None,
-        "tissuec.kernels.runs": None,
-        "tissuec.kernels.touching": None,
-    },
-    "interpreted": {
-        "tissuec.kernels.vector": ("force", "_stretch", "_remembering", "_press", "_pull"),
-        "tissuec.contact": (
-            "touches", "_pressed", "pressure", "push", "loss", "_rubbed", "_bristles",
-            "_sliding", "_turning", "steepness",
-        ),
-        "tissuec.hinges": ("pulling", "_normals", "_angle", "_levers", "_slopes", "_cross"),
-        "tissuec.inelastic": ("pull", "rates", "lost"),
-        "tissuec.jets": (
-            "add_forces", "_push", "_reach", "_squares", "_facing", "_along", "_left", "_rise",
-        ),
-        "tissuec.shapes.nearest": None,
-    },
-}  # fmt: skip
+#: What computes forces: modules, and which functions of them, None for all.
+FORCES: dict[str, tuple[str, ...] | None] = {
+    "tissuec.kernels.scalar": ("force", "springs", "reeled", "pull_at", "pull_of"),
+    "tissuec.kernels.acts": None,
+    "tissuec.kernels.folding": None,
+    "tissuec.kernels.pressing": None,
+    "tissuec.kernels.reeling": None,
+    "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
+    "tissuec.kernels.rinsing": None,
+    "tissuec.kernels.runs": None,
+    "tissuec.kernels.touching": None,
+}
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
-#: What may change by 1 % without being wrong, with the reason.
+#: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,
+#: and texts, some of them in one function only.
 HARMLESS = {
     "TINY": "keeps a division finite where a spring has no length",
     "FLAT": "tells triangles without area from others",
     "LEAST": "keeps a rate finite where contact begins; see docs/numerics.md",
-    "OUTSIDE": "only the sign of this depth counts",
-    "SLIGHT": "step of differences for a matrix of Newton's method; no force has it",
-    "np.zeros_like(to)": "is zero",
-    "np.zeros(len(first))": "is zero",
-    "np.zeros((len(touch.node), 3))": "is zero",
-    "look(3 * touches.nodes[k], first, last, x, v, touches)": "counts bends of laws, by which "
+    "look(k, first, last, x, v, touches)": "counts bends of laws, by which "
     "errors are weighed; no force has them",
-    "np.einsum('ni,nj->nij', arm[line, 0], arm[line, 0])": "makes a matrix invertible",
-    "np.linalg.det(inertia)": "tells flat triangles from others",
-    "np.zeros_like(x)": "is zero",
-    "or_one": "keeps a division finite where nothing counts",
-    "np.eye(3)": "stands for what does not turn, and is left out",
-    "touch.steady * turns": "only ratios count",
+    "pull_each: runs.near[at:at + count]": "from where a spring is looked at closely",
+    "pull_each: runs.near_crush[at:at + count]": "from where a spring is looked at closely",
+    "pull_each: each[4, :count]": "a copy serves as well as scratch that nobody else reads",
+    "look: 1.0": "counts bends of laws",
+    "look: 2.0": "counts bends of laws",
+    "look: 3.0": "the middle of a triangle, by which it is found",
+    "end_of_surface": "only which surface it is counts",
     "count": "counts bends of laws, by which errors are weighed; no force has them",
-    "touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)": "counts bends as well",
+    "touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)": "counts bends of laws",
     "LARGEST": "cuts off what lies far beyond sliding, where no motion comes",
-    "np.zeros_like(weights)": "is zero",
-    "np.linalg.norm(x - p - s[:, None] * d, axis=1)": "only which edge is nearest counts",
-    "np.where(takes, apart, nearest)": "only which edge is nearest counts",
-    "apart < nearest": "only whether it is true counts",
-    "(s == along)[:, None]": "only whether it is true counts",
-    "np.where(inside, d / np.sqrt(flat)[:, None], 0.0)": "for a matrix of Newton's method",
-    "np.where((s == along)[:, None], d / or_one(np.sqrt(square))[:, None], 0.0)": "likewise",
-    "np.where(takes[:, None], edges, line)": "likewise",
-    "np.where(on_face, 0.0, parts[2])": "likewise",
-    "(area > 0.0) & (weights >= 0.0).all(axis=1)": "only whether it is true counts",
-    "np.where(on_face, 0.0, np.inf)": "is zero or infinite",
     "LEFT": "tells steps in which a spring turns over",
     "STIFFEST": "keeps slopes of dashpots finite; no force has it",
     "survey": "lists the triangles that a jet may reach; a longer list changes nothing",
@@ -249,33 +221,50 @@ def apply(mutant: Mutant) -> None:
     function.__code__ = codes[0]
 
 
-def as_if_compiled() -> None:
+def implementation(name: str, features: tiers.Features) -> Callable[..., object]:
+    """Return the function that is an operation on nets for what a scene needs."""
+    if name in tiers.LAWS:
+        return code.functions(features.laws or (LINEAR,))[name]
+    if name == "springs" and features.in_runs:
+        return runs.springs_in_runs
+    if name in ("assemble", "solve"):
+        return getattr(banded if features.banded else iterative, name)
+    return getattr(scalar, name)
+
+
+def plain_operations(features: tiers.Features) -> dict[str, object]:
+    """Return what the names of operations mean in Python, for what a scene needs."""
+    names = {name: implementation(name, features) for name in Operations._fields}
+    has = features.viscous, features.watched, not features.straight
+    return names | dict(zip(FLAGS, has, strict=True))
+
+
+def as_python() -> None:
     """Let what would be compiled run as it stands."""
-    bound, seen = tiers.bound_drive, list[tiers.Features]()
+    seen = list[tiers.Features]()
 
     def operations(integrator, features):
         seen.append(features)
         return Operations(force=len(seen) - 1)
 
     @cache
-    def on_net(integrator, features):
+    def binder(integrator, features):
         names = dict(inspect.getmembers(scalar, inspect.isfunction))
-        names |= tiers.method_names(integrator) | tiers.plain_operations(features)
-        return Binder(names).bind(tiers.loop.drive)
+        return Binder(names | tiers.method_names(integrator) | plain_operations(features))
 
-    def plain(integrator, tier):
-        if tier == "interpreted":
-            return bound(integrator, tier)
+    def bound(integrator, function):
+        def call(*arguments):
+            (net,) = (each for each in arguments if isinstance(getattr(each, "record", 0), Net))
+            return binder(integrator, seen[net.operations.force]).bind(function)(*arguments)
 
-        def drive(progress, task, work, net, buffer):
-            return on_net(integrator, seen[net.operations.force])(
-                progress, task, work, net, buffer
-            )
+        return call
 
-        return drive
-
-    engine.bound_drive, engine.loop_operations = plain, operations
-    engine.Engine._native = lambda self, records: records
+    engine.loop_operations = operations
+    engine.bound_drive = lambda integrator, tier: bound(integrator, tiers.loop.drive)
+    engine.bound_inside = lambda integrator: tiers.Inside(
+        bound(integrator, tiers.loop.look), bound(integrator, integrator.prepare)
+    )
+    engine.Engine._table = lambda self, record: record
 
 
 def lines_run(work: Callable[[], object], modules: list[str]) -> dict[str, set[int]]:
@@ -331,41 +320,32 @@ def in_child(work: Callable[[], object]) -> object:
     return pickle.loads(data) if data else "failed: took too long"
 
 
-def tried(tier: str, scene: str, mutant: Mutant) -> str:
+def tried(scene: str, mutant: Mutant) -> str:
     """Return what ``validate`` says with a mutant: "kept" is a fault that is not seen."""
 
     def work() -> str:
-        prepare(tier)
+        as_python()
         apply(mutant)
         return verdict(scene)
 
     return str(in_child(work))
 
 
-def prepare(tier: str) -> None:
-    """Choose a tier for this process, in which no earlier run has bound what will change."""
-    os.environ["TISSUEC_TIER"] = tier
-    tiers.bound_drive.cache_clear()
-    tiers.bound_inside.cache_clear()
-    if tier == "compiled":
-        as_if_compiled()
-
-
-def found_in(tier: str, scene: str) -> list[Mutant]:
+def found_in(scene: str) -> list[Mutant]:
     """Return the mutants that a scene runs through."""
 
     def work() -> dict[str, set[int]]:
-        prepare(tier)
-        return lines_run(lambda: verdict(scene), list(FORCES[tier]))
+        as_python()
+        return lines_run(lambda: verdict(scene), list(FORCES))
 
     lines = in_child(work)
     assert isinstance(lines, dict), (scene, lines)
-    return [m for name, only in FORCES[tier].items() for m in mutants_of(name, lines, only)]
+    return [m for name, only in FORCES.items() for m in mutants_of(name, lines, only)]
 
 
 @dataclass(frozen=True)
 class Table:
-    """What became of the mutants of a tier.
+    """What became of mutants.
 
     Attributes:
         counts: By module: how many were found, are harmless, were no number of a formula.
@@ -376,19 +356,17 @@ class Table:
     left: dict[Mutant, str]
 
 
-def survey(tier: str, scenes: list[str], *, every: int = 1, verbose: bool = False) -> Table:
-    """Try the mutants of a tier, each with scene after scene until one finds it out."""
-    counts: dict[str, Counter[str]] = {name: Counter() for name in FORCES[tier]}
+def survey(scenes: list[str], *, every: int = 1, verbose: bool = False) -> Table:
+    """Try the mutants, each with scene after scene until one finds it out."""
+    counts: dict[str, Counter[str]] = {name: Counter() for name in FORCES}
     left: dict[Mutant, str] = {}
     done: set[Mutant] = set()
     for scene in scenes:
-        for mutant in found_in(tier, scene)[::every]:
+        for mutant in found_in(scene)[::every]:
             if mutant in done:
                 continue
-            if {mutant.function, mutant.text} & set(HARMLESS):
-                said = "harmless"
-            else:
-                said = tried(tier, scene, mutant)
+            names = {mutant.function, mutant.text, f"{mutant.function}: {mutant.text}"}
+            said = "harmless" if names & set(HARMLESS) else tried(scene, mutant)
             if verbose:
                 print(scene, mutant, said, flush=True)
             if said == "kept":
@@ -402,22 +380,20 @@ def survey(tier: str, scenes: list[str], *, every: int = 1, verbose: bool = Fals
 
 
 @click.command()
-@click.option("--tier", type=click.Choice(list(FORCES)), multiple=True, default=list(FORCES))
 @click.option("--scene", type=click.Choice(list(SCENES)), multiple=True, default=list(SCENES))
 @click.option("--every", default=1, help="Try each so manieth mutant only.")
 @click.option("-v", "verbose", is_flag=True, help="Show each mutant.")
-def main(tier, scene, every, verbose):
+def main(scene, every, verbose):
     """Print how many mutants of each module are found out, and those that are not."""
-    for each in tier:
-        table = survey(each, list(scene), every=every, verbose=verbose)
-        lost = Counter(mutant.module for mutant in table.left)
-        print(f"\n{each:33}     found not found  harmless no number")
-        for module, counts in table.counts.items():
-            row = counts["found"], lost[module], counts["harmless"], counts["no number"]
-            print(f"{module:33}" + "".join(f"{count:10}" for count in row))
-        for mutant, name in table.left.items():
-            where = f"{mutant.module}:{mutant.line} {mutant.function}"
-            print(f"  {where}: {mutant.text}  ({name})")
+    table = survey(list(scene), every=every, verbose=verbose)
+    lost = Counter(mutant.module for mutant in table.left)
+    print(f"\n{'':33}     found not found  harmless no number")
+    for module, counts in table.counts.items():
+        row = counts["found"], lost[module], counts["harmless"], counts["no number"]
+        print(f"{module:33}" + "".join(f"{count:10}" for count in row))
+    for mutant, name in table.left.items():
+        where = f"{mutant.module}:{mutant.line} {mutant.function}"
+        print(f"  {where}: {mutant.text}  ({name})")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ Both are written from docs/numerics.md; a mistake in either of them parts them.
 import numpy as np
 import pytest
 
-from tests.contact.scenes import contact_of, contact_with, meeting
+from tests.contact.scenes import by_loops, contact_of, contact_with, meeting
 from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
 from tests.validate.scenes import compiled_scene
 from tissuec.enclosures import Enclosure, open_edges
@@ -146,7 +146,7 @@ def compared(contact, position, velocity):
     forces = np.zeros_like(position)
     contact.push(touch, forces)
     energies = own.energy(position, pairs), float(contact.energy(0.0, position))
-    rates = found.bristle_rates, contact.bristle_rates(touch)
+    rates = found.bristle_rates, by_loops(contact, position, velocity)[2].bent
     return (found.force, forces), (found.lost, contact.loss(touch)), energies, rates
 
 
@@ -173,7 +173,10 @@ def test_surfaces_and_threads_press_and_rub_alike(shape, seed):
     else:
         kind, (corners, faces) = TRIANGLE, ball(1, 1.0) if shape == "ball" else plate(3, 1.0)
     nodes, faces = 12, faces.astype(np.int64)
-    contact = contact_with(kind, faces + nodes, nodes, friction=0.3, radius=0.25)
+    stiffness = rng.uniform(40.0, 60.0, nodes)
+    contact = contact_with(
+        kind, faces + nodes, nodes, friction=0.3, radius=0.25, stiffness=stiffness
+    )
     corners = corners + 0.02 * rng.normal(size=corners.shape)
     above = corners[faces].mean(axis=1)[rng.integers(len(faces), size=nodes)]
     around = above + 0.12 * rng.normal(size=above.shape)

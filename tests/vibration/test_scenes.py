@@ -71,7 +71,7 @@ def test_a_sphere_breathes_as_a_membrane_does(preserved):
     assert 2.0 * np.pi * mode.frequency == pytest.approx(rate, rel=0.005)
 
 
-def test_a_run_swings_as_the_mode_says(interpreted):
+def test_a_run_swings_as_the_mode_says():
     undamped = TEXT.replace("viscosity = 10 mN*s/m", "viscosity = 0 N*s/m")
     text = undamped.replace(
         "fix walls }",

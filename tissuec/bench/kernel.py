@@ -14,7 +14,7 @@ from scipy import sparse
 
 from tissuec.bench.trial import Deadline
 from tissuec.compiled.loading import address
-from tissuec.compiled.tables import Table
+from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout
 from tissuec.engine.tiers import operations
 from tissuec.integrators import INTEGRATORS
@@ -51,12 +51,12 @@ class Kernel:
         self._x, self._v = layout.inwards(situation.position), layout.inwards(still)
         needed = replace(layout.features, watched=False, crushed=False, ledger=False)
         called = operations(frozenset(OPERATIONS), needed)
-        net = layout.compiled_net(INTEGRATORS["dop853"])
-        self._net = Table(net._replace(operations=called))
+        net = layout.net(INTEGRATORS["dop853"])
+        self._net = RecordTable(net._replace(operations=called))
         y = np.zeros(6 * len(self.nodes))
         scratch = self._x, self._v, np.zeros_like(self._x), np.zeros(2)
         self._unknowns = Unknowns(y, np.zeros_like(y), self._origin, self.nodes, *scratch)
-        self._table = Table(self._unknowns)
+        self._table = RecordTable(self._unknowns)
 
     @property
     def initial(self) -> Floats:

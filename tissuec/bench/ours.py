@@ -1,13 +1,11 @@
 """The engine as a solver: the run of a plan with frames in memory only."""
 
 import time as clock
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Trial
-from tissuec.engine.method import Tier
-from tissuec.engine.tiers import forced_tier
 from tissuec.running.run import run
 
 AUTOMATIC = "automatic"
@@ -19,12 +17,10 @@ class EngineSolver:
 
     Attributes:
         method: "automatic" or a member of ``INTEGRATORS``.
-        tier: None lets the engine choose.
     """
 
     problem: Problem
     method: str
-    tier: Tier | None = field(default_factory=lambda: forced_tier() or "compiled")
     ours: bool = True
 
     @property
@@ -40,7 +36,6 @@ class EngineSolver:
             problem.by(self.method, tolerance),
             frames,
             interrupt=lambda: deadline.is_over,
-            tier=self.tier,
         )
         seconds, statistics = clock.process_time() - started, outcome.statistics
         if outcome.kind == "interrupted":

@@ -1,11 +1,9 @@
 """Kernels in LLVM's intermediate representation, free of Numba and of this processor."""
 
-import hashlib
 import json
 import lzma
 import re
 from collections.abc import Callable, Iterator
-from inspect import getmembers, isfunction
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
@@ -21,12 +19,12 @@ from tissuec.building.typing import (
     RecordType,
     caller,
 )
-from tissuec.compiled.bundles import BUNDLES, of_method
+from tissuec.compiled.bundles import BUNDLES, FLAGS, of_method
 from tissuec.compiled.loading import CALLED, ENDING, INDEX, SHIPPED
-from tissuec.core.resources import PACKAGE
+from tissuec.core.resources import digest_of
 from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
-from tissuec.engine.tiers import FORCES, LAWS, method_names
+from tissuec.engine.tiers import FORCES, LAWS, method_names, operations_of
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels import banded, iterative, runs, scalar
 from tissuec.kernels.rate import Unknowns, rate
@@ -36,13 +34,12 @@ from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, W
 SOURCES = (
     "building/*.py",
     "compiled/bundles.py",
+    "compiled/calls.py",
     "compiled/tables.py",
-    "contact.py",
     "engine/binding.py",
     "engine/drive.py",
     "hinges.py",
     "integrators/*.py",
-    "jets.py",
     "kernels/*.py",
 )
 # Attributes and marks of lifetimes change from one version of LLVM to the next; they are found
@@ -68,15 +65,6 @@ class Exported(NamedTuple):
     replaced: dict[str, Any]
 
 
-def digest() -> str:
-    """Return a digest of all that shipped code is made from."""
-    found = hashlib.sha256()
-    for pattern in SOURCES:
-        for path in sorted(PACKAGE.glob(pattern)):
-            found.update(path.name.encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
-
-
 def bundles() -> dict[str, list[Exported]]:
     """Return the functions of every bundle."""
     found = {name: [_operation(each) for each in names] for name, names in BUNDLES.items()}
@@ -91,22 +79,20 @@ def _operation(name: str) -> Exported:
         called = {each: caller(each) for each in ("force", "place")}
         return Exported(name, rate, NOTHING(NUMBER, RecordType(Unknowns), NET), called)
     kind, _, form = name.partition("_")
+    replaced = {each: caller(each) for each in (*FORCES, *LAWS)}
     if kind in ("assemble", "solve"):
         function = getattr(banded if form == "banded" else iterative, kind)
-    elif kind == "springs" and form != "of_laws":
-        flags = {"VISCOUS": "viscous" in form, "WATCHED": "watched" in form}
-        linear = runs.springs_in_runs if form.startswith("in_runs") else scalar.springs
-        return Exported(name, linear, SIGNATURES[kind], flags)
+    elif kind == "springs":
+        function = runs.springs_in_runs if form.startswith("in_runs") else scalar.springs
+        replaced |= {flag: flag.lower() in form for flag in FLAGS}
     else:
-        function = getattr(scalar, name)
-    called = {each: caller(each) for each in (*FORCES, *LAWS)}
-    own = kind if kind in ("springs", "assemble", "solve") else name
-    return Exported(name, function, SIGNATURES[own], called)
+        function, kind = getattr(scalar, name), name
+    return Exported(name, function, SIGNATURES[kind], replaced)
 
 
 def _drive(integrator: type) -> Exported:
     """Return the loop over steps, behind an entry that gets addresses of tables only."""
-    replaced = _in_loop(integrator)
+    replaced = method_names(integrator) | {name: caller(name) for name in Operations._fields}
     kinds = get_type_hints(Progress)
     taken = ", ".join(
         f"int(numbers[{place}])" if kinds[name] is int else f"numbers[{place}]"
@@ -129,17 +115,6 @@ def _drive(integrator: type) -> Exported:
     tables = [RecordType(record) for record in (State, Task, Work)]
     signature = types.int64(*tables, NET, RecordType(Buffer))
     return Exported("drive", enter, signature, replaced)
-
-
-def _in_loop(integrator: type) -> dict[str, Any]:
-    """Return what names mean in the loop over steps: operations are called by address."""
-    replaced = method_names(integrator) | dict(getmembers(scalar, isfunction))
-    return replaced | {name: caller(name) for name in Operations._fields}
-
-
-def _called_by(integrator: type) -> set[str]:
-    """Return the operations that the loop over steps of an integrator calls."""
-    return set(Operations._fields) & Binder(_in_loop(integrator)).names(loop.drive)
 
 
 def translated(parts: list[Exported]) -> str:
@@ -201,8 +176,8 @@ def export() -> Iterator[tuple[Path, int]]:
         if path.name.removesuffix(ENDING) not in wanted:
             path.unlink()
     calls = {
-        of_method(integrator): sorted(_called_by(integrator))
+        of_method(integrator): sorted(operations_of(integrator))
         for integrator in INTEGRATORS.values()
     }
-    index = {"sources": digest(), "calls": calls}
+    index = {"sources": digest_of(SOURCES), "calls": calls}
     INDEX.write_text(json.dumps(index, indent=1) + "\n", encoding="utf-8")

@@ -13,10 +13,13 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, Signature, infer_getattr
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
-from tissuec.compiled.tables import Field, Record, Table, layout
-from tissuec.kernels.records import Net, Operations, Solver
+from tissuec.compiled.calls import FUNCTIONS
+from tissuec.compiled.tables import Field, Record, RecordTable, layout, signature
+from tissuec.kernels.records import Net, Operations
 
 WORD = ir.IntType(64)
+NUMBER, WHOLE, NOTHING = types.float64, types.int32, types.none
+SCALARS: dict[Any, types.Type] = {float: NUMBER, int: types.int64, bool: types.boolean}
 
 
 class RecordType(types.Type):
@@ -34,16 +37,11 @@ def kind_of(field: Field) -> types.Type:
     """Return what Numba calls the type of a field."""
     if field.kind is np.ndarray:
         return types.Array(numba.from_dtype(field.dtype), field.axes, "C")
-    scalars: dict[Any, types.Type] = {
-        float: types.float64,
-        int: types.int64,
-        bool: types.boolean,
-    }
-    return scalars.get(field.kind) or RecordType(field.kind)
+    return SCALARS.get(field.kind) or RecordType(field.kind)
 
 
-@typeof_impl.register(Table)
-def _typeof(table: Table, context: object) -> RecordType:
+@typeof_impl.register(RecordTable)
+def _typeof(table: RecordTable, context: object) -> RecordType:
     return RecordType(type(table.record))
 
 
@@ -109,60 +107,46 @@ def _word(builder: Any, pointer: Any, index: int) -> Any:
     return loaded
 
 
-NUMBER, TRUTH, NOTHING = types.float64, types.boolean, types.none
-WHOLE = types.int32
-FLAT, TABLE = types.Array(NUMBER, 1, "C"), types.Array(NUMBER, 2, "C")
-NET, SOLVER = RecordType(Net), RecordType(Solver)
+NET = RecordType(Net)
 _SPRING = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NET)
 _DASHPOT = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NET)
-_EFFECT = NOTHING(NUMBER, FLAT, FLAT, FLAT, FLAT, NET)
+_LAWS = {
+    **dict.fromkeys(("pull", "side", "slope"), _SPRING),
+    **dict.fromkeys(("brake", "brake_by_e", "brake_side", "brake_slope"), _DASHPOT),
+}
+
+
+def _as_compiled(function: Callable[..., Any]) -> Signature:
+    """Return the signature that the annotations of a function tell."""
+    arguments, result = signature(function)
+    returned = NOTHING if result is None else SCALARS[result]
+    return returned(*(kind_of(field) for field in arguments.values()))
+
+
 #: The operations on a net, as C calls them; fields of ``records.Operations``.
-SIGNATURES: dict[str, Signature] = {
-    "assemble": TRUTH(NUMBER, FLAT, FLAT, NET, SOLVER),
-    "bend_of_passed": NUMBER(FLAT, FLAT, FLAT, FLAT, NUMBER, TABLE, TABLE, NET),
-    "blow": _EFFECT,
-    "brake": _DASHPOT,
-    "brake_by_e": _DASHPOT,
-    "brake_side": _DASHPOT,
-    "brake_slope": _DASHPOT,
-    "find_sides": NOTHING(NUMBER, FLAT, FLAT, TABLE, NET),
-    "fold": _EFFECT,
-    "force": TRUTH(NUMBER, FLAT, FLAT, FLAT, FLAT, NET),
-    "greatest_force": NUMBER(FLAT, NET),
-    "greatest_inner_force": NUMBER(NUMBER, FLAT, FLAT, FLAT, NET),
-    "kinetic": NUMBER(FLAT, NET),
-    "peaks": TRUTH(FLAT, FLAT, FLAT, NUMBER, NET),
-    "place": NOTHING(NUMBER, FLAT, FLAT, NET),
-    "press": _EFFECT,
-    "pull": _SPRING,
-    "side": _SPRING,
-    "slack": NUMBER(FLAT, FLAT, NET),
-    "slope": _SPRING,
-    "solve": TRUTH(FLAT, NET, SOLVER),
-    "springs": TRUTH(FLAT, FLAT, FLAT, FLAT, NET),
-    "tension": NOTHING(FLAT, FLAT, FLAT, NET),
-    "touch": _EFFECT,
+SIGNATURES: dict[str, Signature] = _LAWS | {
+    name: _as_compiled(function) for name, function in FUNCTIONS.items()
 }
 
 
 @cache
 def caller(name: str) -> Callable[..., Any]:
     """Return what calls an operation of the net that it is given, in compiled code."""
-    signature = SIGNATURES[name]
+    own = SIGNATURES[name]
     place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
 
     def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
-        kinds = [context.get_value_type(kind) for kind in signature.args]
-        result = context.get_value_type(signature.return_type)
+        kinds = [context.get_value_type(kind) for kind in own.args]
+        result = context.get_value_type(own.return_type)
         operation = ir.FunctionType(result, kinds).as_pointer()
-        address = _word(builder, arguments[signature.args.index(NET)], place)
+        address = _word(builder, arguments[own.args.index(NET)], place)
         return builder.call(builder.inttoptr(address, operation), arguments)
 
     def typed(context: object, *arguments: object) -> tuple[Signature, Any]:
-        return signature, generate
+        return own, generate
 
     # Numba wants one name for each argument.
-    names = ["context", *(f"argument_{k}" for k in range(len(signature.args)))]
+    names = ["context", *(f"argument_{k}" for k in range(len(own.args)))]
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     parameters = [inspect.Parameter(each, kind) for each in names]
     vars(typed)["__signature__"] = inspect.Signature(parameters)

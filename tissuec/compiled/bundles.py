@@ -1,12 +1,14 @@
 """Which functions are shipped, and loaded, together."""
 
+#: Constants of the forces of springs. A form that has some is named after them.
+FLAGS = ("VISCOUS", "WATCHED", "OF_LAWS")
 #: By bundle: operations of ``kernels.records.Operations``, some in several forms.
 BUNDLES: dict[str, tuple[str, ...]] = {
     "core": (
         "force", "kinetic", "peaks", "place", "slack", "springs", "springs_viscous",
         "springs_viscous_watched", "springs_watched", "tension",
     ),
-    "laws": ("bend_of_passed", "find_sides", "springs_of_laws"),
+    "laws": ("bend_of_passed", "find_sides", "springs_viscous_watched_of_laws"),
     "runs": (
         "springs_in_runs", "springs_in_runs_viscous", "springs_in_runs_viscous_watched",
         "springs_in_runs_watched",

@@ -6,6 +6,7 @@ it needs. So no function depends on what a scene has besides what the function a
 """
 
 import struct
+from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any, NamedTuple, TypeAlias, get_args, get_origin, get_type_hints
 
@@ -44,6 +45,31 @@ def _field(place: int, annotation: Any) -> Field:
     return Field(place, annotation)
 
 
+def signature(function: Callable[..., Any]) -> tuple[dict[str, Field], type | None]:
+    """Return the arguments of a function, each as a field, and what it returns."""
+    hints = get_type_hints(function, include_extras=True)
+    result = hints.pop("return")
+    fields = {name: _field(0, annotation) for name, annotation in hints.items()}
+    return fields, None if result is type(None) else result
+
+
+def place_of(array: Any, field: Field, what: str) -> int:
+    """Return where the numbers of an array are in memory.
+
+    Args:
+        what: What it is called if it is wrong.
+
+    Raises:
+        TypeError: It is not what the field is to hold, or not contiguous.
+    """
+    right = array.dtype == field.dtype and array.ndim == field.axes
+    if not (right and array.flags.c_contiguous):
+        raise TypeError(
+            f"{what} is no contiguous array with {field.axes} axes of {field.dtype}"
+        )
+    return int(array.__array_interface__["data"][0])
+
+
 def _size(field: Field) -> int:
     """Return the words of a field."""
     if field.kind is np.ndarray:
@@ -51,8 +77,8 @@ def _size(field: Field) -> int:
     return 1 if field.kind in (float, int, bool) else layout(field.kind)[1]
 
 
-class Table:
-    """A record in memory.
+class RecordTable:
+    """A record in memory, whose fields are also those of this object.
 
     Args:
         record: It is kept, and with it the memory of its arrays. None within it is all zeros,
@@ -67,6 +93,9 @@ class Table:
         self.words = np.array(_words(type(record), record), dtype=np.int64)
         self.address = self.words.ctypes.data
 
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.record, name)
+
 
 def _words(record: Record, values: Any) -> list[int]:
     """Return the table of a record."""
@@ -76,11 +105,7 @@ def _words(record: Record, values: Any) -> list[int]:
     words: list[int] = []
     for (name, field), value in zip(fields.items(), values, strict=True):
         if field.kind is np.ndarray:
-            is_right = value.dtype == field.dtype and value.ndim == field.axes
-            if not (is_right and value.flags.c_contiguous):
-                shape = f"{field.axes} axes of {field.dtype}"
-                raise TypeError(f"{record.__name__}.{name} is no contiguous array with {shape}")
-            words.append(value.__array_interface__["data"][0])
+            words.append(place_of(value, field, f"{record.__name__}.{name}"))
             words += value.shape
         elif field.kind is float:
             words += struct.unpack("q", struct.pack("d", value))

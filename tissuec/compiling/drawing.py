@@ -1,7 +1,7 @@
 """A body as it is drawn, before it is made of anything: its mesh, tables and regions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +9,16 @@ from numpy.typing import NDArray
 from tissuec.compiling.points import Mask, PointScope, extents
 from tissuec.compiling.tables import ExplicitBody, read_tables
 from tissuec.compiling.threads import knot_pairs, thread_of
-from tissuec.core.errors import Note, counted
+from tissuec.core.errors import Note, alternatives, counted
 from tissuec.core.names import key_of
+from tissuec.lang import syntax as s
 from tissuec.meshes import Mesh, Threaded
 from tissuec.meshes.imported import Imported, MeshFileError
 from tissuec.network import Floats, Thread
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
+from tissuec.scene.quantities import YOUNGS_MODULUS
 from tissuec.scene.values import LARGEST_NUMBER
 
 LARGEST = 50_000_000  # nodes or springs of one body; more does not fit into memory
@@ -39,6 +41,8 @@ class Drawing:
         own: How many springs the mesh itself has, with that of its knot; those behind them
             resist bending.
         thread: Where it is a thread, numbered within the body.
+        spring_part: Of each spring, its place from 1 among ``body.spring_parts``, 0 for those
+            that are made of their nodes, shape (spring,); None where all are.
     """
 
     body: Body
@@ -49,6 +53,7 @@ class Drawing:
     length: Floats
     own: int
     thread: Thread | None = None
+    spring_part: NDArray[np.int64] | None = None
 
     @property
     def bends(self) -> Mask:
@@ -78,7 +83,10 @@ def draw(body: Body, scope: Scope) -> Drawing:
     refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
     if thread is not None:  # a knot is made of as much thread as any piece
         length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
-    return Drawing(body, mesh, columns, regions, part, length, own, thread)
+    drawing = Drawing(body, mesh, columns, regions, part, length, own, thread)
+    if not body.spring_parts:
+        return drawing
+    return replace(drawing, spring_part=_select_springs(drawing, scope))
 
 
 def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:
@@ -103,7 +111,7 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             )
         if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
             findings.stop()
-        mesh = body.mesh.build()
+        mesh = _built(body)
     except MeshFileError as error:
         place = body.mesh.file.span if isinstance(body.mesh, Imported) else body.span
         findings.reject("TIS605", str(error), place, hint=error.hint)
@@ -117,6 +125,14 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             notes=tuple(map(Note, mesh.remarks)),
         )
     return mesh
+
+
+def _built(body: Body) -> Mesh:
+    """Return the mesh that a generator draws."""
+    assert body.mesh is not None
+    if not isinstance(body.mesh, Imported):
+        return body.mesh.build()
+    return body.mesh.build(for_matter=any(YOUNGS_MODULUS in one.given for one in body.tissues))
 
 
 def surface_mask(mesh: Mesh) -> Mask | None:
@@ -135,6 +151,36 @@ def group_masks(mesh: Mesh) -> dict[str, Mask]:
         masks[name] = np.zeros(len(mesh.position), dtype=bool)
         masks[name][nodes] = True
     return masks
+
+
+def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
+    """Return the nodes of a body as points, or the middles of its springs."""
+    mesh = drawing.mesh
+    surface = surface_mask(mesh)
+    if not of_springs:
+        return PointScope(
+            scope,
+            mesh.position,
+            ids=drawing.columns.node_ids,
+            regions=drawing.regions,
+            surface=surface,
+            groups=group_masks(mesh),
+        )
+    ends = mesh.position[mesh.ends]
+
+    def inside(nodes: Mask) -> Mask:
+        return np.asarray(nodes[mesh.ends].all(axis=1))
+
+    return PointScope(
+        scope,
+        ends.mean(axis=1),
+        ids=drawing.columns.spring_ids,
+        length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+        regions={name: inside(nodes) for name, nodes in drawing.regions.items()},
+        surface=None if surface is None else inside(surface),
+        bends=drawing.bends,
+        groups={name: inside(nodes) for name, nodes in group_masks(mesh).items()},
+    )
 
 
 def _bending(body: Body, mesh: Mesh, findings: Findings) -> NDArray[np.int32]:
@@ -175,3 +221,48 @@ def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
                 )
         chosen[key_of(region.name)] = inside
     return chosen
+
+
+def _select_springs(drawing: Drawing, scope: Scope) -> NDArray[np.int64]:
+    """Return the place of each spring among those with a tissue of their own, from 1."""
+    found = np.zeros(len(drawing.length), dtype=np.int64)
+    points = points_of(drawing, scope, of_springs=True)
+    for number, part in enumerate(drawing.body.spring_parts, start=1):
+        if part.sides is not None:
+            chosen = _between(drawing, part.sides, scope.findings)
+        else:
+            assert part.where is not None
+            chosen = points.select(part.where)
+        if not chosen.any():
+            scope.findings.reject(
+                "TIS302", f"{drawing.body.name} has no {part.name}", part.span,
+                hint=extents(drawing.mesh.position),
+            )  # fmt: skip
+        for before in np.unique(found[chosen]):
+            other = drawing.body.spring_parts[before - 1]
+            if before and other.sides is None:
+                common = counted(int((found[chosen] == before).sum()), "spring")
+                scope.findings.reject(
+                    "TIS311", f"{common} of {drawing.body.name} would be chosen twice",
+                    part.span, hint="change one of the conditions",
+                    notes=(Note("the other one", other.span),),
+                )  # fmt: skip
+        found[chosen] = number
+    return found
+
+
+def _between(drawing: Drawing, sides: tuple[s.Name, s.Name], findings: Findings) -> Mask:
+    """Return which springs lead from one region, or the rest of the body, to another."""
+    names = [key_of(drawing.body.name), *drawing.regions]
+    for name in sides:
+        if name.key not in names:
+            findings.reject(
+                "TIS301", f'there is no region called "{name.text}"', name.span,
+                hint=alternatives(name.key, names, what="regions"),
+            )  # fmt: skip
+    first, second = (names.index(name.key) for name in sides)
+    ends = np.sort(drawing.part[drawing.mesh.ends], axis=1)
+    found = np.asarray((ends == sorted((first, second))).all(axis=1)) & (first != second)
+    if drawing.thread is not None:
+        found[drawing.thread.knots] = False
+    return found

@@ -8,8 +8,8 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.compiling.drawing import Drawing, group_masks, surface_mask
-from tissuec.compiling.points import Mask, PointScope, extents
+from tissuec.compiling.drawing import Drawing, points_of
+from tissuec.compiling.points import extents
 from tissuec.core.errors import Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -324,34 +324,4 @@ def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
         f'"{kind} of …" stands where the name of a set belongs',
         span,
         hint=f"declare a set first: set NAME = {kind} of …",
-    )
-
-
-def points_of(body: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
-    """Return the nodes of a body as points, or the middles of its springs."""
-    mesh = body.mesh
-    surface = surface_mask(mesh)
-    if not of_springs:
-        return PointScope(
-            scope,
-            mesh.position,
-            ids=body.columns.node_ids,
-            regions=body.regions,
-            surface=surface,
-            groups=group_masks(mesh),
-        )
-    ends = mesh.position[mesh.ends]
-
-    def inside(nodes: Mask) -> Mask:
-        return np.asarray(nodes[mesh.ends].all(axis=1))
-
-    return PointScope(
-        scope,
-        ends.mean(axis=1),
-        ids=body.columns.spring_ids,
-        length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
-        regions={name: inside(nodes) for name, nodes in body.regions.items()},
-        surface=None if surface is None else inside(surface),
-        bends=body.bends,
-        groups={name: inside(nodes) for name, nodes in group_masks(mesh).items()},
     )

@@ -1,6 +1,7 @@
 """Joints: which nodes they join, and springs between these made of a tissue.
 
-Each node of the side with fewer nodes is joined to the nearest one of the other side.
+Each node of the side with fewer nodes is joined to the nearest one of the other side, or to all
+that are near.
 """
 
 from dataclasses import dataclass
@@ -92,7 +93,7 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     still = np.zeros(3)
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
-        interface="", may_rupture=joint.may_rupture,
+        interface="", spring_parts=(), may_rupture=joint.may_rupture,
         bending=None, fibres=None, fibres_span=None, shell=None, mass=None, mass_span=None,
         thickness=None, section=joint.section,
         velocity=still, spin=still, is_whole=True, span=joint.span,
@@ -120,11 +121,7 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
             where,
             hint="choose sets without common nodes, such as two edges",
         )
-    smaller = min(len(first.indices), len(second.indices))
-    if smaller > LARGEST:
-        findings.reject(
-            "TIS310", f"joint {joint.name} would have {smaller} springs", joint.span
-        )
+    _refuse_too_many(joint, min(len(first.indices), len(second.indices)), findings)
     pairs, distance = nearest_pairs(groups.position, first.indices, second.indices)
     near = distance <= joint.reach * ALIKE
     if not near.any():
@@ -137,6 +134,8 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
             hint="write a longer reach, or draw them closer together",
         )
     pairs = pairs[near]
+    if joint.joins_all:
+        pairs = _all_near(joint, groups.position, first.indices, second.indices, findings)
     if again := groups.joined_already(pairs):
         findings.reject(
             "TIS309",
@@ -146,6 +145,25 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
             hint="choose sets that lie further apart",
         )
     return pairs
+
+
+def _all_near(
+    joint: Joint, position: Floats, first: Indices, second: Indices, findings: Findings
+) -> NDArray[np.int32]:
+    """Return the pairs of nodes no further apart than the reach, ascending, shape (pair, 2)."""
+    from scipy.spatial import KDTree
+
+    tree, points, reach = KDTree(position[second]), position[first], joint.reach * ALIKE
+    counts = tree.query_ball_point(points, reach, return_length=True)
+    _refuse_too_many(joint, int(counts.sum()), findings)
+    lists = tree.query_ball_point(points, reach, return_sorted=True)
+    ends = second[np.concatenate([np.asarray(found, dtype=np.int64) for found in lists])]
+    return np.stack([np.repeat(first, counts), ends], axis=1).astype(np.int32)
+
+
+def _refuse_too_many(joint: Joint, count: int, findings: Findings) -> None:
+    if count > LARGEST:
+        findings.reject("TIS310", f"joint {joint.name} would have {count} springs", joint.span)
 
 
 def nearest_pairs(

@@ -27,7 +27,9 @@ from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import variables
+from tissuec.matter.breaking import force_at_energy
 from tissuec.network import Floats, Origin, Provenance
+from tissuec.scene.bodies import INTERFACES
 from tissuec.scene.findings import Findings
 from tissuec.scene.given import LARGEST_SHARE
 from tissuec.scene.laws import LAW_KINDS
@@ -54,6 +56,11 @@ _USES = {
 }
 
 
+#: What springs between two parts may be made of.
+_RULES = ("", *INTERFACES)
+_SAYS_NOTHING, _MEAN, _SOFTER, _ = range(len(_RULES))
+
+
 @dataclass(frozen=True, slots=True)
 class Material:
     """What one part of a body is made of."""
@@ -67,7 +74,8 @@ class Material:
 class MaterialReader:
     """Gives the nodes and springs of one drawing what tissues and tables say.
 
-    Parts of the body are numbered: 0 is the body itself, the rest are its regions.
+    Parts of the body are numbered: 0 is the body itself, then come its regions, then springs
+    that have a tissue of their own.
     """
 
     def __init__(self, drawing: Drawing, findings: Findings):
@@ -77,7 +85,6 @@ class MaterialReader:
         self.columns = drawing.columns
         self.node_part = drawing.part
         self.end_parts = drawing.part[drawing.mesh.ends]  # shape (spring, 2)
-        self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
         self.length = drawing.length
         self.ends, self.bends = drawing.mesh.ends, drawing.bends
         self.typed = self.columns.springs.get("law", np.full(len(self.length), np.nan))
@@ -90,6 +97,39 @@ class MaterialReader:
         self.materials += (
             Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
             for region in body.regions
+        )
+        #: How springs between two parts are made: places in ``_RULES``, shape (spring,).
+        self.rule = np.full(len(self.length), _RULES.index(body.interface), dtype=np.int8)
+        self._take_springs_apart()
+        if drawing.thread is not None:  # a knot leads from end to end, whatever is said
+            knots = np.array(drawing.thread.knots)
+            self.rule[knots[self.rule[knots] == _SAYS_NOTHING]] = _SOFTER
+        self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
+        self._need_an_interface()
+
+    def _take_springs_apart(self) -> None:
+        """Make springs of what is said of them, and not of their nodes."""
+        for number, part in enumerate(self.body.spring_parts, start=1):
+            chosen = self.drawing.spring_part == number
+            if part.rule:
+                self.rule[chosen] = _RULES.index(part.rule)
+                continue
+            self.end_parts[chosen] = len(self.materials)
+            tissue = part.tissue or self.body.tissue
+            self.materials.append(Material(part.name, tissue, part.prestress, part.span))
+
+    def _need_an_interface(self) -> None:
+        """Reject springs between regions of which nothing says what they are made of."""
+        is_open = ~self.is_inner & (self.rule == _SAYS_NOTHING)
+        if not is_open.any():
+            return
+        first, second = (self.materials[k].name for k in self.end_parts[np.argmax(is_open)])
+        self.findings.reject(
+            "TIS304",
+            f"nothing says what springs from {first} to {second} are made of",
+            self.body.span,
+            hint=f"write interface is softer from {first} to {second}, "
+            "or interface is softer, which holds for all others",
         )
 
     def read(self) -> dict[str, Explained]:
@@ -121,7 +161,8 @@ class MaterialReader:
         ends = np.array(numbers, dtype=np.int32)[self.end_parts]
         first, second = ends.T
         first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
-        if self.body.interface == "mean" and (mixed := np.flatnonzero(first != second)).size:
+        is_mixed = (first != second) & (self.rule == _MEAN)
+        if (mixed := np.flatnonzero(is_mixed)).size:
             parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
             self.findings.reject(
                 "TIS309",
@@ -129,8 +170,10 @@ class MaterialReader:
                 self.body.span,
                 hint="write interface is softer, or stiffer",
             )
-        softer = first if self.body.interface == "" else self._joined(first, second)
-        found = np.where(first == second, first, softer).astype(np.int32)
+        found = first
+        if (first != second).any():
+            found = np.where(first == second, first, self._joined(first, second))
+        found = found.astype(np.int32)
         for number, law in enumerate(self.typed_laws):
             if law not in laws:
                 laws.append(law)
@@ -324,8 +367,10 @@ class MaterialReader:
             )
         value = np.where(self.is_inner, first, self._joined(first, second))
         origins = [self._origin(g) for g in given]
-        origins.append(Origin(self.body.span, f"interface {self.body.interface}"))
-        index = np.where(self.is_inner, self.end_parts[:, 0], len(origins) - 1)
+        index = self.end_parts[:, 0].copy()
+        for rule in np.unique(self.rule[~self.is_inner]):
+            index[~self.is_inner & (self.rule == rule)] = len(origins)
+            origins.append(Origin(self.body.span, f"interface {_RULES[rule]}"))
         if (idle := self.is_typed & ~is_used & np.isnan(value)).any():
             value[idle], index[idle] = 1.0, len(origins)
             origins.append(Origin(self.body.span, "no part of the law"))
@@ -394,7 +439,7 @@ class MaterialReader:
             case share if share in SHARES:
                 each = self.stiffness[0] / (1.0 - self._relaxing_beside(given))
             case _:
-                return self._at_strain(given)
+                return self._at_limit(given)
         each = given.value * each
         return each if self.shares is None else each / self.shares
 
@@ -409,7 +454,7 @@ class MaterialReader:
     @cached_property
     def poisson(self) -> Poisson | None:
         """The Poisson's ratio of the body; None where its springs are what they are."""
-        used = np.unique(self.node_part).tolist()
+        used = np.unique(np.append(self.node_part, self.end_parts)).tolist()
         said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.materials]
         ratios = [said[number] for number in used]
         given = next((one for one in ratios if one is not None), None)
@@ -421,13 +466,24 @@ class MaterialReader:
             self.findings,
         )  # fmt: skip
 
-    def _at_strain(self, given: Given) -> Floats:
-        """Return the force of springs at a stress or a strain [N], shape (spring,)."""
-        constant, rest, strain = self.stiffness[0], self.rest[0], given.value
-        if key_of(given.quantity.name) in ("strength", "yield stress"):
-            return constant * rest * given.value / self._modulus_beside(given)
-        law, laws = self.laws()
-        return Behaviour(laws, law, constant, np.zeros_like(constant), rest).pull(strain * rest)
+    def _at_limit(self, given: Given) -> Floats:
+        """Return the force of springs at a stress, strain or energy [N], shape (spring,)."""
+        constant, rest = self.stiffness[0], self.rest[0]
+        match key_of(given.quantity.name):
+            case "breaking strain":
+                return self._behaviour.pull(given.value * rest)
+            case "toughness":
+                section = constant * self.length / self._modulus_beside(given)
+                energy = self._matter(given).tearing * given.value * section
+                return force_at_energy(self._behaviour, energy)
+            case _:
+                return constant * rest * given.value / self._modulus_beside(given)
+
+    @property
+    def _behaviour(self) -> Behaviour:
+        """Return what the springs do, but for their dashpots."""
+        (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
+        return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
 
     def _relaxing_beside(self, share: Given) -> float:
         """Return the sum of all shares of the tissue that one belongs to."""
@@ -527,13 +583,12 @@ class MaterialReader:
         return np.asarray(first <= second)
 
     def _joined(self, first: Floats, second: Floats) -> Floats:
-        match self.body.interface:
-            case "softer":
-                return np.where(self._first_is_softer, first, second)
-            case "stiffer":
-                return np.where(self._first_is_softer, second, first)
-            case _:
-                return (first + second) / 2.0
+        """Return what springs between two parts have by their rules, shape (spring,)."""
+        mean = (first + second) / 2.0
+        if not (self.rule > _MEAN).any():
+            return mean
+        takes_first = self._first_is_softer == (self.rule == _SOFTER)
+        return np.where(self.rule == _MEAN, mean, np.where(takes_first, first, second))
 
     # --- tissues ------------------------------------------------------------------------------
 

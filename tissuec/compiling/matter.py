@@ -1,8 +1,10 @@
 """Matter to springs: what each spring and node of a body is for each pascal and density.
 
-Solids get springs that pass the patch test (``matter.patch``), scaled to the Young's modulus
-that a virtual test in tension finds; surfaces those of ``matter.surface``, times the thickness
-of the body; threads and explicit nets are bars with a section.
+Solids get springs that pass the patch test (``matter.patch``) as nearly as they can. Those of a
+crystal are scaled to the Young's modulus that virtual tests in tension find, those of other
+nets calibrated by tests in tension and shear (``matter.calibration``). Surfaces get those of
+``matter.surface``, times the thickness of the body; threads and explicit nets are bars with a
+section.
 """
 
 from dataclasses import dataclass, replace
@@ -16,13 +18,14 @@ from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.matter.block import POISSON_OF_BRACED, fitted_block, sample_of
+from tissuec.matter.calibration import calibrated
 from tissuec.matter.elasticity import wall_springs
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.patch import fitted
 from tissuec.matter.plate import RIGIDITY, Plate, plate
 from tissuec.matter.solid import Solid
 from tissuec.matter.surface import surface
-from tissuec.matter.traction import POISSON, measured
+from tissuec.matter.traction import POISSON, Floppy, Stiffness, measured
 from tissuec.meshes import Mesh, Threaded
 from tissuec.meshes.lattice import Lattice
 from tissuec.network import Floats
@@ -55,6 +58,20 @@ class Matter:
     hinges: Plate | None = None
 
     @property
+    def tearing(self) -> float:
+        """Return the energy of a spring at which it breaks, per toughness and c L / E.
+
+        Springs of all directions have sections c L / E that add up to 6 V / L in a solid and to
+        3 V / L in a wall, and cross an area by |cos| of their angle to its normal: by 1/2 and
+        2/π on average. So an area is crossed by 3 and 6/π times as much section. Half of the
+        toughness is what they hold: a crack between springs needs twice as much to go on, and
+        the rest goes into vibrations.
+        """
+        if self.poisson is None:
+            return 1.0
+        return 0.5 / 3.0 if self.is_solid else 0.5 * pi / 6.0
+
+    @property
     def shears(self) -> float:
         """Return Young's modulus over the shear modulus of springs alone, as in a solid."""
         return 2.0 * (1.0 + (self.poisson if self.poisson and self.is_solid else POISSON))
@@ -65,6 +82,8 @@ class _Drawn:
 
     def __init__(self, mesh: Mesh, solid: Solid, generator: object, fibres: Fibres | None):
         self.mesh, self.solid, self.generator, self.fibres = mesh, solid, generator, fibres
+        is_braced = isinstance(generator, Lattice) and generator.is_braced
+        self.poisson = POISSON_OF_BRACED if is_braced else POISSON
         self._bytes = mesh.position.tobytes() + mesh.ends.tobytes() + solid.volume.tobytes()
         if fibres is not None:
             self._bytes += fibres.stiffness.tobytes()
@@ -78,11 +97,36 @@ class _Drawn:
 
 @lru_cache(maxsize=4)  # who learns compiles a scene many times, with other numbers
 def _fitted(drawn: _Drawn) -> Floats:
-    """Return the constants of springs per shear modulus, before any test [m]."""
-    mesh = drawn.mesh
+    """Return the constants of springs per Young's modulus, before any test [m].
+
+    Raises:
+        ValueError: There are fibres in springs of too few directions.
+    """
+    mesh, solid, fibres = drawn.mesh, drawn.solid, drawn.fibres
     if isinstance(drawn.generator, Lattice):
-        return fitted_block(drawn.generator, mesh, drawn.fibres)
-    return fitted(mesh.position, mesh.ends, drawn.solid, drawn.fibres)
+        constant = fitted_block(drawn.generator, mesh, fibres)
+    else:
+        constant = fitted(mesh.position, mesh.ends, solid, fibres)
+    return constant / (2.0 * (1.0 + drawn.poisson))
+
+
+@lru_cache(maxsize=4)
+def _tested(drawn: _Drawn) -> tuple[Floats, Stiffness]:
+    """Return the constants of springs per Young's modulus [m], and what tests of them found.
+
+    Springs of a crystal are multiplied by one number.
+
+    Raises:
+        Floppy: Nothing resists one of the stresses.
+        ValueError: As for ``_fitted``.
+    """
+    mesh, solid, fibres = drawn.mesh, drawn.solid, drawn.fibres
+    if not isinstance(drawn.generator, Lattice):
+        return calibrated(mesh.position, mesh.ends, solid, fibres)
+    constant = _fitted(drawn)
+    found = measured(mesh.position, mesh.ends, constant, solid, drawn.poisson, fibres)
+    scale = 1.0 / float(found.tension.mean())
+    return scale * constant, found.times(scale)
 
 
 def can_be_matter(drawing: Drawing) -> bool:
@@ -188,47 +232,40 @@ class MatterReader:
                 "use tetrahedra, a lattice, or a closed surface with a filling",
             )
         solid = Solid.of(mesh.position, volume, mesh.skin)
-        generator, poisson = self.body.mesh, POISSON
-        if isinstance(generator, Lattice) and generator.is_braced:
-            poisson = POISSON_OF_BRACED
-        shears = 2.0 * (1.0 + poisson)
+        generator = self.body.mesh
         fibres = self._fibres_in_solid() if self._added else None
+        drawn = _Drawn(mesh, solid, generator, fibres)
         try:
-            stiffness = _fitted(_Drawn(mesh, solid, generator, fibres)) / shears
+            stiffness = self._springs(drawn)
         except ValueError as error:
             self._impossible(str(error), "choose another kind of lattice")
-        if len(mesh.ends) <= _TESTED:
-            stiffness = stiffness * self._correction(mesh, stiffness, solid, poisson, fibres)
-        elif isinstance(generator, Lattice):
-            small = sample_of(generator)
-            few = small.build()
-            assert few.volume is not None
-            part = Solid.of(few.position, few.volume, few.skin)
-            constant = fitted_block(small, few, fibres) / shears
-            stiffness = stiffness * self._correction(few, constant, part, poisson, fibres)
-        return Matter(self._with_bending(stiffness), volume, poisson, is_solid=True)
+        return Matter(self._with_bending(stiffness), volume, drawn.poisson, is_solid=True)
 
-    def _correction(
-        self,
-        mesh: Mesh,
-        stiffness: Floats,
-        solid: Solid,
-        poisson: float,
-        fibres: Fibres | None,
-    ) -> float:
-        """Return by what springs are to be multiplied for the right Young's modulus."""
+    def _springs(self, drawn: _Drawn) -> Floats:
+        """Return spring constants per Young's modulus [m]; raises ValueError as ``_fitted``."""
+        if len(drawn.mesh.ends) <= _TESTED:
+            return self._calibrated(drawn)
+        if not isinstance(drawn.generator, Lattice):
+            return _fitted(drawn)
+        small = sample_of(drawn.generator)
+        few = small.build()
+        assert few.volume is not None
+        part = Solid.of(few.position, few.volume, few.skin)
+        sample = _Drawn(few, part, small, drawn.fibres)
+        return self._calibrated(sample).sum() / _fitted(sample).sum() * _fitted(drawn)
+
+    def _calibrated(self, drawn: _Drawn) -> Floats:
+        """Return spring constants per Young's modulus that give a body its own [m]."""
         try:
-            found = measured(mesh.position, mesh.ends, stiffness, solid, poisson, fibres)
-        except ValueError as error:
+            stiffness, found = _tested(drawn)
+        except Floppy as error:
             self._impossible(
                 f"{error} in its mesh",
                 "use springs that reach further, such as: reach is second neighbours",
             )
-        mean = float(found.tension.mean())
-        every = np.concatenate([found.tension, found.shear]) / mean
-        limits = float(every.min()), float(every.max())
+        limits = found.least, found.largest
         self._warn_if_uneven(limits, "use springs that reach further, or smaller cells")
-        return 1.0 / mean
+        return stiffness
 
     # --- fibres -------------------------------------------------------------------------------
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from tissuec.compiling.matter import Matter
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
-from tissuec.meshes import Celled
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Given
 
@@ -55,7 +54,7 @@ def poisson_of(
         None where springs have it by themselves.
     """
     given = next(one for one in ratios if one is not None)
-    if flaw := _flaw(body, matter, given.value, ratios, moduli):
+    if flaw := _flaw(matter, given.value, ratios, moduli):
         why, hint = flaw
         findings.reject(
             "TIS309",
@@ -77,7 +76,6 @@ def _shown(ratio: float) -> str:
 
 
 def _flaw(
-    body: Body,
     matter: Matter,
     ratio: float,
     ratios: Sequence[Given | None],
@@ -96,11 +94,6 @@ def _flaw(
         return f"with springs, the least is {_shown(matter.poisson)}", "leave it out"
     if ratio == matter.poisson:
         return None
-    if not isinstance(body.mesh, Celled):
-        return (
-            "above 1/4, cells have to keep their volume, and only a lattice has cells",
-            "choose mesh is lattice, or leave it out for a Poisson's ratio of 1/4",
-        )
     if (
         len({one and one.value for one in ratios}) > 1
         or len({m and m.value for m in moduli}) > 1

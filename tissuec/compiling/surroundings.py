@@ -15,7 +15,7 @@ def with_drag(network: Network, environment: Environment, findings: Findings) ->
     """Return a network whose nodes are braked as the environment says, besides each alike."""
     found = environment.mass_damping * network.mass
     if environment.surface_damping:
-        area = _areas(network)
+        area = skin_areas(network) + thread_areas(network)
         if not area.any():
             findings.add(
                 "TIS306",
@@ -27,11 +27,8 @@ def with_drag(network: Network, environment: Environment, findings: Findings) ->
     return replace(network, drag=found) if found.any() else network
 
 
-def _areas(network: Network) -> Floats:
-    """Return the drawn surface that each node stands for [m²], shape (node,).
-
-    Of a skin, seen from one side, and of threads all around.
-    """
+def skin_areas(network: Network) -> Floats:
+    """Return the drawn skin that each node stands for, from one side [m²], shape (node,)."""
     area = np.zeros(network.node_count)
     for body in network.bodies:
         if body.grid is not None:
@@ -41,6 +38,12 @@ def _areas(network: Network) -> Floats:
             )
         elif len(skin := network.skin_of(body)):
             area += node_areas(network.position, skin)
+    return area
+
+
+def thread_areas(network: Network) -> Floats:
+    """Return the drawn surface of threads, all around, by node [m²], shape (node,)."""
+    area = np.zeros(network.node_count)
     for thread in network.threads.values():
         ends = network.ends[thread.pieces]
         first, second = network.position[ends].swapaxes(0, 1)

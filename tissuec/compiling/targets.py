@@ -64,8 +64,7 @@ class Targets:
     def _used(self) -> Iterator[Tissue]:
         """Yield the tissues that bodies, regions and joints are made of."""
         for body in self.scene.bodies.values():
-            found = (body.tissue, *(region.tissue for region in body.regions))
-            yield from (tissue for tissue in found if tissue is not None)
+            yield from body.tissues
         yield from (joint.tissue for joint in self.scene.joints.values())
 
     def group(self, names: Sequence[s.Name]) -> Target | None:

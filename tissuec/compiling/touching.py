@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from math import sqrt
+from math import pi, sqrt
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
+from tissuec.compiling.surroundings import skin_areas, thread_areas
 from tissuec.compiling.threads import bonds
-from tissuec.core.errors import counted
+from tissuec.core.errors import Note, counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
 from tissuec.network import (
     FRICTION,
@@ -108,7 +109,7 @@ def contact_of(
         _warn_of_nothing_to_touch(environment, findings)
         return None
     thin = faces.radius[faces.radius > 0.0]
-    stiffness = law.stiffness or _stiffness(network, environment, findings)
+    stiffness = _stiffness(network, law, environment, findings)
     mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
     triangles = faces.points[faces.kind == TRIANGLE]
@@ -134,7 +135,7 @@ def contact_of(
         damping=law.damping,
         friction=law.friction,
         memory=network.remembering(FRICTION),
-        rate=sqrt(stiffness / mass),
+        rate=sqrt(float(stiffness.mean()) / mass),
         span=environment.span,
     )
     _warn_of_drawn_touches(contact, network, findings)
@@ -287,7 +288,39 @@ def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> N
         findings.add("W407", text, environment.span, hint=f"for example: {example}")
 
 
-def _stiffness(network: Network, environment: Environment, findings: Findings) -> float:
+def _stiffness(
+    network: Network, law: ContactLaw, environment: Environment, findings: Findings
+) -> Floats:
+    """Return by how much each node of a body resists what touches it [N/m], shape (node,)."""
+    if law.surface_stiffness is not None:
+        return law.surface_stiffness * _faced_areas(network, environment, findings)
+    alike = law.stiffness or _stiffness_of_springs(network, environment, findings)
+    return np.full(network.body_nodes, alike)
+
+
+def _faced_areas(network: Network, environment: Environment, findings: Findings) -> Floats:
+    """Return the area that each node of a body shows to what touches it [m²], shape (node,).
+
+    Of a thread its thickness times its length; nodes inside of a skin have the mean of others.
+    """
+    area = skin_areas(network) + thread_areas(network) / pi
+    for body in network.bodies:
+        own = area[body.nodes]
+        if not own.any():
+            findings.reject(
+                "TIS306",
+                f"{body.name} has no surface for contact surface stiffness to act on",
+                environment.span,
+                hint="write a contact stiffness, of each node",
+                notes=(Note("the body", body.span),),
+            )
+        area[body.nodes] = np.where(own > 0.0, own, own[own > 0.0].mean())
+    return area[: network.body_nodes]
+
+
+def _stiffness_of_springs(
+    network: Network, environment: Environment, findings: Findings
+) -> float:
     """Return the mean over the nodes of what their springs resist with [N/m]."""
     own = slice(network.body_springs)  # and not those of joints, which may be few and stiff
     steep = network.behaviour().steepness(np.zeros(network.spring_count))[own]

@@ -50,6 +50,7 @@ VISCOSITY = FORCE / VELOCITY
 SLOWNESS = TIME / LENGTH
 PRESSURE_TIME = PRESSURE * TIME
 AREAL_VISCOSITY = PRESSURE / VELOCITY
+AREAL_STIFFNESS = PRESSURE / LENGTH
 
 #: What to call a dimension in messages, and the SI unit to show it in.
 DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
@@ -74,6 +75,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     DENSITY: ("a density", "kg/m^3"),
     PRESSURE_TIME: ("a viscosity of matter", "Pa*s"),
     AREAL_VISCOSITY: ("a pressure per speed", "Pa*s/m"),
+    AREAL_STIFFNESS: ("a pressure per length", "Pa/m"),
 }
 
 _PREFIXES = {

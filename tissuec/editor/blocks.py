@@ -30,6 +30,8 @@ def inside(head: Statement, outer: Block) -> Block:
             return Block("mesh", _behind_is(head))
         case "body", "region":
             return Block("region", words[1] if words[1:] else "")
+        case "body", ("interface" | "springs"):
+            return Block(first)
         case (("tissue" | "law"), ("spring" | "viscosity")):
             return Block(" ".join(words[:2]), _behind_is(head))
         case "simulate", "integrator":

@@ -149,12 +149,12 @@ def _meant(block: str, behind: Mapping[str, str], **choices: Terms) -> dict[str,
 def entries(block: Block) -> Terms:
     """Return what statements of a block begin with; not what the text itself declares."""
     match block:
-        case Block("tissue" | "law" | "region"):
+        case Block("tissue" | "law" | "region" | "interface" | "springs"):
             return _of_material(block.kind)
         case Block("body"):
             own = _meant(
                 "body",
-                {"region": " "},
+                {"region": " ", "springs": " where "},
                 mesh=meshes(),
                 rupture=_rupture(),
                 bending=_bending(),
@@ -223,8 +223,8 @@ def _of_material(kind: str) -> Terms:
     }  # fmt: skip
     laws: dict[str, Terms] = {kind.word: members(kind.family) for kind in LAW_KINDS}
     forms = {name: f"{form.heads[0].removeprefix(name)} = " for name, form in FORMS.items()}
-    if kind == "region":
-        own = _meant("region", {"prestress": " = "})
+    if kind in ("region", "interface", "springs"):
+        own = _meant(kind, {"prestress": " = "})
         return own | {"prestress": quantities["prestress"]}
     own = _meant(
         "tissue", {"about": IN_QUOTES, "described": " in ", "known": " ", **forms}, **laws

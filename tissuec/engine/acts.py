@@ -55,6 +55,8 @@ def flows(situation: Situation) -> list[Load]:
 def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enclosures:
     """Return enclosed volumes as tables.
 
+    Kernels take all that is within the faces of a cell: what grows by more is kept by less.
+
     Args:
         place: Where the engine keeps each node, shape (node,).
         first_act: Number of the first of ``pumps`` among the acts.
@@ -67,8 +69,8 @@ def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enc
     return Enclosures(
         corners=np.concatenate([*corners, np.zeros((0, 4), dtype=np.int64)]),
         first=np.concatenate([*firsts, faces[-1:]]).astype(np.int64),
-        drawn=np.concatenate([*(part.drawn for part in parts), np.zeros(0)]),
-        modulus=np.repeat([part.modulus for part in parts], cells).astype(float),
+        drawn=np.concatenate([*(part.drawn / part.share for part in parts), np.zeros(0)]),
+        modulus=np.repeat([part.share * part.modulus for part in parts], cells).astype(float),
         act=np.repeat(first_act + np.arange(len(parts)), cells).astype(np.int64),
     )
 
@@ -108,7 +110,7 @@ def pack_touches(contact: "Contact | None", home: Floats, listed: Floats) -> Tou
         first, points = np.zeros(1, dtype=np.int64), none.reshape(0, 3)
         return Touches(
             none, first, none, empty, empty, none, points, none, empty.reshape(0, COLUMNS),
-            none, home[:0], home[:0], none, listed, squares, np.inf, 0.0, 1.0, 0.0, 0.0, 1.0,
+            none, home[:0], home[:0], none, listed, squares, np.inf, empty, 1.0, 0.0, 0.0, 1.0,
         )  # fmt: skip
     counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
     return Touches(

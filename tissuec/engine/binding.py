@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, Literal
 
-from tissuec.core.resources import PACKAGE, cache_folder
+from tissuec.core.resources import PACKAGE, cache_folder, digest_of
 
 Function = Callable[..., Any]
 #: Called by Python, by its address, or by compiled code that it becomes a part of.
@@ -109,11 +109,7 @@ def kernel_folder() -> Path | None:
     base = os.environ.get("NUMBA_CACHE_DIR") or cache_folder()
     if base is None:
         return None
-    digest = hashlib.sha256()
-    for pattern in SOURCES:
-        for path in sorted(PACKAGE.glob(pattern)):
-            digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return Path(base) / f"kernels-{digest.hexdigest()[:16]}"
+    return Path(base) / f"kernels-{digest_of(SOURCES)[:16]}"
 
 
 def _is_shipped(function: FunctionType) -> bool:

@@ -1,8 +1,8 @@
 """The loop over steps: control of their size, landing, samples, and a look for ruptures.
 
-Written once for every integrator and both tiers. As it stands here it runs velocity Verlet on
-NumPy; ``tissuec.engine.tiers`` binds the names of integrator and operations to others. It comes
-back to Python whenever something needs a decision, and can then go on where it was.
+Written once for every integrator and both tiers. As it stands here it runs velocity Verlet;
+``tissuec.engine.tiers`` binds the names of integrator and operations to others. It comes back
+to Python whenever something needs a decision, and can then go on where it was.
 """
 
 from math import inf, isfinite, nan, sqrt
@@ -30,12 +30,12 @@ from tissuec.kernels.records import (
     UNSOLVED,
     Buffer,
     Floats,
+    Net,
     Progress,
     Task,
     Work,
 )
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.scalar import (
     accumulate,
     bend_of_passed,
     combine,
@@ -87,7 +87,7 @@ MOST_HALVINGS = 6  # of a step whose powers are looked at on equal pieces
 
 
 def drive(
-    progress: Progress, task: Task, work: Work, net: VectorNet, buffer: Buffer
+    progress: Progress, task: Task, work: Work, net: Net, buffer: Buffer
 ) -> tuple[int, Progress]:
     """Step until something has to be decided; return why, and where the run stands."""
     time, size, end, memory, calm = progress[:5]
@@ -273,7 +273,7 @@ def drive(
     )
 
 
-def strayed(x: Floats, since: Floats, net: VectorNet) -> float:
+def strayed(x: Floats, since: Floats, net: Net) -> float:
     """Return how far any node has moved, over how far it may; NaN does not count here."""
     return distance(x, since, net.touches.squares) / net.touches.stride
 
@@ -360,7 +360,7 @@ def corner(
     pace: float,
     task: Task,
     work: Work,
-    net: VectorNet,
+    net: Net,
 ) -> float:
     """Return at which part of a step a corner of a law is to be landed on, 1 if at none.
 
@@ -391,9 +391,7 @@ def corner(
     return passage(near, time, h, current, work, net)
 
 
-def passage(
-    near: float, time: float, h: float, current: int, work: Work, net: VectorNet
-) -> float:
+def passage(near: float, time: float, h: float, current: int, work: Work, net: Net) -> float:
     """Return at which part of a step the first corner is passed, 1 if at none.
 
     Args:
@@ -432,7 +430,7 @@ def look_within(
     x: Floats,
     v: Floats,
     work: Work,
-    net: VectorNet,
+    net: Net,
 ) -> None:
     """Set a state to that at a part of a step whose ends are known."""
     other = 1 - current
@@ -472,7 +470,7 @@ def bearable(h: float, energy: float, task: Task) -> float:
 
 
 def integrate_finely(
-    time: float, end: float, current: int, may: float, work: Work, net: VectorNet
+    time: float, end: float, current: int, may: float, work: Work, net: Net
 ) -> None:
     """Set the ledger at the end of a prepared step by looks inside, as many as are needed.
 
@@ -500,7 +498,7 @@ def integrate(
     current: int,
     ledger: Floats,
     work: Work,
-    net: VectorNet,
+    net: Net,
 ) -> None:
     """Set a ledger to that at ``high``, by Gauss's rule of four points on equal pieces.
 
@@ -532,7 +530,7 @@ def look(
     v: Floats,
     ledger: Floats,
     work: Work,
-    net: VectorNet,
+    net: Net,
 ) -> None:
     """Set state and ledger to those at a time within the prepared step."""
     place_within(when, time, end, current, x, v, work, net)
@@ -552,7 +550,7 @@ def place_within(
     x: Floats,
     v: Floats,
     work: Work,
-    net: VectorNet,
+    net: Net,
 ) -> None:
     """Set a state to that at a time within the prepared step."""
     h = end - time
@@ -564,7 +562,7 @@ def place_within(
     place(when, x, v, net)
 
 
-def surpasses(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def surpasses(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Tell whether a spring may have surpassed its strength within the prepared step."""
     x, v = work.trial_x, work.trial_v
     for piece in range(LOOKS + 1):

@@ -12,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from tissuec import mechanics
+from tissuec.compiled.tables import RecordTable
 from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
 from tissuec.engine.contest import Contest, candidate_for, cost_of, evaluation_time, trial_cost
@@ -143,8 +144,8 @@ class Engine:
         if self._work.sides.shape[2] != cornered:
             self._work = self._work._replace(sides=np.zeros((2, 3, cornered)))
         self._equip(situation)
-        self._nets: dict[Tier, Any] = {}
-        self._natives: dict[type[Any], Any] = {}  # records as compiled code takes them
+        self._net: RecordTable | None = None  # what acts, once it is asked for
+        self._tables: dict[type[Any], RecordTable] = {}  # of further records
         self._stale, self._segment = False, None
         if not self._progress.step:
             step = first_step(self._layout, self._integrator, self.method.duration)
@@ -361,7 +362,7 @@ class Engine:
         self._synchronise(situation)
         was_implicit = self._integrator.implicit
         self._install(choice)
-        self._nets.clear()
+        self._net = None
         self._equip(situation)
         if was_implicit and not self._integrator.implicit:
             step = first_step(self._layout, self._integrator, self.method.duration)
@@ -417,7 +418,7 @@ class Engine:
         if changing or features.enclosed or features.touched or features.rinsed:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
-            self._nets.clear()
+            self._net = None
             self._work.solver.made[2] = 1.0
         if self.method.step is not None and until > now.time:
             count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
@@ -454,7 +455,7 @@ class Engine:
                 if found is not None:
                     return found
             elif reason == STRAYED and self._listed_at != self._progress.time:
-                self._nets.clear()  # and with them the lists of what is near
+                self._net = None  # and with them the lists of what is near
             elif reason == OUTSIZE and failures.is_flight(
                 self._work, self._progress, self._layout
             ):
@@ -473,47 +474,42 @@ class Engine:
         if self.method.name == "automatic" and self.method.step is None:
             limit = min(limit, self._contest.look)
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
-        records = self._work, self._net(tier), self._outbox.buffer
+        work, net, buffer = self._work, self._acting(), self._outbox.buffer
         if tier == "compiled":
-            records = self._native(records)
-        reason, progress = bound_drive(self._integrator, tier)(self._progress, task, *records)
+            work, buffer = self._table(work), self._table(buffer)
+        drive = bound_drive(self._integrator, tier)
+        reason, progress = drive(self._progress, task, work, net, buffer)
         self._progress = Progress(*progress)
         return reason
 
-    def _native(self, records: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return records as compiled code takes them."""
-        from tissuec.compiled.tables import Table
-
-        for record in records:
-            kept = self._natives.get(type(record))
-            if kept is None or kept.record is not record:
-                self._natives[type(record)] = Table(record)
-        return tuple(self._natives[type(record)] for record in records)
+    def _table(self, record: Any) -> RecordTable:
+        """Return a record as compiled code takes it; that of the last one if it is the same."""
+        kept = self._tables.get(type(record))
+        if kept is None or kept.record is not record:
+            kept = self._tables[type(record)] = RecordTable(record)
+        return kept
 
     @property
     def _evaluations(self) -> int:
         """Return the number of force evaluations so far."""
         return int(self._work.effort[0])
 
-    def _net(self, tier: Tier) -> Any:
-        """Return what acts, in the form of a tier."""
-        if tier not in self._nets:
-            if self._layout.features.touched:
+    def _acting(self) -> RecordTable:
+        """Return what acts, with the operations on it."""
+        if self._net is None:
+            layout, needed = self._layout, self._layout.features
+            if needed.touched:
                 self._listed_at = self._progress.time
-                self._layout.list_near(self._work.x[self._progress.current])
-            if tier == "compiled":
-                net = self._layout.compiled_net(self._integrator)
-                called = loop_operations(self._integrator, self._layout.features)
-                self._nets[tier] = net._replace(operations=called)
-            else:
-                self._nets[tier] = self._layout.vector_net(self._integrator)
-        return self._nets[tier]
+                layout.list_near(self._work.x[self._progress.current])
+            called = loop_operations(self._integrator, needed)
+            net = layout.net(self._integrator)
+            self._net = RecordTable(net._replace(operations=called))
+        return self._net
 
     def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
         """Return the first rupture or trigger within the accepted step, and move there."""
-        net = self._net("interpreted")
         inside = bound_inside(self._integrator)
-        within = Within(inside, self._progress, self._work, net, self._layout)
+        within = Within(inside, self._progress, self._work, self._acting(), self._layout)
         rupture = within.first_rupture(self._integrator.looks) if surpassed else None
         stop = within.end if rupture is None else rupture[0]
         triggered = None if watch is None else self._trigger(within, watch, stop)

@@ -23,10 +23,9 @@ from tissuec.engine.acts import (
     pumps,
 )
 from tissuec.engine.numbering import node_order
-from tissuec.engine.runs import packed, rows_of
+from tissuec.engine.runs import RunPlaces, packed, places_of
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
-from tissuec.hinges import Hinges
 from tissuec.inelastic import Inelastic, tightened
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import (
@@ -41,7 +40,6 @@ from tissuec.kernels.records import (
     Solver,
     Touches,
 )
-from tissuec.kernels.vector import VectorNet
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import FRICTION, SPRINGS, Floats, Indices, Network
@@ -53,9 +51,11 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
 LEAST = 1e-300  # [m]
-#: What the loop over steps has to do besides stepping, and what else acts; of ``Features``.
-ASKED = ("watched", "ledger", "touched", "cornered")
-FLAGS = (*ASKED, "crushed", "enclosed", "folded", "reeled", "rinsed", "inelastic")
+#: Of ``Features``, what stepping code asks a net for.
+FLAGS = (
+    "watched", "crushed", "ledger", "enclosed", "folded", "reeled", "touched", "rinsed",
+    "inelastic", "cornered",
+)  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -84,31 +84,19 @@ class Springs:
     laws: tuple[Law, ...]
     inelastic: Inelastic | None = None
 
-    def behaviour(self, chosen: Indices | None = None) -> Behaviour:
-        """Return what some of them do, all by default."""
-        some = slice(None) if chosen is None else chosen
-        return Behaviour(
-            self.laws, self.law[some], self.stiffness[some], self.damping[some], self.rest[some]
-        )
+    def behaviour(self) -> Behaviour:
+        """Return what they do."""
+        return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
 
-    def tension(
-        self,
-        stretch: Floats,
-        closing: Floats,
-        velocity: Floats,
-        chosen: Indices | None = None,
-    ) -> Floats:
-        """Return the tension of some of them, all by default [N], shape (spring,).
+    def tension(self, stretch: Floats, closing: Floats, velocity: Floats) -> Floats:
+        """Return the tension of each [N], shape (spring,).
 
         Args:
             stretch: L - L0 [m], shape (spring,).
             closing: Rates of lengthening [m/s], shape (spring,).
             velocity: Of all nodes, flat [m/s].
         """
-        memory = self.inelastic
-        if memory is not None and chosen is not None:
-            memory = memory.some(chosen)
-        return tightened(self.behaviour(chosen), memory, stretch, closing, velocity)
+        return tightened(self.behaviour(), self.inelastic, stretch, closing, velocity)
 
 
 class Layout:
@@ -140,6 +128,7 @@ class Layout:
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
+        self._places: RunPlaces | None = None  # once somebody has asked for them
         self._solver: Solver | None = None
         self._contact: Contact | None = None  # with the pairs that were listed last
         self._listed = np.zeros(0)
@@ -176,7 +165,7 @@ class Layout:
         much = self._dead > (0 if self.ledger else len(acting) // 20)
         if grown or much or not hasattr(self, "springs"):
             self._ids = self._sorted[acting[self._sorted]]
-            self._rows = rows_of(self._low[self._ids], self._high[self._ids])
+            self._places = None
             self._dead = 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
@@ -244,8 +233,23 @@ class Layout:
             inelastic=self.springs.inelastic is not None,
             cornered=self._cornered,
             laws=self._laws,
-            in_runs=self._rows.is_worthwhile and not self.situation.network.can_be_drawn_in,
+            in_runs=self._are_in_runs,
         )
+
+    @property
+    def _are_in_runs(self) -> bool:
+        """Return whether springs are taken in runs: linear ones of constant lengths."""
+        changing = self._laws or self.springs.inelastic is not None
+        if changing or self.situation.network.can_be_drawn_in:
+            return False
+        return self.places.is_worthwhile
+
+    @property
+    def places(self) -> RunPlaces:
+        """Return where springs stand in runs."""
+        if self._places is None:
+            self._places = places_of(self._low[self._ids], self._high[self._ids])
+        return self._places
 
     def loss(self) -> str:
         """Return why energy is not kept; empty if it is."""
@@ -285,9 +289,10 @@ class Layout:
         part, springs = integrator.nearness, self.springs
         return {"near": part * springs.strength, "near_crush": part * springs.crush}
 
-    def compiled_net(self, integrator: type[Integrator]) -> Net:
-        """Return what acts, for the compiled tier."""
+    def net(self, integrator: type[Integrator]) -> Net:
+        """Return what acts, without operations on it."""
         springs, nodes, near = self.springs, len(self.order), self.near(integrator)
+        needed = self.features
         return Net(
             first=np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.uint64),
             other=(3 * springs.high).astype(np.uint32),
@@ -303,15 +308,13 @@ class Layout:
             push=self.push,
             driven=self.driven,
             drag=self.situation.braking[self.order],
-            **{name: getattr(self.features, name) for name in FLAGS},
+            **{name: getattr(needed, name) for name in FLAGS},
             acts=self.acts(),
-            **self._effects(),
-            runs=self.runs(near) if self.features.in_runs else None,
+            **self._effects(needed, near),
         )
 
-    def _effects(self) -> dict[str, Any]:
-        """Return what acts besides springs and loads, None for what a scene has nothing of."""
-        needed = self.features
+    def _effects(self, needed: Features, near: dict[str, Floats]) -> dict[str, Any]:
+        """Return what only some scenes have, None for what a scene has nothing of."""
         return {
             "enclosures": self.enclosures() if needed.enclosed else None,
             "folds": self.folds() if needed.folded else None,
@@ -319,56 +322,25 @@ class Layout:
             "touches": self.touches() if needed.touched else None,
             "jets": self.jets() if needed.rinsed else None,
             "internal": self.internal() if needed.inelastic else None,
+            "runs": self.runs(near, needed) if needed.in_runs else None,
         }
 
-    def runs(self, near: dict[str, Floats]) -> Runs:
+    def runs(self, near: dict[str, Floats], needed: Features) -> Runs:
         """Return springs in runs.
 
         Args:
             near: As ``near`` returns it.
+            needed: The ``features``.
         """
-        springs, needed = self.springs, self.features
+        springs = self.springs
         return packed(
-            self._rows,
+            self.places,
             len(self.order),
             stiffness=springs.stiffness,
             damping=springs.damping if needed.viscous else None,
             rest=springs.rest,
             **(near if needed.watched else dict.fromkeys(near)),
         )
-
-    def vector_net(self, integrator: type[Integrator]) -> VectorNet:
-        """Return what acts, for the interpreted tier."""
-        springs = self.springs
-        return VectorNet(
-            low=springs.low,
-            high=springs.high,
-            behaviour=springs.behaviour(),
-            strength=springs.strength,
-            crush=springs.crush,
-            **self.near(integrator),
-            inverse_mass=self.inverse_mass,
-            steady=self.steady,
-            push=self.push,
-            driven=self.driven,
-            drag=self.situation.braking[self.order],
-            acts=self.acts(),
-            enclosures=self.enclosures(),
-            hinges=self.hinges,
-            inelastic=springs.inelastic,
-            internal=self.internal(),
-            reels=self.reels(),
-            contact=self._contact,
-            touches=self.touches(),
-            jets=tuple(jet.renumbered(self.place) for jet in self.situation.jets.values()),
-            crushed=self._crushed,
-            **self._asked(),
-        )
-
-    def _asked(self) -> dict[str, Any]:
-        """Return what the loop over steps has to do besides stepping."""
-        needed = self.features
-        return {name: getattr(needed, name) for name in ASKED}
 
     def acts(self) -> Acts:
         """Return motions and loads for the present stretch of time."""
@@ -395,17 +367,11 @@ class Layout:
         """Return the enclosed volumes."""
         return pack_enclosures(self.situation, self.place, self._first_acts[0])
 
-    @property
-    def hinges(self) -> Hinges | None:
-        """Return the hinges of walls, None without any."""
-        hinges = self.situation.folding
-        return None if hinges is None else hinges.renumbered(self.place)
-
     def folds(self) -> Folds:
         """Return the hinges of walls."""
-        hinges = self.hinges
+        hinges = self.situation.folding
         assert hinges is not None
-        drawn = hinges.drawn
+        hinges, drawn = hinges.renumbered(self.place), hinges.drawn
         return Folds(
             hinges.nodes,
             hinges.stiffness,
@@ -439,19 +405,6 @@ class Layout:
             contact = contact.renumbered(self.place)
             pairs = contact.near(flat.reshape(-1, 3), 2.0 * contact.stride)
             self._contact = replace(contact, pairs=pairs)
-
-    @property
-    def near_pairs(self) -> int | None:
-        """Return how many nodes and shapes are listed as near; None where nothing touches."""
-        if self.situation.touching is None:
-            return None
-        listed = None if self._contact is None else self._contact.pairs
-        return 0 if listed is None else len(listed.node)
-
-    @property
-    def is_rubbed(self) -> bool:
-        """Return whether there is friction."""
-        return self._contact is not None and len(self._contact.memory) > 0
 
     def jets(self) -> Jets:
         """Return the jets of fluid."""

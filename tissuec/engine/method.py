@@ -89,7 +89,7 @@ class Statistics:
 
     Attributes:
         method, reason: The integrator and why it was chosen.
-        tier: Where the last step ran.
+        tier: Of the loop over steps.
         accepted, rejected: Steps.
         evaluations: Of the forces.
         factorisations, solutions: Of the matrix of implicit steps.

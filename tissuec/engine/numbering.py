@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.runs import rows_of
+from tissuec.engine.runs import places_of
 from tissuec.network import Floats, Indices
 
 SMALL = 2000  # nodes; below, everything stays in the cache in any order
@@ -21,7 +21,7 @@ def node_order(position: Floats, ends: NDArray[np.int32]) -> Indices:
         position: Shape (node, 3) [m].
         ends: Nodes of springs, also of such that are not among these, shape (spring, 2).
     """
-    if len(position) <= SMALL or rows_of(*np.sort(ends, axis=1).T).is_worthwhile:
+    if len(position) <= SMALL or places_of(*np.sort(ends, axis=1).T).is_worthwhile:
         return np.arange(len(position))
     low = position.min(axis=0)
     extent = float(np.max(position.max(axis=0) - low))

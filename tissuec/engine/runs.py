@@ -20,7 +20,7 @@ _NODES = 4096  # whose springs are kept together, as they fit into a cache
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class RunPlaces:
     """Where springs stand in runs.
 
     Attributes:
@@ -42,7 +42,7 @@ class Rows:
         return RUN_COST * len(self.first) + SPRING_COST * self.size < len(self.place)
 
 
-def rows_of(low: Indices, high: Indices) -> Rows:
+def places_of(low: Indices, high: Indices) -> RunPlaces:
     """Return springs in runs.
 
     Args:
@@ -52,7 +52,7 @@ def rows_of(low: Indices, high: Indices) -> Rows:
     offset, block = high - low, low // _NODES
     if not len(low):
         none = np.zeros(0, dtype=np.int64)
-        return Rows(none, none, none, none, none, 0)
+        return RunPlaces(none, none, none, none, none, 0)
     order = np.lexsort((low, offset, block))
     offset, block, ordered = offset[order], block[order], low[order]
     step = np.diff(ordered)
@@ -64,10 +64,10 @@ def rows_of(low: Indices, high: Indices) -> Rows:
     at = np.concatenate([[0], np.cumsum(length)[:-1]])
     place = np.empty(len(low), dtype=np.int64)
     place[order] = np.repeat(at - first, stop - start) + ordered
-    return Rows(first, length, offset[start], at, place, int(length.sum()))
+    return RunPlaces(first, length, offset[start], at, place, int(length.sum()))
 
 
-def packed(rows: Rows, nodes: int, **values: Floats | None) -> Runs:
+def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:
     """Return springs in runs for the stepping code.
 
     Args:
@@ -78,8 +78,9 @@ def packed(rows: Rows, nodes: int, **values: Floats | None) -> Runs:
     fills = {"near": np.inf, "near_crush": np.inf}
     filled: dict[str, Floats] = {}
     for name, value in values.items():
-        filled[name] = np.full(0 if value is None else rows.size, fills.get(name, 0.0))
+        filled[name] = np.full(0 if value is None else places.size, fills.get(name, 0.0))
         if value is not None:
-            filled[name][rows.place] = value
+            filled[name][places.place] = value
     apart, each = np.zeros((9, nodes)), np.zeros((5, BLOCK))
-    return Runs(rows.first, rows.length, rows.offset, rows.at, **filled, apart=apart, each=each)
+    where = places.first, places.length, places.offset, places.at
+    return Runs(*where, **filled, apart=apart, each=each)

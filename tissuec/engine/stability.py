@@ -99,7 +99,7 @@ def spectral_radius(situation: Situation) -> float:
     uniform = np.zeros_like(root)
     if (contact := situation.contact) is not None:
         # Whatever may be touched, lest every touch changes the bound.
-        uniform[contact.nodes] = contact.stiffness * root[contact.nodes] ** 2
+        uniform[contact.nodes] = contact.stiffness[:, None] * root[contact.nodes] ** 2
     volumes = situation.enclosures.values()
     fields = tuple(_Pressing(volume, situation.position) for volume in volumes)
     if (hinges := situation.folding) is not None:

@@ -1,6 +1,7 @@
-"""The two tiers: compiled code, as it is shipped, and the same interpreted on NumPy.
+"""The two tiers: the loop over steps as compiled code that is shipped, or interpreted.
 
-Methods that are not shipped, such as those of users, are interpreted.
+Methods that are not shipped, such as those of users, are interpreted. Operations on nets are
+compiled for both: an interpreted loop calls them by their addresses.
 """
 
 import ctypes
@@ -8,15 +9,18 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from inspect import getmembers, isfunction
+from itertools import compress
 from typing import Any, cast, get_type_hints
 
 import numpy as np
 
+from tissuec.compiled.bundles import FLAGS
 from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
-from tissuec.kernels import banded, iterative, runs, scalar
+from tissuec.kernels import vector
 from tissuec.kernels.records import Operations, Progress, State, Task
 from tissuec.laws import LINEAR, Law, code
 
@@ -66,7 +70,7 @@ class Features:
 
 @dataclass(frozen=True, slots=True)
 class Inside:
-    """Interpreted code that evaluates an accepted step inside."""
+    """Interpreted code that evaluates an accepted step inside, of a net as a table."""
 
     look: Callable[..., None]
     prepare: Callable[..., None]
@@ -77,17 +81,18 @@ Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
 
 @cache
 def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
-    """Return the loop over steps of an integrator; compiled, it takes records as ``Table``."""
-    if tier == "compiled":
-        return _compiled_drive(integrator)
-    return cast(Drive, Binder(method_names(integrator)).bind(loop.drive))
+    """Return the loop over steps of an integrator.
+
+    It takes the net as a table; if it is compiled, all records.
+    """
+    return (_compiled_drive if tier == "compiled" else _interpreted_drive)(integrator)
 
 
 def _compiled_drive(integrator: type[Integrator]) -> Drive:
     """Return the shipped loop over steps."""
     from tissuec.compiled.bundles import of_method
     from tissuec.compiled.loading import address
-    from tissuec.compiled.tables import Table
+    from tissuec.compiled.tables import RecordTable
 
     function = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in range(5)))
     enter = function(address(of_method(integrator), "drive"))
@@ -97,7 +102,7 @@ def _compiled_drive(integrator: type[Integrator]) -> Drive:
         progress: Progress, task: Task, work: Any, net: Any, buffer: Any
     ) -> tuple[int, Progress]:
         numbers = np.array(progress, dtype=np.float64)
-        tables = Table(State(numbers)), Table(task), work, net, buffer
+        tables = RecordTable(State(numbers)), RecordTable(task), work, net, buffer
         reason = enter(*(table.address for table in tables))
         pairs = zip(kinds, numbers.tolist(), strict=True)
         return reason, Progress(*(kind(number) for kind, number in pairs))
@@ -105,13 +110,48 @@ def _compiled_drive(integrator: type[Integrator]) -> Drive:
     return drive
 
 
+def _interpreted_drive(integrator: type[Integrator]) -> Drive:
+    """Return the loop over steps as Python."""
+    from tissuec.compiled.tables import RecordTable
+
+    bound = interpreter(integrator).bind(loop.drive)
+
+    def drive(
+        progress: Progress, task: Task, work: Any, net: Any, buffer: Any
+    ) -> tuple[int, Progress]:
+        work = work._replace(solver=RecordTable(work.solver))
+        return bound(progress, task, work, net, buffer)
+
+    return drive
+
+
+@cache
+def interpreter(integrator: type[Integrator]) -> Binder:
+    """Return what binds the stepping code of an integrator, to run as Python."""
+    return Binder(names_in_python(integrator))
+
+
+def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
+    """Return what names in stepping code mean where it runs as Python."""
+    from tissuec.compiled.calls import OPERATIONS
+
+    return method_names(integrator) | dict(getmembers(vector, isfunction)) | OPERATIONS
+
+
+def operations_of(integrator: type[Integrator]) -> frozenset[str]:
+    """Return the operations on nets that the loop over steps of an integrator calls."""
+    return interpreter(integrator).names(loop.drive) & set(Operations._fields)
+
+
 @cache
 def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
     """Return where the compiled operations are that the loop calls for a net."""
     from tissuec.compiled.bundles import of_method
-    from tissuec.compiled.loading import called_by
+    from tissuec.compiled.loading import called_by, is_shipped
 
-    return operations(called_by(of_method(integrator)), features)
+    bundle = of_method(integrator)
+    names = called_by(bundle) if is_shipped(bundle) else operations_of(integrator)
+    return operations(names, features)
 
 
 @cache
@@ -133,57 +173,25 @@ def _operation(name: str, features: Features) -> int:
     if name in LAWS:
         return formulas.address(name, features.laws or (LINEAR,))
     if name == "springs":
-        name = _springs_for(features)
+        name = _form_of_springs(features)
     elif name in ("assemble", "solve"):
         name += "_banded" if features.banded else "_iterative"
     return address(BUNDLE_OF[name], name)
 
 
-def _springs_for(features: Features) -> str:
+def _form_of_springs(features: Features) -> str:
     """Return which form of the forces of springs a scene needs."""
-    if not features.straight:
-        return "springs_of_laws"
     name = "springs_in_runs" if features.in_runs else "springs"
-    return f"{name}{'_viscous' * features.viscous}{'_watched' * features.watched}"
-
-
-def implementation(name: str, features: Features) -> Callable[..., Any]:
-    """Return the function that is an operation on nets for what a scene needs."""
-    if name in LAWS:
-        return code.functions(features.laws or (LINEAR,))[name]
-    if name == "springs" and not features.straight:
-        return scalar.springs_of_laws
-    if name == "springs" and features.in_runs:
-        return runs.springs_in_runs
-    if name in ("assemble", "solve"):
-        return getattr(banded if features.banded else iterative, name)
-    return getattr(scalar, name)
-
-
-def _callers(*names: str) -> dict[str, Any]:
-    """Return what calls operations of the net, in compiled code."""
-    from tissuec.engine import native
-
-    return {name: native.caller(name) for name in names}
-
-
-@cache
-def _on_nets() -> Binder:
-    """Return what compiles operations; they call forces and laws of the net."""
-    return Binder(_callers(*FORCES, *LAWS), compiled=True)
-
-
-@cache
-def _of_springs(viscous: bool, watched: bool) -> Binder:
-    """Return what compiles the forces of linear springs."""
-    return Binder({"VISCOUS": viscous, "WATCHED": watched}, compiled=True)
+    of_laws = not features.straight  # all of them have one form
+    has = features.viscous or of_laws, features.watched or of_laws, of_laws
+    return name + "".join(f"_{flag.lower()}" for flag in compress(FLAGS, has))
 
 
 @cache
 def bound_inside(integrator: type[Integrator]) -> Inside:
     """Return what looks into the steps of an integrator."""
-    binder = Binder(method_names(integrator))
-    return Inside(look=binder.bind(loop.look), prepare=binder.bind(integrator.prepare))
+    bind = interpreter(integrator).bind
+    return Inside(look=bind(loop.look), prepare=bind(integrator.prepare))
 
 
 def method_names(integrator: type[Integrator]) -> dict[str, Any]:
@@ -192,12 +200,6 @@ def method_names(integrator: type[Integrator]) -> dict[str, Any]:
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
     return replaced | {name.upper(): getattr(integrator, name) for name in numbers}
-
-
-def plain_operations(features: Features) -> dict[str, Any]:
-    """Return what the names of operations mean in Python, for what a scene needs."""
-    names = {name: implementation(name, features) for name in Operations._fields}
-    return names | {"VISCOUS": features.viscous, "WATCHED": features.watched}
 
 
 def default_tier(integrator: type[Integrator]) -> Tier:

@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.calls import OPERATIONS
+from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.tiers import Inside
 from tissuec.integrators.hermite import cubic, quintic
 from tissuec.kernels.records import Progress, Work
-from tissuec.kernels.reeling import reel
-from tissuec.kernels.scalar import TINY
-from tissuec.kernels.vector import VectorNet, parabola_tops
 from tissuec.network import Floats, Indices
 
 FINE = 32  # pieces in which a suspect spring is followed
@@ -31,12 +30,12 @@ class Within:
         inside: Code that evaluates the step inside.
         progress: With a pending step.
         work: The arrays of the run.
-        net: What acts, for the interpreted tier.
+        net: What acts, as a table.
         layout: Where nodes and springs stand.
     """
 
     def __init__(
-        self, inside: Inside, progress: Progress, work: Work, net: VectorNet, layout: Layout
+        self, inside: Inside, progress: Progress, work: Work, net: RecordTable, layout: Layout
     ):
         self._inside, self._work, self._net, self._layout = inside, work, net, layout
         self.start, self.end, self._current = progress.time, progress.end, progress.current
@@ -58,15 +57,11 @@ class Within:
     def loads(self, when: float, limits: "Limits") -> Floats:
         """Return how strongly springs pull or press towards their limits at a time [N]."""
         x, v, _ = self.state(when)
-        springs = self._layout.springs
-        reel(when, springs.rest, self._net.reels, self._net.acts)
-        low, high = springs.low[limits.spring], springs.high[limits.spring]
-        x, v = x.reshape(-1, 3), v.reshape(-1, 3)
-        r = x[high] - x[low]
-        length = np.sqrt(np.einsum("sk,sk->s", r, r))
-        closing = np.einsum("sk,sk->s", r, v[high] - v[low]) / (length + TINY)
-        stretch = length - springs.rest[limits.spring]
-        return limits.sign * springs.tension(stretch, closing, v.ravel(), limits.spring)
+        if when == self.end:  # else rest lengths are those of this time
+            OPERATIONS["place"](when, x, v, self._net)
+        tension = np.empty(len(self._layout.springs.ids))
+        OPERATIONS["tension"](x, v, tension, self._net)
+        return limits.sign * tension[limits.spring]
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
         """Return when the first spring surpasses a limit, and which do at that time."""
@@ -75,16 +70,20 @@ class Within:
             return None
         times = np.linspace(self.start, self.end, FINE + 1)
         loads = np.array([self.loads(t, limits) for t in times])
-        found: list[float] = []
+        first = np.inf
         for row in range(len(limits.spring)):
             limit = limits.some([row])
             bracket = self._bracket(times, loads[:, row], limit)
-            if bracket is not None and (not found or bracket[0] < found[0]):
-                found = [min([*found, self._crossing(*bracket, limit)])]
-        if not found:
+            if bracket is None or bracket[0] >= first:
+                continue
+            below, above = bracket
+            # A spring that is surpassed behind the first rupture so far is of no interest.
+            if above < first or self._exceeds(first, limit):
+                first = self._crossing(below, min(above, first), limit)
+        if first == np.inf:
             return None
-        broken = self.loads(found[0], limits) >= limits.force * (1.0 - TOGETHER)
-        return found[0], np.sort(self._layout.springs.ids[limits.spring[broken]])
+        broken = self.loads(first, limits) >= limits.force * (1.0 - TOGETHER)
+        return first, np.sort(self._layout.springs.ids[limits.spring[broken]])
 
     def _suspects(self, limits: "Limits", looks: int) -> "Limits":
         """Return the limits that springs come close to at any look."""
@@ -178,6 +177,14 @@ def glances(progress: Progress, work: Work) -> Iterator[tuple[float, Floats, Flo
         x, v = np.array(quintic(part)) @ data, np.array(cubic(part)) @ data[2:] / h
         yield progress.time + part * h, x, v
     yield progress.end, work.x[other].copy(), work.v[other].copy()
+
+
+def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
+    """Return the highest values of parabolas through three equidistant looks."""
+    bend = 2.0 * here - before - after
+    inside_it = (here >= before) & (here >= after) & (bend > 0.0)
+    rise = (after - before) ** 2 / (8.0 * np.where(inside_it, bend, 1.0))
+    return np.maximum(np.maximum(before, after), here) + np.where(inside_it, rise, 0.0)
 
 
 def bisect(

@@ -1,7 +1,7 @@
 """Integrators: one file each, which states its order and what it is good for.
 
 The stepping code of a member is plain functions over the operations of ``tissuec.kernels``.
-They run interpreted as they stand; the engine binds the same functions to compiled operations.
+They run slowly as they stand; the engine binds the same functions to compiled operations.
 """
 
 from typing import ClassVar, Protocol

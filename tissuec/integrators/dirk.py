@@ -11,10 +11,14 @@ from math import inf
 import numpy as np
 
 from tissuec.integrators import hermite
-from tissuec.kernels.linear import assemble, solve
-from tissuec.kernels.records import LOOKED, Floats, Work
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.banded import assemble, solve
+from tissuec.kernels.records import (
+    LOOKED,
+    Floats,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import (
     accumulate,
     combine,
     distance,
@@ -52,7 +56,7 @@ def tableau(weights: Floats, embedded: Floats) -> Floats:
     return table
 
 
-def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     h, table, made = end - time, work.tableau, work.solver.made
     stages = work.rows.shape[0] - 3
@@ -78,7 +82,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     return near
 
 
-def renew(q: float, x: Floats, v: Floats, work: Work, net: VectorNet) -> None:
+def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
     """Make S at a state."""
     made = work.solver.made
     made[0] = q
@@ -89,9 +93,7 @@ def renew(q: float, x: Floats, v: Floats, work: Work, net: VectorNet) -> None:
         made[0] = 0.0
 
 
-def solve_stage(
-    time: float, h: float, stage: int, current: int, work: Work, net: VectorNet
-) -> bool:
+def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net: Net) -> bool:
     """Find the acceleration of a stage; 0 in ``made`` tells that this did not succeed."""
     made, change = work.solver.made, work.trial_x
     x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
@@ -142,7 +144,7 @@ def enter_stage(
     x: Floats,
     v: Floats,
     work: Work,
-    net: VectorNet,
+    net: Net,
 ) -> float:
     """Set x and v to those of a stage with the accelerations found so far; return its time."""
     table, stages, last = work.tableau, work.rows.shape[0] - 3, stage + 2
@@ -165,7 +167,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return distance(of_x, none, each), distance(of_v, none, each)
 
 
-def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
     h, table, stages, booked = end - time, work.tableau, work.rows.shape[0] - 3, work.booked[0]
     x, v, a, ledger = work.inner[0], work.inner[1], work.inner[2], work.ledger[1 - current]
@@ -179,7 +181,7 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
     return max(abs(booked[0]), abs(booked[1]))
 
 
-def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Ask for another S where Newton's method was slow."""
     if work.solver.made[1] > SLOW:
         work.solver.made[0] = 0.0

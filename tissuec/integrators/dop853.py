@@ -10,10 +10,13 @@ from math import sqrt
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import LOOKED, Floats, Work
-from tissuec.kernels.tableau853 import E3, E5, STAGES, A, C, D
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.records import (
+    LOOKED,
+    Floats,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import (
     blended_error,
     combine,
     force,
@@ -21,6 +24,7 @@ from tissuec.kernels.vector import (
     quadrature,
     scale,
 )
+from tissuec.kernels.tableau853 import E3, E5, STAGES, A, C, D
 
 ROWS = STAGES + 1
 RESULT = 12  # the stage that is the step's result
@@ -66,7 +70,7 @@ def _dense(of_velocity: bool) -> Floats:
     return powers
 
 
-def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     h = end - time
     scale(1.0 / h, work.v[current], work.rows[0])
@@ -84,7 +88,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
 
 
 def evaluate_stage(
-    time: float, h: float, stage: int, current: int, work: Work, net: VectorNet
+    time: float, h: float, stage: int, current: int, work: Work, net: Net
 ) -> bool:
     """Fill the row of one stage from those before it."""
     table, rows = work.tableau, work.rows[: stage + 1]
@@ -107,7 +111,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return position, blended_error(five, three, work.each)
 
 
-def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
     h, table, power, nothing = end - time, work.tableau, work.power, work.zero[:2]
     five, three = work.booked[0], work.booked[1]
@@ -122,7 +126,7 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
     return worst
 
 
-def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Evaluate the end of an accepted step."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     near = force(end, x, v, a, work.power[1 + RESULT], net)
@@ -131,7 +135,7 @@ def finish(time: float, end: float, current: int, work: Work, net: VectorNet) ->
     return near
 
 
-def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
+def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
     """Evaluate the three further stages of the dense output."""
     work.effort[LOOKED] += STAGES - RESULT - 1
     for stage in range(RESULT + 1, STAGES):

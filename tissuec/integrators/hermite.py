@@ -8,8 +8,12 @@ ends.
 
 import numpy as np
 
-from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.vector import VectorNet, between
+from tissuec.kernels.records import (
+    Floats,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import between
 
 
 def dense_x(rows: int, end: int) -> Floats:
@@ -58,7 +62,7 @@ def cubic(part: float) -> tuple[float, float, float, float]:
     return 1.0 - rise, rise, p * rest * rest, -p * p * rest
 
 
-def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
+def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
     """Fill the last two rows."""
     h, other = end - time, 1 - current
     last = work.rows.shape[0] - 1

@@ -23,9 +23,12 @@ import numpy as np
 
 from tissuec.integrators import INTEGRATORS, hermite
 from tissuec.integrators.procedures import PropagationChoices
-from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.records import (
+    Floats,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import (
     accumulate,
     distance,
     force,
@@ -46,7 +49,7 @@ ROWS = 8
 SCRATCH = 6  # which ``hermite`` fills later
 
 
-def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Carry out a frame into the other half of the state; tell if a spring came near."""
     x, v, a, frame = work.x[1 - current], work.v[1 - current], work.a[1 - current], end - time
     rule, start = work.tableau[0], time
@@ -88,7 +91,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     return near
 
 
-def compared_force(time: float, v: Floats, a: Floats, work: Work, net: VectorNet) -> float:
+def compared_force(time: float, v: Floats, a: Floats, work: Work, net: Net) -> float:
     """Return the greatest of the forces on a node that are compared [N]."""
     if work.tableau[0, INNER] == 0.0:
         return greatest_force(a, net)
@@ -108,9 +111,7 @@ def begin(frame: float, current: int, work: Work) -> None:
         work.booked[1, k] = 0.0
 
 
-def propagate(
-    then: float, size: float, x: Floats, v: Floats, work: Work, net: VectorNet
-) -> None:
+def propagate(then: float, size: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
     """Set x and v to what a step makes of the state in the rows."""
     scale(1.0, work.rows[V], v)
     accumulate(size, work.rows[A], v)
@@ -119,7 +120,7 @@ def propagate(
     place(then, x, v, net)
 
 
-def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work, net: VectorNet) -> None:
+def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work, net: Net) -> None:
     """Accept a step: its state becomes the one in the rows, its power is booked."""
     scale(1.0, x, work.rows[X])
     scale(1.0, v, work.rows[V])
@@ -152,14 +153,14 @@ def beside(
     return distance(error, work.zero, each)
 
 
-def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the end of the frame; nothing is known of its error."""
     for k in range(2):
         work.ledger[1 - current, k] = work.ledger[current, k] + work.booked[1, k]
     return 0.0
 
 
-def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Keep the time step that a frame ended with, from which the next one may go on."""
     work.rate[0] = 1.0 / work.goal[0]
     return False

@@ -11,9 +11,12 @@ from math import cosh, log, sinh, sqrt
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS, hermite
-from tissuec.kernels.records import Floats, Work
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.records import (
+    Floats,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import (
     accumulate,
     distance,
     force,
@@ -34,7 +37,7 @@ def stages_for(reach: float) -> int:
     return min(MOST_STAGES, 1 + int(sqrt(1.54 * reach + 1.0)) + 1)
 
 
-def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     h, rows, ledger = end - time, work.rows, work.booked
     x, v = work.x[1 - current], work.v[1 - current]
@@ -133,7 +136,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return position, distance(error, work.zero, work.each)
 
 
-def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
     h, worst = end - time, 0.0
     for k in range(2):
@@ -144,7 +147,7 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
     return worst
 
 
-def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Complete an accepted step: nothing is left to do."""
     return False
 

@@ -13,9 +13,13 @@ from math import inf
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import LOOKED, Floats, Work
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.records import (
+    LOOKED,
+    Floats,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import (
     accumulate,
     between,
     blended_error,
@@ -108,7 +112,7 @@ def _dense(of_velocity: bool) -> Floats:
     return table
 
 
-def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     scale(1.0 / (end - time), work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
@@ -120,7 +124,7 @@ def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> b
     return near
 
 
-def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: VectorNet) -> bool:
+def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Net) -> bool:
     """Carry a state on by h, from its acceleration in row 1 to that of the end in row 12."""
     table = work.tableau
     near = False
@@ -144,7 +148,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return h * speed, speed
 
 
-def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Keep the ledger; return 0 J if no work is done, else infinity: stages do not tell it."""
     worst = 0.0
     for k in range(2):
@@ -155,12 +159,12 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
     return worst
 
 
-def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Complete an accepted step: nothing is left to do."""
     return False
 
 
-def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
+def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
     """Step to the middle, and fill the rows that the polynomials combine."""
     h, other, rows = end - time, 1 - current, work.rows
     x, v = work.trial_x, work.trial_v

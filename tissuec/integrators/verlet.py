@@ -10,9 +10,12 @@ from math import sqrt
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.records import LOOKED, Work
-from tissuec.kernels.vector import (
-    VectorNet,
+from tissuec.kernels.records import (
+    LOOKED,
+    Net,
+    Work,
+)
+from tissuec.kernels.scalar import (
     distance,
     drift,
     force,
@@ -23,7 +26,7 @@ from tissuec.kernels.vector import (
 )
 
 
-def step(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     h = end - time
@@ -42,7 +45,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     return h * h / 6.0 * distance(work.a[current], work.a[1 - current], work.each), 0.0
 
 
-def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> float:
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J].
 
     The trapezoidal rule is wrong by h³/12 P''. With the rate of P in the step before, that is
@@ -64,12 +67,12 @@ def book(time: float, end: float, current: int, work: Work, net: VectorNet) -> f
     return h * h / 12.0 * worst
 
 
-def finish(time: float, end: float, current: int, work: Work, net: VectorNet) -> bool:
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Complete an accepted step: nothing is left to do."""
     return False
 
 
-def prepare(time: float, end: float, current: int, work: Work, net: VectorNet) -> None:
+def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
     """Fill the rows: velocity over step, accelerations at both ends."""
     scale(1.0 / (end - time), work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])

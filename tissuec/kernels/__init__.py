@@ -1,6 +1,6 @@
-"""Arithmetic on bare arrays and SI numbers: the floor that both tiers stand on.
+"""Arithmetic on bare arrays and SI numbers: the floor that the engine stands on.
 
-``vector`` holds each operation as a few NumPy calls, ``scalar`` the same operation as a plain
-loop, which ``building`` translates. Stepping code is written once against these names;
-``binding`` decides which of the two it meets.
+``scalar`` holds each operation as a plain loop, which ``building`` translates. Stepping code is
+written once against these names. Where it runs as Python itself, ``engine.tiers`` lets it call
+compiled operations on nets, and ``vector`` for the others.
 """

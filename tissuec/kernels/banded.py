@@ -1,4 +1,4 @@
-"""The matrix of an implicit step as a Cholesky factor of narrow band, for the compiled tier.
+"""The matrix of an implicit step as a Cholesky factor of narrow band.
 
 S = M + q (D + drag) + q² K with q = h γ. Of a spring of direction n, K takes c n nᵀ and, where
 it is under tension T, T/L (1 - n nᵀ); what pressed springs lose is left out: S is then positive

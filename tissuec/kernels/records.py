@@ -4,7 +4,7 @@ Vectors of all nodes are flat, shape (3 node,): x0 y0 z0 x1 …, so that kernels
 Held nodes are part of them and keep still because their inverse mass is zero.
 """
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +92,7 @@ class Touches(NamedTuple):
     listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
     squares: Floats  # scratch, shape (node,)
     stride: float  # longest way of a node in a step, and since pairs were listed [m]
-    stiffness: float  # [N/m]
+    stiffness: Floats  # [N/m], shape (m,)
     layer: float  # [m]
     damping: float  # [s/m]
     friction: float
@@ -190,7 +190,7 @@ class Operations(NamedTuple):
 
 
 class Net(NamedTuple):
-    """What acts on the nodes, for the compiled tier; springs sorted by their lower node.
+    """What acts on the nodes; springs sorted by their lower node.
 
     What a scene has nothing of is None, from the enclosures on.
     """
@@ -355,5 +355,3 @@ class Buffer(NamedTuple):
 LOOKED = 4  # place in ``Work.effort`` of evaluations for looks inside of steps
 # Why the stepping code came back.
 REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
-
-AnyNet = Any  # ``Net`` in the compiled tier, ``vector.VectorNet`` in the interpreted one

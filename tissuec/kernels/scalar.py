@@ -13,7 +13,7 @@ import numpy as np
 from tissuec.kernels.acts import pull_free, put_driven
 from tissuec.kernels.folding import fold
 from tissuec.kernels.pressing import press
-from tissuec.kernels.records import Buffer, Floats, Net
+from tissuec.kernels.records import Buffer, Floats, Net, Rows
 from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.remembering import flowed, give_way, pull_of_branches, put_home, remember
 from tissuec.kernels.rinsing import blow
@@ -23,6 +23,7 @@ from tissuec.laws.code import functions
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
+OF_LAWS = True  # springs may have laws, relax or flow
 pull, slope, side, *_viscous = functions((LINEAR,)).values()
 brake, brake_slope, brake_by_e, brake_side = _viscous
 
@@ -85,8 +86,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
 
 
 def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
-    """Add the forces of linear springs; return whether one is near to breaking."""
-    first, other = net.first, net.other
+    """Add the forces of springs; return whether one is near to breaking."""
+    first, other, law = net.first, net.other, net.law
     stiffness, damping, rest = net.stiffness, net.damping, net.rest
     limit, limit_pressed = net.near, net.near_crush
     near = False
@@ -101,12 +102,22 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
             r0, r1, r2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
-            tension = stiffness[s] * (length - rest[s])
+            e = length - rest[s]
+            if OF_LAWS and net.inelastic:
+                e -= flowed(s, v, net.internal)
+            tension = stiffness[s] * e
+            if OF_LAWS and law[s] > 0:
+                tension = pull(law[s], e, stiffness[s], rest[s], net)
+            if OF_LAWS and net.inelastic:
+                tension += pull_of_branches(s, e, v, net.internal)
+                dissipated += give_way(s, e, tension, v, net.internal)
             if VISCOUS:
                 closing = (
                     r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
                 ) * inverse
                 braking = damping[s] * closing
+                if OF_LAWS and law[s] > 0:
+                    braking = brake(law[s], e, closing, damping[s], rest[s], net)
                 tension += braking
                 dissipated += braking * closing
             if WATCHED:
@@ -125,56 +136,7 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
     return near
 
 
-def springs_of_laws(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
-    """Do what ``springs`` does, for those with laws and those that relax or flow, too."""
-    first, other, law = net.first, net.other, net.law
-    stiffness, damping, rest = net.stiffness, net.damping, net.rest
-    limit, limit_pressed = net.near, net.near_crush
-    near = False
-    dissipated = 0.0
-    for node in range(first.size - 1):
-        i = np.uint64(3 * node)
-        x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
-        v0, v1, v2 = v[i], v[i + ONE], v[i + TWO]
-        f0 = f1 = f2 = 0.0
-        for s in range(first[node], first[node + 1]):
-            j = np.uint64(other[s])
-            r0, r1, r2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
-            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-            inverse = 1.0 / (length + TINY)
-            e = length - rest[s]
-            if net.inelastic:
-                e -= flowed(s, v, net.internal)
-            tension = stiffness[s] * e
-            if law[s] > 0:
-                tension = pull(law[s], e, stiffness[s], rest[s], net)
-            if net.inelastic:
-                tension += pull_of_branches(s, e, v, net.internal)
-                dissipated += give_way(s, e, tension, v, net.internal)
-            closing = (
-                r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
-            ) * inverse
-            braking = damping[s] * closing
-            if law[s] > 0:
-                braking = brake(law[s], e, closing, damping[s], rest[s], net)
-            tension += braking
-            dissipated += braking * closing
-            near |= tension > limit[s] or tension < -limit_pressed[s]
-            tension *= inverse
-            f0 += tension * r0
-            f1 += tension * r1
-            f2 += tension * r2
-            f[j] -= tension * r0
-            f[j + ONE] -= tension * r1
-            f[j + TWO] -= tension * r2
-        f[i] += f0
-        f[i + ONE] += f1
-        f[i + TWO] += f2
-    power[1] += dissipated
-    return near
-
-
-def find_sides(time: float, x: Floats, v: Floats, out: Floats, net: Net) -> None:
+def find_sides(time: float, x: Floats, v: Floats, out: Rows, net: Net) -> None:
     """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
 
     Of springs and of dashpots, and whether springs yield.
@@ -204,7 +166,7 @@ def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[
     return e, (r0 * w0 + r1 * w1 + r2 * w2) / (length + TINY)
 
 
-def is_passed(before: Floats, after: Floats) -> bool:
+def is_passed(before: Rows, after: Rows) -> bool:
     """Return whether any spring has passed a corner between two looks."""
     for row in range(3):
         for s in range(before.shape[1]):
@@ -219,8 +181,8 @@ def bend_of_passed(
     x_end: Floats,
     v_end: Floats,
     span: float,
-    before: Floats,
-    after: Floats,
+    before: Rows,
+    after: Rows,
     net: Net,
 ) -> float:
     """Return how suddenly corners change the rates of accelerations [m/s³].

@@ -38,13 +38,13 @@ def touch(time: float, x: Floats, v: Floats, f: Floats, power: Floats, net: Net)
     bends = 0.0
     for k in range(touches.nodes.size):
         first, last = int(touches.first[k]), int(touches.first[k + 1])
-        bends += look(3 * touches.nodes[k], first, last, x, v, touches)
+        bends += look(k, first, last, x, v, touches)
         # Pressure with and without damping, its rate, and pressure times sliding velocity.
         total = rest = growth = u0 = u1 = u2 = 0.0
         start = first
         while start < last:
             stop = end_of_surface(start, last, touches)
-            steady, closing, steeper = press_surface(start, stop, first, touches)
+            steady, closing, steeper = press_surface(k, start, stop, touches)
             if steady > 0.0:
                 factor = max(1.0 + touches.damping * closing / steady, 0.0)
                 power[1] += push_back(k, start, stop, first, factor, f, touches)
@@ -73,9 +73,10 @@ def end_of_surface(start: int, last: int, touches: Touches) -> int:
     return stop
 
 
-def look(i: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) -> float:
+def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) -> float:
     """Set the rows of the pairs of a node; return how many bends of their law they passed."""
-    bends, met = 0.0, touches.met
+    bends, met, i = 0.0, touches.met, 3 * touches.nodes[k]
+    stiffness = touches.stiffness[k]
     for pair in range(first, last):
         shape, row = touches.shape[pair], pair - first
         depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, pair, x, touches)
@@ -83,7 +84,7 @@ def look(i: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) 
             met[row, STEADY] = 0.0
             continue
         bends += touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
-        met[row, STEADY] = touches.weight[pair] * press_at(depth, touches)
+        met[row, STEADY] = touches.weight[pair] * press_at(depth, stiffness, touches.layer)
         met[row, NORMAL], met[row, NORMAL + 1], met[row, NORMAL + 2] = n0, n1, n2
         met[row, WEIGHT], met[row, WEIGHT + 1], met[row, WEIGHT + 2] = wa, wb, wc
         met[row, LEVER], met[row, LEVER + 1], met[row, LEVER + 2] = l0, l1, l2
@@ -100,19 +101,20 @@ def look(i: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) 
 
 
 def press_surface(
-    start: int, stop: int, first: int, touches: Touches
+    k: int, start: int, stop: int, touches: Touches
 ) -> tuple[float, float, float]:
     """Return what a surface does to a node at rest.
 
     Returns:
         Its pressure [N], that times the rate of the depth [W], and its rate [N/s].
     """
+    first, stiffness = int(touches.first[k]), touches.stiffness[k]
     steady = nearest_face = closing = steeper = 0.0
     for pair in range(start, stop):
         pressure, rate = touches.met[pair - first, STEADY], touches.met[pair - first, RATE]
         if pressure != 0.0:
             depth = touches.radius[pair] - touches.met[pair - first, GAP]
-            steep = touches.stiffness * min(depth / touches.layer, 1.0)
+            steep = stiffness * min(depth / touches.layer, 1.0)
             steady += pressure
             nearest_face = max(nearest_face, pressure)
             closing -= pressure * rate
@@ -218,7 +220,7 @@ def rub(
         )
         return 0.0
     u0, u1, u2 = u0 / total, u1 / total, u2 / total
-    stiffness, half = touches.stiffness, 0.5 * touches.layer
+    stiffness, half = touches.stiffness[k], 0.5 * touches.layer
     unbend = 0.5 * growth / (rest + LEAST * stiffness * half) * half / (rest / stiffness + half)
     d0, d1, d2 = u0 - unbend * z0, u1 - unbend * z1, u2 - unbend * z2
     length, reach = sqrt(z0 * z0 + z1 * z1 + z2 * z2), total / stiffness + half
@@ -393,12 +395,11 @@ def corners(shape: int, touches: Touches) -> tuple[int, int, int]:
     return 3 * points[shape, 0], 3 * points[shape, 1], 3 * points[shape, 2]
 
 
-def press_at(depth: float, touches: Touches) -> float:
+def press_at(depth: float, stiffness: float, layer: float) -> float:
     """Return the pressure at a depth at rest [N]."""
-    layer = touches.layer
     if depth < layer:
-        return touches.stiffness * depth * depth / (2.0 * layer)
-    return touches.stiffness * (depth - 0.5 * layer)
+        return stiffness * depth * depth / (2.0 * layer)
+    return stiffness * (depth - 0.5 * layer)
 
 
 def meet(i: int, pair: int, x: Floats, touches: Touches) -> Meeting:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.laws import LINEAR, Law
-from tissuec.laws.code import sides
 from tissuec.laws.formula import Formula, Values, kinks
 
 Floats = NDArray[np.float64]
@@ -109,17 +108,6 @@ class Behaviour:
             kinks(law.elastic, "e") or kinks(law.viscous, "e", "w") for law, _ in self._curved
         )
 
-    def sides(self, elongation: Floats, speed: Floats) -> Floats:
-        """Return numbers that change where corners are passed, shape (2, spring).
-
-        The first ones are those of springs at elongations [m], the others those of dashpots,
-        which move at speeds [m/s].
-        """
-        none, at = np.zeros((2, len(self.stiffness))), {"e": elongation, "w": speed}
-        none[0] = self._with(none[0], at, _elastic_sides)
-        none[1] = self._with(none[1], at, _viscous_sides)
-        return none
-
     def energy(self, elongation: Floats) -> Floats:
         """Return the work ∫ f de from rest to elongations [m], shape (…, spring) [J]."""
         total = 0.5 * self.stiffness * elongation * elongation
@@ -162,16 +150,6 @@ def _elastic(law: Law) -> Formula:
 
 def _viscous(law: Law) -> Formula:
     return law.viscous
-
-
-@cache
-def _elastic_sides(law: Law) -> Formula:
-    return sides(law.elastic, "e")
-
-
-@cache
-def _viscous_sides(law: Law) -> Formula:
-    return sides(law.viscous, "e", "w")
 
 
 @cache

@@ -50,7 +50,11 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
             )
             for r in old.regions
         )
-        return replace(old, tissue=tissue(old.tissue, (key, "")), regions=regions)
+        springs = tuple(
+            replace(part, tissue=tissue(part.tissue, ("", ""))) for part in old.spring_parts
+        )
+        own = tissue(old.tissue, (key, ""))
+        return replace(old, tissue=own, regions=regions, spring_parts=springs)
 
     def joint(old: Joint) -> Joint:
         new = tissue(old.tissue, (key_of(old.name), ""))

@@ -30,7 +30,9 @@ class Compilations:
         self._variables, self._first = variables, first
         # Which of two tissues is the softer decides for all of their springs.
         bodies = compiled.scene.bodies.values()
-        self._is_linear = all(body.interface in ("", "mean") for body in bodies)
+        rules = {body.interface for body in bodies}
+        rules |= {part.rule for body in bodies for part in body.spring_parts}
+        self._is_linear = rules <= {"", "mean"}
         # A retardation time is multiplied by a Young's modulus.
         words = {word for _, word in first}
         self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= words

@@ -14,8 +14,8 @@ finite elements (B. M. Irons and A. Razzaque, 1972) for every ε if
     Σ k L n_i n_j n_k = - μ (δ_ij N_k + δ_ik N_j + δ_jk N_i)    at every node.
 
 Fibres along f that add β f f f f to C add -β f_i f_j f_k f_l N_l to the right-hand side. These
-linear equations are solved for k ≥ 0 in the sense of least squares, drawn weakly towards
-springs that share the volume around their ends evenly.
+linear equations are solved for k ≥ 0 in the sense of least squares, drawn towards springs that
+share the volume around their ends evenly.
 """
 
 from itertools import combinations_with_replacement, permutations
@@ -35,14 +35,23 @@ if TYPE_CHECKING:
 Pairs = NDArray[np.int32]
 
 YOUNG = 2.0 * (1.0 + POISSON)  # of a solid of springs whose shear modulus is 1
-WEIGHT = 1e-3  # of the even share, beside the equations
+#: Weight of the even share, beside the equations: of crystals, which nearly fulfil these, and
+#: those to choose from elsewhere. With a small one, nets that are far from it keep too few
+#: springs inside, and give way.
+CRYSTAL, IRREGULAR = 1e-3, (0.03, 0.3, 1.0)
 ROUNDS = 20  # of choosing the springs that are left out
 #: The entries of a symmetric tensor of three indices, and how often each stands in it.
 TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
 TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
 
 
-def fitted(position: Floats, ends: Pairs, solid: Solid, fibres: Fibres | None = None) -> Floats:
+def fitted(
+    position: Floats,
+    ends: Pairs,
+    solid: Solid,
+    fibres: Fibres | None = None,
+    weight: float = CRYSTAL,
+) -> Floats:
     """Return the constants of springs per shear modulus [m], shape (spring,).
 
     They pass the patch test as nearly as they can.
@@ -52,11 +61,12 @@ def fitted(position: Floats, ends: Pairs, solid: Solid, fibres: Fibres | None = 
         ends: Node pair of each spring, shape (spring, 2).
         solid: What the nodes stand for.
         fibres: In it, if there are any.
+        weight: Of the even share.
     """
     along = position[ends[:, 1]] - position[ends[:, 0]]
     start = _even(along, ends, solid)
     matrix, wanted = _equations(along, ends, solid, start, fibres)
-    return start * _not_negative(matrix, wanted)
+    return start * _not_negative(matrix, wanted, weight)
 
 
 def _even(along: Floats, ends: Pairs, solid: Solid) -> Floats:
@@ -99,7 +109,7 @@ def _equations(
     return matrix, (-traction * np.sqrt(TIMES) * size[:, None]).ravel()
 
 
-def _not_negative(matrix: "csr_matrix", wanted: Floats) -> Floats:
+def _not_negative(matrix: "csr_matrix", wanted: Floats, weight: float) -> Floats:
     """Return x ≥ 0 for which A x is next to b, drawn to 1, by pivoting in blocks.
 
     (L. F. Portugal, J. J. Júdice, L. N. Vicente, Math. Comp. 63:625, 1994.)
@@ -107,7 +117,7 @@ def _not_negative(matrix: "csr_matrix", wanted: Floats) -> Floats:
     from scipy.sparse.linalg import LinearOperator, cg
 
     squares = np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel()
-    pull = WEIGHT**2 * squares
+    pull = weight**2 * squares
     right = matrix.T @ wanted + pull
     used = np.ones(matrix.shape[1], dtype=bool)
     x = np.ones(matrix.shape[1])

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.network import Floats
-
-NEAR = 1e-6  # of a length: what is shorter than this is rounding
+from tissuec.shapes.parallelograms import parallelograms
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,44 +38,8 @@ class Solid:
         outward = np.zeros_like(position)
         for corner in skin.T:
             np.add.at(outward, corner, third)
-        near, far, number = _parallelograms(position, skin)
-        for corner, share in ((near, -0.25), (far, 0.5)):
-            np.add.at(outward, corner, share * third[number])
+        found, number = parallelograms(position, skin.astype(np.int64))
+        share = third[number].sum(axis=1) / 4.0
+        for corner, sign in enumerate((1.0, -1.0, 1.0, -1.0)):
+            np.add.at(outward, found[:, corner], sign * share)
         return cls(volume, outward)
-
-
-def _parallelograms(
-    position: Floats, skin: NDArray[np.int32]
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int64]]:
-    """Return the parallelograms that triangles make in pairs, across the longest edge of both.
-
-    Thirds of triangles depend on which diagonal divides them; quarters of the whole do not.
-
-    Returns:
-        For each triangle in a pair: nodes on the diagonal and one that is not on it, each once
-        for either triangle, and its number.
-    """
-    corners = position[skin]
-    opposite = np.linalg.norm(
-        np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2
-    )
-    apex = np.argmax(opposite, axis=1)
-    ordered = np.sort(opposite, axis=1)
-    number = np.flatnonzero(ordered[:, 1] < (1.0 - NEAR) * ordered[:, 2])
-    rows = skin[number]
-    apexes = rows[np.arange(len(number)), apex[number]]
-    diagonal = np.sort(
-        [rows[np.arange(len(number)), (apex[number] + k) % 3] for k in (1, 2)], axis=0
-    )
-    order = np.lexsort(diagonal)
-    first, second = order[:-1], order[1:]
-    is_pair = (diagonal[:, first] == diagonal[:, second]).all(axis=0)
-    first, second = first[is_pair], second[is_pair]
-    bent = (
-        position[apexes[first]]
-        + position[apexes[second]]
-        - position[diagonal[:, first]].sum(axis=0)
-    )
-    flat = np.linalg.norm(bent, axis=1) < NEAR * ordered[number[first], 2]
-    paired = np.concatenate([first[flat], second[flat]])
-    return diagonal[:, paired], apexes[paired], number[paired]

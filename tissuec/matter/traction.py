@@ -21,6 +21,10 @@ POISSON = 0.25  # of a solid of central springs
 _FLOPPY = 1e3  # times as soft as asked: a net that gives way
 
 
+class Floppy(ValueError):
+    """Nothing resists one of the stresses."""
+
+
 class Stiffness(NamedTuple):
     """How stiff a net is, beside the body that it stands for.
 
@@ -31,6 +35,20 @@ class Stiffness(NamedTuple):
 
     tension: Floats
     shear: Floats
+
+    @property
+    def least(self) -> float:
+        """Return the least of all."""
+        return float(min(self.tension.min(), self.shear.min()))
+
+    @property
+    def largest(self) -> float:
+        """Return the largest of all."""
+        return float(max(self.tension.max(), self.shear.max()))
+
+    def times(self, factor: float) -> "Stiffness":
+        """Return that of springs whose constants are multiplied."""
+        return Stiffness(factor * self.tension, factor * self.shear)
 
 
 def measured(
@@ -54,29 +72,37 @@ def measured(
         fibres: In it, if there are any.
 
     Raises:
-        ValueError: Nothing resists one of the stresses.
+        Floppy: Nothing resists one of the stresses.
     """
     matrix = stiffness(elongations(position, ends), constant)
     volume = float(solid.volume.sum())
-    compliance = _compliance(poisson, fibres)
+    allowed = np.diag(compliance(poisson, fibres))
     found = []
-    for each, (one, other) in zip(compliance, VOIGT, strict=True):
-        force = np.zeros_like(position)
-        force[:, one] += solid.outward[:, other]
-        if one != other:
-            force[:, other] += solid.outward[:, one]
-        stored = 0.5 * float(force.ravel() @ solution(matrix, force.ravel()))
+    for force, each, (one, other) in zip(
+        forces_of_stresses(solid).T, allowed, VOIGT, strict=True
+    ):
+        stored = 0.5 * float(force @ solution(matrix, force))
         asked = 0.5 * volume * each
         if not 0.0 < stored < _FLOPPY * asked:
-            raise ValueError("nothing resists " + ("tension" if one == other else "shear"))
+            raise Floppy("nothing resists " + ("tension" if one == other else "shear"))
         found.append(asked / stored)
     return Stiffness(np.array(found[:3]), np.array(found[3:]))
 
 
-def _compliance(poisson: float, fibres: Fibres | None) -> Floats:
-    """Return strains under unit stresses of a Young's modulus of 1 Pa [1/Pa], shape (6,)."""
+def forces_of_stresses(solid: Solid) -> Floats:
+    """Return the forces of unit stresses in Voigt's order [N/Pa], shape (3 node, 6)."""
+    found = np.zeros((*solid.outward.shape, 6))
+    for number, (one, other) in enumerate(VOIGT):
+        found[:, one, number] += solid.outward[:, other]
+        if one != other:
+            found[:, other, number] += solid.outward[:, one]
+    return found.reshape(-1, 6)
+
+
+def compliance(poisson: float, fibres: Fibres | None) -> Floats:
+    """Return strains under unit stresses of a Young's modulus of 1 Pa [1/Pa], shape (6, 6)."""
     whole = np.diag([1.0] * 3 + [2.0 * (1.0 + poisson)] * 3)
     whole[:3, :3] -= poisson * (1.0 - np.eye(3))
     if fibres is not None:
         whole = np.linalg.inv(np.linalg.inv(whole) + fibres.stiffness)
-    return np.diag(whole)
+    return whole

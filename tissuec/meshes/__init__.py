@@ -31,6 +31,7 @@ class Mesh:
             empty.
         grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
         volume: Of a solid, what each node stands for [m³], shape (node,); None of surfaces.
+        tetrahedra: That divide a solid, shape (tetrahedron, 4); None where there are none.
         groups: Nodes of the parts that a file names, by name, ascending.
         shares: By what the spring constant and the viscosity that the tissue gives are
             multiplied, shape (spring,); None where each spring gets them as they are.
@@ -47,6 +48,7 @@ class Mesh:
     remarks: tuple[str, ...] = ()
     grid: Grid | None = None
     volume: NDArray[np.float64] | None = None
+    tetrahedra: NDArray[np.int64] | None = None
 
     def with_ends(self, ends: NDArray[np.int32]) -> "Mesh":
         """Return this with other springs."""

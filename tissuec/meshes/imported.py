@@ -13,11 +13,11 @@ from tissuec.core.fields import InFile, Measure, OneOf
 from tissuec.core.files import read_bytes
 from tissuec.formats import FormatError, read
 from tissuec.meshes import MESHES, FileOrigin, Mesh
-from tissuec.meshes.filling import NEAREST, Filling, Interior
+from tissuec.meshes.filling import Filling, Interior
 from tissuec.meshes.joining import springs
 from tissuec.meshes.lattice import CRYSTALS, REACH
 from tissuec.meshes.limits import require_limits
-from tissuec.shapes.edges import Edges, Floats
+from tissuec.shapes.edges import Edges, Floats, Indices
 from tissuec.shapes.repair import Shape, repair
 from tissuec.shapes.sharing import area_shares, filled_volumes, node_volumes, volume_shares
 
@@ -102,20 +102,22 @@ class Imported:
         if self.filling == "none":
             return nodes, pairs
         try:
-            if self.filling in CRYSTALS:
-                inner, bonds = self._interior().lattice(self.filling, self.reach).size()
-                return nodes + inner, pairs + bonds + NEAREST * (nodes + inner)
-            inner, _ = self._interior().lattice("caesium chloride", self.reach).size()
+            kind = self.filling if self.filling in CRYSTALS else "caesium chloride"
+            inner, bonds = self._interior().lattice(kind, self.reach).size()
         except FormatError as error:
             raise self._error(str(error), error.hint) from error
         # Twice as many tetrahedra as a lattice of body-centred cells has, to be safe.
-        return nodes + inner, pairs + 16 * (nodes + inner)
+        return nodes + inner, pairs + bonds + 16 * (nodes + inner)
 
-    def build(self) -> Mesh:
-        """Return nodes, springs, skin, groups, and what is to be told of the file."""
+    def build(self, *, for_matter: bool = False) -> Mesh:
+        """Return nodes, springs, skin, groups, and what is to be told of the file.
+
+        Args:
+            for_matter: Whether a filling is joined to its surface as matter needs it.
+        """
         shape = self.shape
         try:
-            filling = self._filled()
+            filling = self._filled(for_matter)
             position = np.concatenate([shape.position, filling.position])
             ends = springs(len(position), shape.pairs, filling.pairs)
             shares = self._shares(position, ends, filling)
@@ -130,9 +132,10 @@ class Imported:
             origin=FileOrigin(self.file, sha256(self._bytes).hexdigest()),
             remarks=(*shape.remarks, *filling.remarks),
             volume=self._volume(position, filling),
+            tetrahedra=self._tetrahedra(filling),
         )
 
-    def _interior(self) -> Interior:
+    def _interior(self, *, for_matter: bool = False) -> Interior:
         """Return the closed surface; raises FormatError if there is none."""
         shape = self.shape
         assert self.cell is not None
@@ -146,27 +149,33 @@ class Imported:
                 f"triangle, {many} of more than two",
                 "close its holes where it was made, or write a larger merging distance",
             )
-        return Interior(shape.position, shape.skin, self.cell)
+        return Interior(shape.position, shape.skin, self.cell, for_matter)
 
-    def _filled(self) -> Filling:
+    def _filled(self, for_matter: bool) -> Filling:
         if self.filling == "none":
             none = np.zeros((0, 3))
             return Filling(none, none[:, :2].astype(int), np.zeros((0, 4), int), ())
         if self.filling == TETRAHEDRA:
-            return self._interior().with_tetrahedra()
-        return self._interior().with_lattice(self.filling, self.reach)
+            return self._interior(for_matter=for_matter).with_tetrahedra()
+        return self._interior(for_matter=for_matter).with_lattice(self.filling, self.reach)
+
+    def _tetrahedra(self, filling: Filling) -> Indices | None:
+        """Return the tetrahedra that divide a solid; None of surfaces and of other cells."""
+        cells = self.shape.tetrahedra if self.shape.is_volume else filling.tetrahedra
+        return None if self.shape.others or not len(cells) else cells
 
     def _volume(self, position: Floats, filling: Filling) -> Floats | None:
         """Return what nodes of a solid stand for [m³]; NaN where that is not known."""
         shape = self.shape
         if not (shape.is_volume or len(filling.pairs)):
             return None
-        tetrahedra = np.concatenate([shape.tetrahedra, filling.tetrahedra])
         if shape.others:
             return np.full(len(position), np.nan)
-        if len(tetrahedra):
-            return node_volumes(position, tetrahedra)
-        return filled_volumes(position, shape.skin, self._interior().site_volume(self.filling))
+        if shape.is_volume:
+            return node_volumes(position, shape.tetrahedra)
+        if not len(filling.tetrahedra):
+            return np.full(len(position), np.nan)
+        return filled_volumes(position, shape.skin, filling.tetrahedra)
 
     def _shares(
         self, position: Floats, ends: NDArray[np.int32], filling: Filling
@@ -181,8 +190,8 @@ class Imported:
                     "for tetrahedra write: stiffness is volume rule",
                 )
             return area_shares(position, shape.skin, ends)
-        tetrahedra = np.concatenate([shape.tetrahedra, filling.tetrahedra])
-        if shape.others or not len(tetrahedra):
+        tetrahedra = self._tetrahedra(filling)
+        if self.filling in CRYSTALS or tetrahedra is None:
             holds = f"{shape.others} other cells" if shape.others else "none"
             raise FormatError(
                 f"the volume rule is for tetrahedra, and there are {holds}",

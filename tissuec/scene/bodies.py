@@ -1,7 +1,7 @@
 """Bodies: a mesh, its tissue, and regions with tissues of their own."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -18,7 +18,16 @@ from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.given import read_given
-from tissuec.scene.model import Bending, Body, Given, Region, Tables, Tissue, WrittenLaws
+from tissuec.scene.model import (
+    Bending,
+    Body,
+    Given,
+    Region,
+    SpringPart,
+    Tables,
+    Tissue,
+    WrittenLaws,
+)
 from tissuec.scene.tables import explicit_tables, tables_of
 
 EXPLICIT = "explicit"
@@ -74,7 +83,7 @@ ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
 _CHOICES = (*BENDING, ELASTIC)
-ENTRIES = ("mesh", "tissue", "region", "rupture", "bending", "fibres", *BODY_ENTRIES)
+ENTRIES = ("mesh", "tissue", "region", "springs", "rupture", "bending", "fibres", *BODY_ENTRIES)
 
 
 def read_body(
@@ -165,6 +174,7 @@ class _BodyReader:
         self.is_explicit = False
         self.tissue: Tissue | None = None
         self.regions: list[Region] = []
+        self.spring_parts: list[SpringPart] = []
         self.may_rupture = False
         self.bending: Bending | None = None
         self.fibres: Floats | str | None = None
@@ -189,7 +199,8 @@ class _BodyReader:
                 self.block.head,
                 hint="for example: mesh is tube { … }",
             )
-        if self.regions and "interface" not in self.rest and is_whole:
+        is_said = "interface" in self.rest or any(part.sides for part in self.spring_parts)
+        if self.regions and not is_said and is_whole:
             is_whole = False
             self.findings.add(
                 "TIS304",
@@ -215,6 +226,7 @@ class _BodyReader:
             tissue=self.tissue,
             regions=tuple(self.regions),
             interface=self.rest.get("interface", ""),
+            spring_parts=tuple(sorted(self.spring_parts, key=lambda part: part.sides is None)),
             may_rupture=self.may_rupture,
             bending=self.bending,
             fibres=self.fibres,
@@ -242,6 +254,12 @@ class _BodyReader:
             self.regions.append(self._region(region, item))
             return
         key = item.name.key
+        if key == "interface" and not isinstance(item, s.Assign) and item.clauses:
+            self.spring_parts.append(self._interface(item))
+            return
+        if key == "springs":
+            self.spring_parts.append(self._springs(item))
+            return
         if key in self.once:
             notes = (Note("first here", self.once[key]),)
             self.findings.reject("TIS307", f'"{key}" is written twice', item.span, notes=notes)
@@ -357,10 +375,15 @@ class _BodyReader:
                     name.span,
                     notes=(Note("first here", other.span),),
                 )
+        made_of = self._made_of(block, "a region")
+        return Region(name.text, block.clauses[0].value, *made_of, block.head)
+
+    def _made_of(self, block: s.Block, what: str) -> tuple[Tissue | None, Given | None]:
+        """Return the tissue and the prestress of a part of the body."""
         tissue: Tissue | None = None
         prestress: Given | None = None
         for item in block.items:
-            with self.findings.item():  # nodes lie in a region whatever it is made of
+            with self.findings.item():  # a part is there whatever it is made of
                 if (
                     isinstance(item, s.Assign | s.Sentence | s.Block)
                     and item.name.key == "tissue"
@@ -371,11 +394,72 @@ class _BodyReader:
                 else:
                     self.findings.reject(
                         "TIS303",
-                        "this is not an entry of a region",
+                        f"this is not an entry of {what}",
                         item.span,
                         hint="entries: tissue, prestress",
                     )
-        return Region(name.text, block.clauses[0].value, tissue, prestress, block.head)
+        return tissue, prestress
+
+    def _interface(self, item: s.Sentence | s.Block) -> SpringPart:
+        """Return what springs between two regions are made of."""
+        span = item.head if isinstance(item, s.Block) else item.span
+        names = [clause.value for clause in item.clauses]
+        if (
+            [clause.word for clause in item.clauses] != ["from", "to"]
+            or not all(isinstance(name, s.Name) for name in names)
+            or (item.phrase is None) != isinstance(item, s.Block)
+        ):
+            self._wrong_interface(span)
+        first, second = (name for name in names if isinstance(name, s.Name))
+        for other in self.spring_parts:
+            sides = {side.key for side in other.sides or ()}
+            if sides == {first.key, second.key}:
+                self.findings.reject(
+                    "TIS307",
+                    f"the interface from {first.text} to {second.text} is written twice",
+                    span,
+                    notes=(Note("first here", other.span),),
+                )
+        name = f"springs from {first.text} to {second.text}"
+        if isinstance(item, s.Block):
+            made_of = self._made_of(item, "an interface")
+            return SpringPart(name, (first, second), None, "", *made_of, span)
+        assert item.phrase is not None
+        word = item.phrase.words[0]
+        if item.phrase.kind != "word" or word.key not in INTERFACES:
+            self.findings.reject(
+                "TIS305",
+                f'interface cannot be "{word.text}"',
+                item.phrase.span,
+                hint=alternatives(word.key, INTERFACES, what="choices"),
+            )
+        return SpringPart(name, (first, second), None, word.key, None, None, span)
+
+    def _wrong_interface(self, span: Span) -> NoReturn:
+        self.findings.reject(
+            "TIS312",
+            "an interface of its own leads from one region to another",
+            span,
+            hint="write interface is softer from REGION to REGION, "
+            "or interface from REGION to REGION { tissue is … }",
+        )
+
+    def _springs(self, item: s.Assign | s.Sentence | s.Block) -> SpringPart:
+        """Return what chosen springs are made of."""
+        is_block = isinstance(item, s.Block) and item.phrase is None
+        if not is_block or [clause.word for clause in item.clauses] != ["where"]:
+            self.findings.reject(
+                "TIS312",
+                "springs with a tissue of their own need one condition",
+                item.span,
+                hint="write springs where length > 3 mm { tissue is … }",
+            )
+        assert isinstance(item, s.Block)
+        made_of = self._made_of(item, "springs")
+        where = item.clauses[0].value
+        return SpringPart(
+            f"springs where {where.span.text}", None, where, "", *made_of, item.head
+        )
 
     def _tables(self) -> Tables | None:
         tables = tables_of(self.name, self.declarations, self.findings)

@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 from tissuec.core import units
 from tissuec.core.errors import Note, alternatives
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Measure, OneOf
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
@@ -15,6 +15,7 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Joint, Tissue
 
+PAIRS = ("nearest", "all")
 #: Entries of a joint beside springs, tissue and rupture.
 JOINT_ENTRIES: dict[str, schema.Entry] = {
     "reach": schema.Entry(
@@ -23,6 +24,13 @@ JOINT_ENTRIES: dict[str, schema.Entry] = {
         Measure(units.LENGTH, above=0.0),
         None,
         "nodes that are drawn further apart are not joined",
+    ),
+    "pairs": schema.Entry(
+        "pairs",
+        "pairs",
+        OneOf(PAIRS),
+        PAIRS[0],
+        "which nodes are joined: each to the nearest one, or all that lie within reach",
     ),
     "section": SECTION,
 }
@@ -80,10 +88,19 @@ class _JointReader:
                             else schema.missing(example, self.block.head)
                         ),
                     )
+        joins_all = self.found.get("pairs") == "all"
+        if joins_all and "reach" not in self.found:
+            self.findings.reject(
+                "TIS304",
+                "all pairs of nodes would be joined, however far apart they are",
+                self.places["pairs"],
+                hint="write how far, for example: reach = 8 mm",
+            )
         return Joint(
             name=self.name.text,
             ends=self.found["springs"],
             reach=self.found.get("reach", inf),
+            joins_all=joins_all,
             tissue=self.found["tissue"],
             section=self.found.get("section"),
             may_rupture=self.found.get("rupture", False),

@@ -126,7 +126,7 @@ class LearnSettings:
 
 
 #: What limits forces at which springs break: there is no slope to follow.
-BREAKING = ("fraction force", "crushing force", "breaking strain", "strength")
+BREAKING = ("fraction force", "crushing force", "breaking strain", "strength", "toughness")
 #: What a set, body or region can have adjusted, and by what it can be divided.
 PARTED: dict[str, tuple[str, ...]] = {
     "spring constant": ("spring", "region"),

@@ -46,6 +46,7 @@ ENTRIES = {
         "mesh": "Where nodes and springs are.",
         "tissue": "What the body is made of.",
         "region": "A part of the body with a tissue or a prestress of its own.",
+        "springs": "Springs with a tissue of their own: springs where CONDITION { … }.",
         "rupture": "Whether springs break beyond their fraction force.",
         "bending": "How a surface resists folding: by springs, or as a wall of its thickness.",
         "fibres": "Along which direction a tissue with a fibre modulus is stiffer.",
@@ -53,6 +54,14 @@ ENTRIES = {
     "region": {
         "tissue": "What the region is made of; without it, of what the body is.",
         "prestress": "By which part the springs of the region are drawn too long.",
+    },
+    "interface": {
+        "tissue": "What the springs between two regions are made of.",
+        "prestress": "By which part they are drawn too long.",
+    },
+    "springs": {
+        "tissue": "What the chosen springs are made of.",
+        "prestress": "By which part they are drawn too long.",
     },
     "joint": {
         "springs": "Which sets or bodies are joined: springs from SET to SET.",

@@ -153,6 +153,29 @@ class Region:
 
 
 @dataclass(frozen=True, slots=True)
+class SpringPart:
+    """Springs of a body that are made of something else than their nodes.
+
+    Attributes:
+        name: As messages call it.
+        sides: Regions between which they lead, or the body for what is in none; None where a
+            condition chooses them.
+        where: What they meet; None between regions.
+        rule: "mean", "softer" or "stiffer" for springs that are made of both sides; else "".
+        tissue: None: the body's, or that of a rule.
+        prestress: Overrides the tissue's.
+    """
+
+    name: str
+    sides: tuple[s.Name, s.Name] | None
+    where: s.Expression | None
+    rule: str
+    tissue: Tissue | None
+    prestress: Given | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Tables:
     """Explicit nodes and springs."""
 
@@ -179,7 +202,9 @@ class Body:
         thickness, section: Of a wall [m], of the springs of an explicit net [m²]; None if not
             written.
         mass: Of the whole body [kg], overriding the tissue's; None if not written.
-        interface: "mean", "softer" or "stiffer"; "" without regions.
+        interface: "mean", "softer" or "stiffer": what springs between two regions are made of
+            if no part says it; "" if not written.
+        spring_parts: Springs with a tissue of their own, between regions before chosen ones.
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
@@ -197,6 +222,7 @@ class Body:
     tissue: Tissue | None
     regions: tuple[Region, ...]
     interface: str
+    spring_parts: tuple[SpringPart, ...]
     may_rupture: bool
     bending: Bending | None
     fibres: Floats | str | None
@@ -211,6 +237,12 @@ class Body:
     is_whole: bool
     span: Span
 
+    @property
+    def tissues(self) -> tuple[Tissue, ...]:
+        """Return what the body and its parts are made of."""
+        parts = (self, *self.regions, *self.spring_parts)
+        return tuple(part.tissue for part in parts if part.tissue is not None)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joint:
@@ -219,12 +251,14 @@ class Joint:
     Attributes:
         ends: Sets or bodies on either side.
         reach: Drawn length up to which nodes are joined [m]; infinite if not written.
+        joins_all: Whether all within reach are joined, and not each with the nearest one only.
         section: Of each spring [m²]; None if not written.
     """
 
     name: str
     ends: tuple[s.Name, s.Name]
     reach: float
+    joins_all: bool
     section: float | None
     tissue: Tissue
     may_rupture: bool
@@ -272,7 +306,8 @@ class ContactLaw:
     Attributes:
         between_bodies: Whether surfaces of bodies touch other bodies.
         within_bodies: Whether they touch their own body, too.
-        stiffness: [N/m]; None where it follows from the springs.
+        stiffness: Of each node [N/m]; None where it follows from the springs.
+        surface_stiffness: By area of the surface [Pa/m]; None if not written.
         thickness: Of surfaces of bodies [m]; None where it follows from lengths of springs.
         layer: [m]; None where it follows from the lengths of springs.
         damping: [s/m].
@@ -282,6 +317,7 @@ class ContactLaw:
     between_bodies: bool
     within_bodies: bool
     stiffness: float | None
+    surface_stiffness: float | None
     thickness: float | None
     layer: float | None
     damping: float

@@ -126,6 +126,8 @@ QUANTITIES: dict[str, Quantity] = {
         _matter("flow viscosity", units.PRESSURE_TIME, VISCOSITY, VISCOSITY, none=inf),
         _matter("breaking strain", units.NUMBER, "fraction force", "strength", none=inf),
         _matter("strength", units.PRESSURE, "fraction force", "strength", none=inf),
+        # J/m^2, which is N/m.
+        _matter("toughness", units.STIFFNESS, "fraction force", "strength", none=inf),
     )
 }
 #: What can be known of matter: its quantities, and what only a laboratory measures.

@@ -43,6 +43,8 @@ class EnvironmentEntries:
         friction: coefficient of friction between what touches
         contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
             springs of a node if not written
+        contact_surface_stiffness: pressure divided by depth, the same on every mesh, instead of
+            a contact stiffness of each node
         contact_thickness: how far from a surface of a body others begin to touch it; a quarter
             of a spring's length if not written
         contact_layer: depth over which this stiffness sets in; a tenth of a spring's length if
@@ -59,6 +61,9 @@ class EnvironmentEntries:
     contact: Annotated[str, OneOf(CONTACTS)] = "off"
     friction: Annotated[float | None, Measure(units.NUMBER, at_least=0.0)] = None
     contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
+    contact_surface_stiffness: Annotated[
+        float | None, Measure(units.AREAL_STIFFNESS, above=0.0)
+    ] = None
     contact_thickness: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
     contact_damping: Annotated[float | None, Measure(units.SLOWNESS, at_least=0.0)] = None
@@ -115,16 +120,26 @@ def _contact_law(
 ) -> ContactLaw | None:
     """Return what is written of contact, None if it is off; then nothing may be written."""
     if entries.contact != "off":
+        if "contact stiffness" in places and "contact surface stiffness" in places:
+            scope.findings.reject(
+                "TIS306",
+                "contact stiffness and contact surface stiffness say the same",
+                places["contact surface stiffness"],
+                hint="write one of them",
+                notes=(Note("the other one", places["contact stiffness"]),),
+            )
         return ContactLaw(
             between_bodies=entries.contact != "tools only",
             within_bodies=entries.contact == "everywhere",
             stiffness=entries.contact_stiffness,
+            surface_stiffness=entries.contact_surface_stiffness,
             thickness=entries.contact_thickness,
             layer=entries.contact_layer,
             damping=entries.contact_damping or 0.0,
             friction=entries.friction or 0.0,
         )
-    written = (f"contact {name}" for name in ("stiffness", "thickness", "layer", "damping"))
+    named = ("stiffness", "surface stiffness", "thickness", "layer", "damping")
+    written = (f"contact {name}" for name in named)
     for name in ("friction", *written):
         if name in places:
             scope.findings.reject(

@@ -28,6 +28,8 @@ from numpy.typing import NDArray
 from tissuec.shapes.edges import Floats, Indices
 from tissuec.shapes.edges import volume as enclosed
 
+LEAST = 0.1  # of the mean share by area: what a node of a filled surface has
+
 
 def area_shares(
     position: Floats, triangles: Indices, ends: NDArray[np.int32], *, elsewhere: float = 1.0
@@ -82,18 +84,24 @@ def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Fl
     return np.bincount(np.concatenate(corners), np.tile(quarter, 4), len(position))
 
 
-def filled_volumes(position: Floats, triangles: Indices, site: float) -> Floats:
+def filled_volumes(position: Floats, triangles: Indices, tetrahedra: Indices) -> Floats:
     """Return what nodes of a filled surface stand for [m³], shape (node,).
+
+    A quarter of the tetrahedra around each, times what makes them as large as the inside. Nodes
+    of the surface get some of its part by their area at least: at a sharp rim, there may be no
+    tetrahedra.
 
     Args:
         position: Nodes of the surface and behind them those inside [m], shape (node, 3).
-        triangles: The closed surface, shape (triangle, 3). Its nodes share what is left.
-        site: What each node inside stands for [m³].
+        triangles: The closed surface, shape (triangle, 3).
+        tetrahedra: That divide the inside, shape (tetrahedron, 4).
     """
+    found = node_volumes(position, tetrahedra)
     outer = int(triangles.max()) + 1
-    share = node_areas(position[:outer], triangles)
-    left = enclosed(position, triangles) - site * (len(position) - outer)
-    return np.concatenate([left * share / share.sum(), np.full(len(position) - outer, site)])
+    area = node_areas(position[:outer], triangles)
+    least = LEAST * found[:outer].sum() * area / area.sum()
+    found[:outer] = np.maximum(found[:outer], least)
+    return found * (enclosed(position, triangles) / found.sum())
 
 
 def _volumes(position: Floats, tetrahedra: Indices) -> Floats:

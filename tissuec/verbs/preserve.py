@@ -22,12 +22,13 @@ FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
 class Preserve:
     """Keeps the volume that the closed surface of a body encloses, by pressure.
 
-    A lattice keeps that of each of its cubic cells, by a pressure of its own.
+    A lattice keeps that of each of its cubic cells, by a pressure of its own; so does a body of
+    tetrahedra or with a filling of cells around its nodes, if its Poisson's ratio is above 1/4.
 
     The pressure is a bulk modulus times the missing part of the drawn volume. The modulus is
     written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard pressure (100
     kPa). A surface with a torn edge leaks: from then on it keeps no pressure, and what energy
-    there was is booked as switched. Of a lattice, the cells leak that lose a spring between two
+    there was is booked as switched. Of several cells, those leak that lose a spring between two
     of their nodes; the others hold.
     """
 

@@ -160,7 +160,7 @@ class Court:
         """
         if not self._judges(problem):
             return "", ""
-        solver = EngineSolver(problem, method, tier=None)
+        solver = EngineSolver(problem, method)
         trial = solver.solve(TOLERANCE, Deadline(self.budget))
         error = self._error(problem, trial.position)
         if error <= MANY * TOLERANCE:

@@ -16,7 +16,7 @@ class Polynomial:
 
     Attributes:
         square: The factor a of e².
-        cube: The factor b of e³.
+        cube: The factor b of e³; Pa/m is N/m^3.
     """
 
     square: Annotated[float, Measure(units.STIFFNESS / units.LENGTH)] = 0.0

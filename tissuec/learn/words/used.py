@@ -43,11 +43,10 @@ class Use:
 def used_tissues(scene: Scene) -> list[Use]:
     """Return the tissues of bodies, regions and joints to which rules give something."""
     tissues = [
-        *(body.tissue for body in scene.bodies.values()),
-        *(region.tissue for body in scene.bodies.values() for region in body.regions),
+        *(tissue for body in scene.bodies.values() for tissue in body.tissues),
         *(joint.tissue for joint in scene.joints.values()),
     ]
-    named = {s.key_of(tissue.name): tissue for tissue in tissues if tissue is not None}
+    named = {s.key_of(tissue.name): tissue for tissue in tissues}
     uses = [_use(key, tissue, scene) for key, tissue in named.items() if tissue.vocabulary]
     return [use for use in uses if use.quantities]
 

@@ -50,7 +50,8 @@ class ContactForce:
         k, w = self._of.stiffness, self._of.layer
         touched = _Touched(self._of, position, pairs)
         shallow, over = np.minimum(touched.depth, w), np.maximum(touched.depth - w, 0.0)
-        return float(touched.weight @ (k * (shallow**3 / (6.0 * w) + 0.5 * over * (over + w))))
+        deep = shallow**3 / (6.0 * w) + 0.5 * over * (over + w)
+        return float(touched.weight @ (k[touched.node] * deep))
 
     def at(self, position: Floats, velocity: Floats, pairs: "Pairs") -> Touching:
         """Return what contact does.
@@ -85,7 +86,7 @@ class ContactForce:
         turning = _Turning(touched)
         slide = part[:, None] * touched.along(turning.sliding(velocity))
         u = np.stack([_sums(touched.node, each, count) for each in slide.T], axis=1)
-        slope = touched.weight * k * np.minimum(touched.depth / w, 1.0)
+        slope = touched.weight * k[touched.node] * np.minimum(touched.depth / w, 1.0)
         growth = _sums(touched.node, slope * deepening, count) / (rest + k * w / 2000.0)
         growth *= 0.5 * w / (rest / k + 0.5 * w)  # g
         z = velocity[of.memory] / of.rate
@@ -157,7 +158,7 @@ class _Touched:
         k, w = of.stiffness, of.layer
         shallow = self.depth < w
         each = np.where(shallow, self.depth**2 / (2.0 * w), self.depth - 0.5 * w)
-        self.pressure = self.weight * k * each
+        self.pressure = self.weight * k[self.node] * each
         largest = np.zeros(len(self.node_of_surface))
         np.maximum.at(largest, self.group, self.pressure)
         self.surface = np.maximum(self.by_surface(self.pressure), largest)

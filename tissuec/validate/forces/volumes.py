@@ -28,7 +28,7 @@ class Volume:
 
     def __init__(self, enclosure: "Enclosure"):
         self._drawn, self._modulus = enclosure.drawn, enclosure.modulus
-        self._swellings = enclosure.swellings
+        self._swellings, self._share = enclosure.swellings, enclosure.share
         faces = np.diff(enclosure.first)
         self._cell = np.tile(np.repeat(np.arange(len(faces)), faces), len(SPLITS))
         corners = np.concatenate([enclosure.corners[:, split] for split in SPLITS])
@@ -46,7 +46,7 @@ class Volume:
     def volumes(self, position: Floats) -> Floats:
         """Return the enclosed volumes [m³], shape (cell,)."""
         a, b, c = self._edges(position)
-        each = np.einsum("tk,tk->t", a, np.cross(b, c)) / 12.0
+        each = np.einsum("tk,tk->t", a, np.cross(b, c)) * (self._share / 12.0)
         return np.bincount(self._cell, each, len(self._drawn))
 
     def _swell(self, time: float) -> tuple[float, float]:
@@ -61,7 +61,7 @@ class Volume:
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         """Add the forces on all nodes [N], shape (node, 3)."""
         a, b, c = self._edges(position)
-        push = self._pressures(time, position)[self._cell, None] / 12.0
+        push = self._pressures(time, position)[self._cell, None] * (self._share / 12.0)
         slopes = push * np.cross(b, c), push * np.cross(c, a), push * np.cross(a, b)
         for corner, slope in zip(self._corners.T, slopes, strict=True):
             np.add.at(to, corner, slope)
@@ -95,7 +95,8 @@ class Volume:
         nodes = number[np.column_stack([self._corners, self._apex])]  # (triangle, 4)
         place = 3 * nodes[:, :, None] + np.arange(3)
         moves = np.broadcast_to(nodes[:, :, None] >= 0, place.shape)
-        slopes = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 12.0
+        slopes = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        slopes *= self._share / 12.0
         slopes = np.concatenate([slopes, -slopes.sum(axis=1, keepdims=True)], axis=1)
         cells = np.broadcast_to(self._cell[:, None, None], place.shape)
         where = place[moves], cells[moves]
@@ -106,7 +107,7 @@ class Volume:
         for one, other, edge, sign in ((0, 1, c, -1.0), (0, 2, b, 1.0), (1, 2, a, -1.0)):
             turning[:, one, other] = sign * _cross_matrix(edge)
             turning[:, other, one] = turning[:, one, other].swapaxes(1, 2)
-        pressure = self._pressures(time, position)[self._cell] / 12.0
+        pressure = self._pressures(time, position)[self._cell] * (self._share / 12.0)
         bend = -np.einsum("t,ia,tijxy,jb->taxby", pressure, _ENDS, turning, _ENDS)
         rows = np.broadcast_to(place[:, :, :, None, None], bend.shape)
         columns = np.broadcast_to(place[:, None, None, :, :], bend.shape)
