@@ -124,6 +124,19 @@ def test_motions_of_a_sheet_without_diagonals_are_counted_as_floppy(solver):
     assert modes(start(net), count=3, above=0.0)[0].kind == "vibration"
 
 
+@pytest.mark.parametrize("rows", range(2, 7))
+@pytest.mark.parametrize("columns", range(2, 9))
+def test_sheets_without_diagonals_vibrate_along_their_threads(columns, rows, solver):
+    """All other motions have frequency 0, and there are more of them."""
+    net = grid(columns, rows)
+    threads = [2.0 * np.sin(np.arange(1, n) * np.pi / (2 * n)) for n in (columns, rows)]
+    relative = np.sort(
+        np.concatenate((np.tile(threads[0], rows), np.tile(threads[1], columns)))
+    )
+    found = modes(start(net), count=4, above=0.0)
+    assert omega(found) == pytest.approx(np.sqrt(50.0 / 0.01) * relative[:4], rel=ROUNDING)
+
+
 def test_a_net_under_tension_vibrates_across_as_it_should(solver):
     vibrates_across(8)
 

@@ -22,6 +22,7 @@ ZERO = 1e-12  # of the largest eigenvalue: rounding leaves a ten thousandth of t
 BELOW = 1e-10  # of the largest: how far σ is below zero where nothing is unstable
 APART = 1e-4  # of an eigenvalue: a gap to the next one between which is counted
 AWAY = 1.7  # times the shift, where it meets an eigenvalue
+STRIDE = 100.0  # times the shift, as long as no eigenvalue is in between
 TRIES = 12
 
 
@@ -108,13 +109,29 @@ def _beneath(operator: Operator) -> Shifted:
 
 
 def _near(operator: Operator, shift: float) -> Shifted:
-    """Return (A - σ)⁻¹ with σ at a limit, or a little below where it meets an eigenvalue."""
+    """Return (A - σ)⁻¹ with σ above a limit, or a little below where it meets an eigenvalue.
+
+    No eigenvalue is between the limit and σ, which is as far up as that allows. Otherwise
+    eigenvalues of 0 just below the limit become so large in (A - σ)⁻¹ that their rounding
+    errors drown those above.
+    """
     for _ in range(TRIES):
         try:
-            return Shifted(operator, shift)
+            shifted = Shifted(operator, shift)
+            break
         except Unsound:
             shift /= AWAY
-    raise NotFound
+    else:
+        raise NotFound
+    while shifted.shift * STRIDE < operator.top:
+        try:
+            further = Shifted(operator, shifted.shift * STRIDE)
+        except Unsound:
+            break
+        if further.below != shifted.below:
+            break
+        shifted = further
+    return shifted
 
 
 def _lanczos(operator: Operator, shifted: Shifted, known: csc_matrix, count: int) -> Pairs:
