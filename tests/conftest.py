@@ -10,6 +10,7 @@ import pytest
 from tests.browser import browser as browser
 from tests.browser import page as page
 from tissuec.core.resources import library
+from tissuec.engine import engine
 from tissuec.pipeline import Request, Result, compile_request, simulate
 from tissuec.running.interrupting import SIGNALS
 
@@ -52,8 +53,8 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]
 
 @pytest.fixture
 def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let Numba compile nothing: for problems so small that this takes longer than solving."""
-    monkeypatch.setenv("TISSUEC_TIER", "interpreted")
+    """Run the steps of all methods as those of users run."""
+    monkeypatch.setattr(engine, "default_tier", lambda integrator: "interpreted")
 
 
 @pytest.fixture

@@ -16,8 +16,6 @@ from tests.test_docs import DOCS, blocks
 
 PAGE = DOCS / "extending.md"
 PARTS = ("docs", "grammars", "library", "tests", "tissuec")
-#: What is left out in the copy: compiling takes longer than everything else.
-INTERPRETED = "not compiled and not both_tiers"
 #: By the folder of an example: tests of its family, and what those of the example contain.
 FAMILIES = {
     "meshes": ("tests/meshes/test_mesh_laws.py", "[ring"),
@@ -61,7 +59,7 @@ def add_sample(path, name, text):
 
 def run(folder, *words, code=0, **more):
     """Run a module of Python in a folder, and fail if it ends with another code."""
-    names = {**os.environ, "TISSUEC_TIER": "interpreted", "PYTHONPATH": str(folder), **more}
+    names = {**os.environ, "PYTHONPATH": str(folder), **more}
     done = subprocess.run(
         [sys.executable, "-m", *words], cwd=folder, env=names, capture_output=True, text=True
     )
@@ -89,7 +87,7 @@ def test_an_example_passes_the_tests_of_its_family(family, extended):
     ids=["conservation", "integrators", "engine"],
 )
 def test_the_example_of_an_integrator_passes_the_tests_of_all_integrators(files, extended):
-    run_tests(extended, f"bogacki and {INTERPRETED}", *files)
+    run_tests(extended, "bogacki and not compiled and not both_tiers", *files)
 
 
 def test_tables_list_the_examples_once_they_are_regenerated(extended):

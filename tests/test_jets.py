@@ -522,11 +522,11 @@ def rinsed(*, tool=NOZZLE, script=SWEEP, duration="40 ms", method="tolerance = 1
 
 def test_a_run_that_is_resumed_under_a_jet_gives_the_same_bytes():
     compiled = compiled_scene(rinsed())
-    whole, undisturbed = carried_out(compiled, tier="compiled")
-    first, before = carried_out(compiled, tier="compiled", interrupt=AfterAsking(4))
+    whole, undisturbed = carried_out(compiled)
+    first, before = carried_out(compiled, interrupt=AfterAsking(4))
     assert first.kind == "interrupted"
     assert 0.005 < first.situation.time < 0.035
-    second, after = carried_out(compiled, tier="compiled", resume=before.state)
+    second, after = carried_out(compiled, resume=before.state)
     assert whole.kind == second.kind == "done"
     for one, other in zip(
         every_array("force of rim", undisturbed),
@@ -565,8 +565,7 @@ SHORT = """from 1 ms to 2 ms: irrigate sheet with 5 ml/s through nozzle using sm
   at 3 ms: stop irrigating"""
 
 
-def test_scipy_agrees_on_what_is_rinsed(monkeypatch):
-    monkeypatch.setenv("TISSUEC_TIER", "compiled")
+def test_scipy_agrees_on_what_is_rinsed():
     text = rinsed(script=SHORT, method="tolerance = 1e-4", duration="4 ms")
     found = validated(text.replace("columns = 5; rows = 5", "columns = 4; rows = 4"))
     assert found.verdict == "kept", found.reasons

@@ -347,12 +347,12 @@ def test_a_seam_agrees_with_scipy(more):
 
 
 def test_a_run_that_is_interrupted_while_sewing_goes_on_to_the_same_end(monkeypatch):
-    monkeypatch.setitem(CALL_SPRINGS, "interpreted", 2000)
+    monkeypatch.setitem(CALL_SPRINGS, "compiled", 2000)
     text = wound(DRAWN, "0.06 s")
-    _, _, whole = ran(text, tier="interpreted")
-    _, recording, first = ran(text, interrupt=lambda: True, tier="interpreted")
+    _, _, whole = ran(text)
+    _, recording, first = ran(text, interrupt=lambda: True)
     assert first.kind == "interrupted" and 0.0 < first.situation.time < 0.06
-    _, _, second = ran(text, resume=recording.state, tier="interpreted")
+    _, _, second = ran(text, resume=recording.state)
     assert np.array_equal(second.situation.position, whole.situation.position)
     assert np.array_equal(second.situation.rest, whole.situation.rest)
 

@@ -60,7 +60,7 @@ TIGHTENED = "from 0 s to 0.1 s: tighten sling to 60 mm using smooth profile"
 
 def test_tightened_loop_presses_on_a_rod_by_its_tension_over_the_radius():
     script = TIGHTENED.replace("0.1 s", "0.04 s")
-    _, _, outcome = ran(around_rod(script=script, duration="0.08 s"), tier="compiled")
+    _, _, outcome = ran(around_rod(script=script, duration="0.08 s"))
     situation = outcome.situation
     pull = tension(situation)[:PIECES]
     assert situation.rest[:PIECES].sum() == pytest.approx(60e-3, rel=1e-12)
@@ -95,7 +95,7 @@ def test_energy_of_drawing_in_is_booked_whatever_the_law(law):
         TIGHTENED.replace("0.1 s", "25 ms") + "; from 30 ms to 50 ms: loosen sling to 61 mm"
     )
     text = around_rod(script=script, duration="50 ms", law=law)
-    _, recording, _ = ran(text, tier="compiled")
+    _, recording, _ = ran(text)
     _, rows = recording.energy_arrays()
     kinetic, elastic, gravity, work, lost, switched = rows.T
     size = np.abs(work).max()
@@ -108,7 +108,7 @@ def test_energy_of_drawing_in_is_booked_whatever_the_law(law):
 
 def test_slow_work_of_drawing_in_is_the_elastic_energy_that_it_leaves():
     text = around_rod(script=TIGHTENED, duration="0.1 s")
-    _, recording, outcome = ran(text, tier="compiled")
+    _, recording, outcome = ran(text)
     _, rows = recording.energy_arrays()
     _, elastic, _, work, _, _ = rows[-1]
     # What dampers take of it falls with the time that it takes.
@@ -118,8 +118,7 @@ def test_slow_work_of_drawing_in_is_the_elastic_energy_that_it_leaves():
     assert springs < elastic  # the rest is that of the contact
 
 
-def test_tightening_agrees_with_scipy(monkeypatch):
-    monkeypatch.setenv("TISSUEC_TIER", "compiled")
+def test_tightening_agrees_with_scipy():
     script = TIGHTENED.replace("0.1 s", "10 ms") + "; at 11 ms: loosen sling to 61 mm"
     found = validated(around_rod(script=script, duration="13 ms"), rtol=1e-6)
     assert quantity(found, "position").is_kept
@@ -127,15 +126,15 @@ def test_tightening_agrees_with_scipy(monkeypatch):
 
 
 def test_a_run_that_is_interrupted_while_tightening_goes_on_to_the_same_end(monkeypatch):
-    monkeypatch.setitem(CALL_SPRINGS, "interpreted", 500 * PIECES)
+    monkeypatch.setitem(CALL_SPRINGS, "compiled", 500 * PIECES)
     text = around_rod(script=TIGHTENED, duration="0.02 s").replace(
         "to 0.1 s: tighten", "to 0.02 s: tighten"
     )
-    _, _, whole = ran(text, tier="interpreted")
+    _, _, whole = ran(text)
 
-    _, recording, first = ran(text, interrupt=lambda: True, tier="interpreted")
+    _, recording, first = ran(text, interrupt=lambda: True)
     assert first.kind == "interrupted" and 0.0 < first.situation.time < 0.02
-    _, _, second = ran(text, resume=recording.state, tier="interpreted")
+    _, _, second = ran(text, resume=recording.state)
     assert np.array_equal(second.situation.position, whole.situation.position)
     assert np.array_equal(second.situation.rest, whole.situation.rest)
 
@@ -151,7 +150,7 @@ def test_friction_lets_the_tension_grow_as_around_a_capstan():
           set gap = springs of sling in [2]""",
         duration="0.36 s", friction=friction,
     ).replace("30 mN*s/m", "1 mN*s/m")  # fmt: skip
-    compiled, _, outcome = ran(text, tier="compiled")
+    compiled, _, outcome = ran(text)
     situation = outcome.situation
     x, chain = situation.position[:PIECES], np.arange(PIECES)
     pull = {
@@ -206,7 +205,7 @@ def loop_length(position):
 
 
 def test_a_tube_under_a_tightened_sling_is_as_narrow_as_the_sling():
-    compiled, recording, outcome = ran(vessel(), tier="compiled")
+    compiled, recording, outcome = ran(vessel())
     tube, sling = (outcome.situation.position[body.nodes] for body in compiled.network.bodies)
     ring = tube.reshape(5, 8, 3)[2]
     narrow, drawn = loop_length(ring), 2.0 * np.pi * 3e-3
@@ -244,7 +243,7 @@ def test_no_node_of_a_sling_slips_between_those_of_the_wall_that_it_strangles():
 
 def test_a_sling_that_is_cut_lets_go_and_its_pieces_there_do_not_touch():
     cut = "at 0.22 s: cut sling along plane through (0, 0, 0) mm facing (0, 1, 0)"
-    _, _, outcome = ran(vessel(cut, "0.5 s"), tier="compiled")
+    _, _, outcome = ran(vessel(cut, "0.5 s"))
     situation = outcome.situation
     gone = np.flatnonzero(~situation.alive[situation.network.bodies[1].springs])
     assert len(gone) == 3  # two pieces, and the spring for a slipping knot
@@ -293,7 +292,7 @@ def knot(tied="square knot of 2 N", *, duration="2.2 s", script=PULLED, strength
 
 
 def test_a_knot_holds_below_its_limit_and_slips_above_it_at_that_force():
-    compiled, recording, outcome = ran(knot(), tier="compiled")
+    compiled, recording, outcome = ran(knot())
     found = [(t, h.kind) for t, h in outcome.happenings if h.kind in ("slip", "seize")]
     assert [kind for _, kind in found] == ["slip", "seize", "slip", "seize"]
     thread = compiled.network.bodies[0].thread
@@ -336,13 +335,13 @@ expect tension(strand) < 8 N over run
 
 def test_the_log_of_a_thread_has_its_pieces_and_the_knot_once_it_is_tied():
     """The ends of a tied thread are drawn 3 mm further apart than its knot was tied."""
-    _, recording, _ = ran(OPEN_THREAD.replace("TIE", ""), tier="compiled")
+    _, recording, _ = ran(OPEN_THREAD.replace("TIE", ""))
     time, pulls = recording.log_arrays("tension of strand")
     assert pulls.shape[1] == 3
     assert pulls[-1] == pytest.approx(3 * [2.0], rel=1e-4)  # c 6 mm / 3
     tie = """at 0.5 s: tie strand with square knot of 9 N
       from 0.6 s to 0.8 s: move right by (3, 0, 0) mm using smooth profile"""
-    tied, recording, outcome = ran(OPEN_THREAD.replace("TIE", tie), tier="compiled")
+    tied, recording, outcome = ran(OPEN_THREAD.replace("TIE", tie))
     (log,) = tied.plan.output.logs
     moment = Moment.of(outcome.situation)
     names = log.measure.columns(log.subjects, moment)
@@ -356,7 +355,7 @@ def test_the_log_of_a_thread_has_its_pieces_and_the_knot_once_it_is_tied():
 
 
 def test_the_log_of_a_loop_that_is_not_tied_has_its_pieces_alone():
-    _, recording, _ = ran(knot(script="", duration="0.02 s"), tier="compiled")
+    _, recording, _ = ran(knot(script="", duration="0.02 s"))
     assert recording.log_arrays("tension of sling")[1].shape[1] == 4
 
 
@@ -367,7 +366,7 @@ def test_a_knot_slips_at_the_located_time():
       at 0 s: settle middle
       from 0.35 s to 5.35 s: move right by (6, 0, 0) mm using constant speed"""
     text = knot(script=script, duration="0.65 s").replace("1e-6", "1e-5")
-    _, _, outcome = ran(text, tier="compiled")
+    _, _, outcome = ran(text)
     (time,) = [t for t, h in outcome.happenings if h.kind == "slip"]
     piece = 10e-3 * np.sqrt(2.0)
     apart = 2.0 * (piece + 2.0 / 1000.0)
@@ -387,7 +386,6 @@ def test_a_knot_slips_while_its_thread_is_drawn_in(viscosity):
     text = knot(script=script.replace("{", "{{").replace("}", "}}"), duration="0.6 s")
     _, recording, outcome = ran(
         text.replace("1e-6", "1e-4").replace("viscosity = 0 N*s/m", f"viscosity = {viscosity}"),
-        tier="compiled",
     )
     happened = [h.kind for _, h in outcome.happenings if h.kind in ("slip", "seize")]
     assert happened[0] == "slip" and len(happened) < 10
@@ -432,7 +430,7 @@ def test_a_thread_breaks_that_is_weaker_than_its_knot():
     text = knot(
         "square knot of 9 N", strength="fraction force = 2 N", body="rupture is allowed"
     )
-    _, _, outcome = ran(text, tier="compiled")
+    _, _, outcome = ran(text)
     assert "rupture" in kinds(outcome) and "slip" not in kinds(outcome)
 
 
@@ -565,7 +563,7 @@ SEWN = "joint seam { springs from strand to sheet; reach = 5 mm; tissue is silk 
 )
 def test_a_thread_that_goes_through_a_surface_is_noted_once(by, joint, noted):
     """Held nodes go where they are moved to, whatever touches them."""
-    _, _, outcome = ran(SHEET.format(by=by, joint=joint), tier="compiled")
+    _, _, outcome = ran(SHEET.format(by=by, joint=joint))
     found = [time for time, note in outcome.happenings if "passes through" in note.cause]
     assert found == noted
 

@@ -14,7 +14,6 @@ from tissuec.core.units import TIME, show
 FIRST_AFTER = 0.5  # [s]: short runs need no progress
 EVERY = 0.2  # [s]
 SILENCE = 1.0  # [s]: a run that steps tells its time more often than that
-COMPILER = "numba"  # a module that is loaded only when kernels are to be compiled
 LOADER = "tissuec.compiled.loading"  # which translates what is shipped, the first time
 WIDTH = 24
 
@@ -141,5 +140,5 @@ def minutes(seconds: float) -> str:
 
 
 def _compiles() -> bool:
-    """Tell whether kernels may be compiled just now."""
-    return COMPILER in sys.modules or getattr(sys.modules.get(LOADER), "translating", False)
+    """Tell whether kernels are compiled just now."""
+    return getattr(sys.modules.get(LOADER), "translating", False)

@@ -53,12 +53,12 @@ class Played:
         return time, dict(zip(names, rows.T, strict=True))
 
 
-def play(text, *, tier=None):
+def play(text):
     """Run a scene to its end."""
     compiled = compiled_scene(text)
     recording = MemoryRecording()
     recorder = Recorder(compiled.network, compiled.plan, recording)
-    outcome = run(compiled.network, compiled.plan, recorder, tier=tier)
+    outcome = run(compiled.network, compiled.plan, recorder)
     return Played(compiled, outcome, recording)
 
 

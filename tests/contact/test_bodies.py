@@ -71,7 +71,7 @@ def test_forces_on_nodes_and_shapes_are_minus_the_gradient_and_cancel(kind):
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_balls_that_collide_keep_momentum_and_their_ledger(friction):
-    played = play(BALLS.format(friction=friction), tier="compiled")
+    played = play(BALLS.format(friction=friction))
     nodes = bodies(played)  # and not what remembers friction
     position, velocity = played.position[:, nodes], played.velocity[:, nodes]
     mass = played.compiled.network.mass[nodes]
@@ -107,7 +107,7 @@ output {{ trajectory every 5 ms; force of top every 5 ms }}
 def test_walls_of_a_tube_that_is_pressed_flat_resist_each_other():
     pressed = {}
     for contact in ("tools only", "everywhere"):
-        played = play(FLAT.format(contact=contact), tier="compiled")
+        played = play(FLAT.format(contact=contact))
         pressed[contact] = np.linalg.norm(played.log("force of top")[1][-1])
     # Planes 0.6 mm apart leave no room for walls that keep 1 mm between them.
     assert pressed["everywhere"] > 3.0 * pressed["tools only"]

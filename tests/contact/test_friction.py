@@ -42,7 +42,7 @@ def resting(degrees, mass=MASS):
 )
 def test_a_mass_below_the_friction_angle_stays_where_it_is(degrees, mass):
     text = slope(degrees, resting(degrees, mass), drag=200.0 * mass, duration=0.5)
-    played = play(text, tier="compiled")
+    played = play(text)
     x = played.position[:, 0, 0]
     pressure = mass * GRAVITY * np.cos(np.radians(degrees))
     reach = pressure / STIFFNESS + 0.5 * LAYER  # of a bristle: κ is N / reach
@@ -59,7 +59,7 @@ def test_a_mass_below_the_friction_angle_stays_where_it_is(degrees, mass):
 
 @pytest.mark.parametrize("degrees", [LIMIT + 0.1, 30.0, 60.0])
 def test_a_mass_above_the_friction_angle_slides_with_the_rest_of_its_weight(degrees):
-    played = play(slope(degrees, resting(degrees), duration=0.2), tier="compiled")
+    played = play(slope(degrees, resting(degrees), duration=0.2))
     a = np.radians(degrees)
     expected = GRAVITY * (np.sin(a) - FRICTION * np.cos(a))
     late = played.time > 0.1
@@ -82,7 +82,7 @@ body block {
 def test_a_block_slides_above_the_friction_angle():
     a = np.radians(LIMIT + 3.0)
     text = slope(LIMIT + 3.0, BLOCK, duration=0.5, more="contact damping = 5 s/m;")
-    played = play(text, tier="compiled")
+    played = play(text)
     velocity = played.velocity[:, bodies(played), 0].mean(axis=1)
     late = played.time > 0.2
     found = np.polyfit(played.time[late], velocity[late], 1)[0]
@@ -91,7 +91,7 @@ def test_a_block_slides_above_the_friction_angle():
 
 def test_a_block_sticks_below_the_friction_angle():
     text = slope(LIMIT - 3.0, BLOCK, duration=0.5, drag=0.1, more="contact damping = 5 s/m;")
-    played = play(text, tier="compiled")
+    played = play(text)
     place = played.position[:, bodies(played), 0]
     assert np.abs(place[-1] - place[len(place) // 2]).max() < 1e-8
 
@@ -135,7 +135,7 @@ def test_force_grows_elastically_and_saturates_as_the_law_of_the_bristle_says(di
     way = 4.0 * LENGTH
     x, y = 1e3 * way * np.array(direction)
     move = f"from 0 s to 1 s: move tip by ({x:.15g}, {y:.15g}, 0) mm using constant speed"
-    played = play(dragged(move, 1.0), tier="compiled")
+    played = play(dragged(move, 1.0))
     time, force = played.log("force of tip")
     along = force[:, :2] @ direction
     # Steps of 1e-8, and 500 values of the integral between which it is interpolated.
@@ -157,7 +157,7 @@ def test_force_turns_over_elastically_and_saturates_the_other_way():
     moves = f"""
   from 0 s to 1 s: move tip by ({1e3 * there:.15g}, 0, 0) mm using constant speed
   from 1 s to 2 s: move tip by ({1e3 * back:.15g}, 0, 0) mm using constant speed"""
-    played = play(dragged(moves, 2.0), tier="compiled")
+    played = play(dragged(moves, 2.0))
     time, force = played.log("force of tip")
     returned = -back * (time - 1.0)
     along, full = force[:, 0], FRICTION * PRESSURE
@@ -176,7 +176,7 @@ def test_what_is_pulled_steadily_below_the_limit_does_not_creep():
     text = text.replace("contact is", "damping = 0.5 N*s/m; contact is")
     for part in (0.3, 0.8):
         pull = part * FRICTION * PRESSURE
-        played = play(text.replace("PULL", f"{pull:.15g}"), tier="compiled")
+        played = play(text.replace("PULL", f"{pull:.15g}"))
         x = played.position[:, 0, 0]
         assert x[-1] > 0.9 * pull / BENT
         assert abs(x[-1] - x[len(x) // 4]) < 1e-4 * pull / BENT
@@ -187,7 +187,7 @@ def test_what_leaves_the_floor_forgets_how_it_was_bent():
   from 0 s to 1 s: move tip by ({2e3 * LENGTH:.15g}, 0, 0) mm using constant speed
   from 1 s to 1.1 s: move tip by (0, 0, 1) mm using smooth profile
   from 1.3 s to 1.4 s: move tip by (0, 0, -1) mm using smooth profile"""
-    played = play(dragged(moves, 1.5), tier="compiled")
+    played = play(dragged(moves, 1.5))
     time, force = played.log("force of tip")
     assert force[time < 1.0][-1, 0] > 0.9 * FRICTION * PRESSURE
     assert np.all(force[(time > 1.1) & (time < 1.3)] == 0.0)
@@ -221,7 +221,7 @@ output {{ trajectory every 2 ms; energy every 2 ms }}
 
 def rolled(subdivisions, degrees, friction="0.8"):
     """Return acceleration [m/s²], its closed form, and the turned angle [rad] of a ball."""
-    played = play(rolling(subdivisions, degrees, friction), tier="compiled")
+    played = play(rolling(subdivisions, degrees, friction))
     nodes = bodies(played)
     place = played.position[:, nodes]
     middle = place.mean(axis=1)

@@ -40,7 +40,6 @@ def logged(script, *, duration="2 s", friction=0.0, output="grip of clamp every 
         compiled.network,
         compiled.plan,
         Recorder(compiled.network, compiled.plan, memory),
-        tier="compiled",
     )
     assert outcome.kind == "done"
     return memory, outcome

@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from tests.contact.scenes import ball, bodies, gap_of_balance, play
-from tests.engine.running import TIERS
 
 GRAVITY, HEIGHT = 9.81, 10e-3
 FLOOR = "tool floor { kind is plane; point = (0, 0, 0) mm; normal = (0, 0, 1) }"
@@ -50,7 +49,7 @@ def touching_time(stiffness, layer, mass=1e-3):
 
 @pytest.mark.parametrize("layer", [0.02e-3, 0.1e-3])
 def test_a_mass_returns_to_its_height_and_touches_as_long_as_the_law_says(layer):
-    played = play(dropped(layer=layer, frames="1 ms"), tier="compiled")
+    played = play(dropped(layer=layer, frames="1 ms"))
     assert gap_of_balance(played) < 1e-6  # the tolerance
     height, speed = played.position[:, 0, 2], played.velocity[:, 0, 2]
     top = np.flatnonzero((np.diff(height)[:-1] > 0.0) & (np.diff(height)[1:] <= 0.0)) + 1
@@ -62,7 +61,7 @@ def test_a_mass_returns_to_its_height_and_touches_as_long_as_the_law_says(layer)
     # 10 nm take 0.02 µs at the floor; six passages and three flights add up.
     assert when == pytest.approx(period * np.arange(1, 4), abs=0.2e-6)
     text = dropped(layer=layer, forces="20 us", duration=0.06)
-    _, force = play(text, tier="compiled").log("force of floor")
+    _, force = play(text).log("force of floor")
     touching = 20e-6 * np.count_nonzero(force[:, 2])
     assert touching == pytest.approx(touching_time(10e3, layer), abs=40e-6)
 
@@ -109,7 +108,7 @@ def test_a_bouncing_mass_keeps_every_tolerance(tolerance):
 
 
 def test_impulse_of_the_floor_is_the_change_of_momentum():
-    played = play(dropped(duration=0.06, frames="1 ms", forces="20 us"), tier="compiled")
+    played = play(dropped(duration=0.06, frames="1 ms", forces="20 us"))
     moment, force = played.log("force of floor")
     impulse = np.trapezoid(-force, moment, axis=0)
     change = 1e-3 * played.velocity[-1, 0] + [0.0, 0.0, 1e-3 * GRAVITY * 0.06]
@@ -158,7 +157,7 @@ environment {{
 simulate {{ duration = 0.12 s; tolerance = 1e-5 }}
 output {{ trajectory every 0.2 ms; energy every 1 ms }}
 """
-    played = play(text, tier="compiled")
+    played = play(text)
     nodes = bodies(played)
     assert gap_of_balance(played) < 1e-4
     place = played.position[:, nodes]
@@ -210,7 +209,7 @@ output {{ trajectory every 1 ms; force of probe every {forces}; energy every 1 m
 
 @pytest.mark.parametrize("friction", ["0", "0.5"])
 def test_momentum_that_a_free_body_gets_is_what_the_probe_gives(friction):
-    played = play(struck(friction=friction, damping="0.5 s/m"), tier="compiled")
+    played = play(struck(friction=friction, damping="0.5 s/m"))
     mass = played.compiled.network.mass[bodies(played), None]
     momentum = (mass * played.velocity[-1, bodies(played)]).sum(axis=0)
     time, force = played.log("force of probe")
@@ -221,7 +220,7 @@ def test_momentum_that_a_free_body_gets_is_what_the_probe_gives(friction):
 
 
 def test_a_body_is_turned_by_the_moment_of_the_probe_about_its_own_place():
-    played = play(struck(), tier="compiled")
+    played = play(struck())
     nodes, probe = bodies(played), played.compiled.network.tools[0].nodes.start
     mass = played.compiled.network.mass[nodes, None]
     arm = np.cross(played.position[:, nodes], mass * played.velocity[:, nodes]).sum(axis=1)
@@ -246,7 +245,7 @@ def test_a_body_is_turned_by_the_moment_of_the_probe_about_its_own_place():
 )
 def test_work_of_a_moved_probe_is_stored_or_lost_and_nothing_else(tool, friction):
     text = struck(tool=tool, friction=friction, damping="0.5 s/m", forces="1 ms")
-    played = play(text, tier="compiled")
+    played = play(text)
     _, energies = played.energies()
     assert energies["work"].max() > 1e-5
     assert energies["dissipated"][-1] > 0.01 * energies["work"].max()
@@ -265,17 +264,19 @@ tool rod { kind is probe; radius = 3 mm; axis from (10, 0, 13) mm to (40, 0, 16)
   from 0 s to 40 ms: turn probe by 15 deg around (0, 1, 0)
     through (30, 0, -10) mm using smooth profile"""
     move = "from 0 s to 40 ms: move probe by (2, 1, -12) mm using smooth profile"
-    played = play(text.replace(move, turns), tier="compiled")
+    played = play(text.replace(move, turns))
     _, energies = played.energies()
     assert energies["work"].max() > 1e-5
     assert gap_of_balance(played) < 1e-5
 
 
-def test_both_tiers_move_what_is_touched_alike():
+def test_both_tiers_move_what_is_touched_alike(request):
     text = struck(friction="0.5", damping="0.5 s/m", forces="0.5 ms")
     text = text.replace("duration = 60 ms", "duration = 15 ms")
     text = text.replace("tolerance = 1e-6", "tolerance = 1e-7")
-    one, other = (play(text, tier=tier) for tier in TIERS)
+    one = play(text)
+    request.getfixturevalue("interpreted")
+    other = play(text)
     moved = np.abs(one.position - one.position[0]).max()
     assert np.abs(one.position - other.position).max() < 1e-8 * moved
     (_, first), (_, second) = one.log("force of probe"), other.log("force of probe")
@@ -363,7 +364,7 @@ output {
 
 
 def test_a_hook_lifts_the_band_in_its_bend_and_is_twisted_by_the_lever_of_the_lift():
-    played = play(LIFTED, tier="compiled")
+    played = play(LIFTED)
     middle = np.abs(played.compiled.network.position[bodies(played), 0]) < 1e-3
     height = played.position[-1, bodies(played)][middle, 2]
     # The bend's top has come to 8 - 1.2 + 1 mm; the band lies on it, pressed in by the layer.

@@ -49,11 +49,11 @@ def pressed(
 @pytest.mark.parametrize("count", [2, 3])
 def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
     compiled = compiled_scene(pressed())
-    whole, undisturbed = carried_out(compiled, tier="compiled")
-    first, before = carried_out(compiled, tier="compiled", interrupt=AfterAsking(count))
+    whole, undisturbed = carried_out(compiled)
+    first, before = carried_out(compiled, interrupt=AfterAsking(count))
     assert first.kind == "interrupted"
     assert 0.0 < first.situation.time < 0.1
-    second, after = carried_out(compiled, tier="compiled", resume=before.state)
+    second, after = carried_out(compiled, resume=before.state)
     assert whole.kind == second.kind == "done"
     for one, other in zip(
         every_array("force of base", undisturbed),
@@ -63,10 +63,7 @@ def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
         assert np.array_equal(one, other)
 
 
-def test_scipy_agrees_on_a_block_that_is_pressed_stroked_and_settled_and_it_is_said(
-    monkeypatch,
-):
-    monkeypatch.setenv("TISSUEC_TIER", "compiled")
+def test_scipy_agrees_on_a_block_that_is_pressed_stroked_and_settled_and_it_is_said():
     stroke = STROKE.replace("100 ms", "20 ms").replace("50 ms", "10 ms")
     found = validated(pressed(script=f"{stroke}\n  at 20 ms: settle", duration="23 ms"))
     assert found.verdict == "kept", found.reasons
@@ -85,8 +82,8 @@ SETTLED = f"{PRESS}\n  at 0.1 s: settle"
 
 def test_what_a_probe_is_pressed_into_settles_where_a_damped_run_comes_to():
     smooth = {"contact": "tools only"}
-    settled = play(pressed(script=SETTLED, duration="0.11 s", **smooth), tier="compiled")
-    waited = play(pressed(script=PRESS, duration="1 s", **smooth), tier="compiled")
+    settled = play(pressed(script=SETTLED, duration="0.11 s", **smooth))
+    waited = play(pressed(script=PRESS, duration="1 s", **smooth))
     (_, force), (_, later) = settled.log("force of base"), waited.log("force of base")
     here, there = (p.position[-1, bodies(p)] for p in (settled, waited))
     moved = np.abs(there - waited.position[0, bodies(waited)]).max()
@@ -97,7 +94,7 @@ def test_what_a_probe_is_pressed_into_settles_where_a_damped_run_comes_to():
 
 def test_what_is_settled_stays_and_friction_begins_anew():
     script = f"{STROKE}\n  at 100 ms: settle"
-    played = play(pressed(script=script, duration="0.12 s"), tier="compiled")
+    played = play(pressed(script=script, duration="0.12 s"))
     _, force = played.log("force of base")
     assert np.abs(force[99] - force[-1]).max() > 0.01  # what friction held
     after = played.time > 0.1

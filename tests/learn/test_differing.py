@@ -42,7 +42,6 @@ def looked_at(compiled):
     return [series(one, TIMES[k % 3 :: 1 + k % 2]) for k, one in enumerate(fits)]
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_runs_predict_what_exact_steps_predict():
     compiled = sheet(PUSH + "\n  at 50 ms: fix middle")
     arguments = compiled, FELT, looked_at(compiled)

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from tissuec.core.errors import CompileError
 from tissuec.learn.data.reading import read_experiment
 from tissuec.learn.fitting import Search
-from tissuec.learn.kernels import kernels
+from tissuec.learn.kernels import Kernels
 from tissuec.learn.looks import look_of
 from tissuec.learn.models.resting import Resting
 from tissuec.learn.motion import Diverged
@@ -57,7 +57,7 @@ def model(tmp_path):
         (lesson,) = compiled.lessons
         experiment = read_experiment(lesson.data[0], lesson, compiled.network)
         shaping = Shaping(compiled, lesson)
-        bound = kernels(shaping.laws, shaping.order.sizes["constants"], compiled=False)
+        bound = Kernels(shaping.laws, shaping.order.sizes["constants"])
         looks = tuple(look_of(one.fit, one.nodes, bound) for one in experiment.series)
         found = Resting(shaping, experiment.series, looks, lesson.axis.nodes, bound)
         found.freeze(np.zeros(shaping.size))

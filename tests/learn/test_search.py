@@ -36,7 +36,6 @@ def of_text(folder, text):
     return compiled, compiled.lessons[0], request
 
 
-@pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("form", ["law", *FREE])
 def test_exponents_have_exact_derivatives_also_where_the_law_is_linear(form, tmp_path):
     """With an exponent of 1 the law is the linear one, which has no such derivative."""
@@ -53,7 +52,6 @@ def test_exponents_have_exact_derivatives_also_where_the_law_is_linear(form, tmp
     assert np.linalg.norm(problem.jacobian(np.zeros(4)), axis=0).min() > 0.0
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_laws_that_are_equal_at_the_start_are_learnt_apart(tmp_path):
     text = SHAKEN.format(c=40, d=200, m=50, n=2)
     gum = text[text.index("tissue gum") : text.index("body net")]
@@ -155,7 +153,6 @@ def test_intervals_hold_the_truth_of_exact_data(truth, tmp_path):
     assert ((low <= true) & (true <= high)).all()
 
 
-@pytest.mark.usefixtures("interpreted")
 def test_constants_that_start_at_zero_are_scaled_by_the_data(tmp_path):
     """In units of 1 N/m² and 1 N/m³, passes of a few units would never come to these."""
     c, square, cube = 80.0, -4e4, 4e7

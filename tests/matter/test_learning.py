@@ -32,7 +32,7 @@ learn gel {{
 """
 
 
-def test_what_a_coarse_coupon_taught_holds_for_a_fine_one(tmp_path, interpreted):
+def test_what_a_coarse_coupon_taught_holds_for_a_fine_one(tmp_path):
     (tmp_path / "pull.csv").write_text("u_mm,force_mN\n0.1,1\n0.2,2\n")
 
     def compiled(young, cell):

@@ -5,9 +5,11 @@ import lzma
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple, get_type_hints
 
 import llvmlite.binding as llvm
+from numba import njit
 from numba.core import types
 from numba.core.typing.templates import Signature
 
@@ -15,9 +17,12 @@ from tissuec.building.typing import (
     NET,
     NOTHING,
     NUMBER,
+    PARTIALS,
     SIGNATURES,
     RecordType,
+    as_compiled,
     caller,
+    partial_caller,
 )
 from tissuec.compiled.bundles import BUNDLES, FLAGS, of_method
 from tissuec.compiled.loading import CALLED, ENDING, INDEX, SHIPPED
@@ -26,7 +31,7 @@ from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.tiers import FORCES, LAWS, method_names, operations_of
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, iterative, runs, scalar
+from tissuec.kernels import banded, explicit, filling, iterative, runs, scalar, sensitivity
 from tissuec.kernels.rate import Unknowns, rate
 from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
 
@@ -51,8 +56,9 @@ _LEFT_OUT = re.compile(
 )
 _OF_CALLS = re.compile(r" #\d+(?=[ ,\n])| captures\([^)]*\)| nocreateundeforpoison")
 _DECLARED = re.compile(r"^declare (?:noalias )?(\S+) @([\w.]+)\((.*?)\)", re.MULTILINE)
+_OF_PYTHON = ("Py", "numba_")
 # As intrinsic functions they set no error number, and can be done eight at a time.
-MATHEMATICS = ("sqrt", "pow", "exp", "log", "sin", "cos")
+MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
 
 
@@ -67,10 +73,30 @@ class Exported(NamedTuple):
 
 def bundles() -> dict[str, list[Exported]]:
     """Return the functions of every bundle."""
-    found = {name: [_operation(each) for each in names] for name, names in BUNDLES.items()}
+    found = {
+        name: [OTHERS.get(name, _operation)(each) for each in names]
+        for name, names in BUNDLES.items()
+    }
     for integrator in INTEGRATORS.values():
         found[of_method(integrator)] = [_drive(integrator)]
     return found
+
+
+def _derivative(name: str) -> Exported:
+    """Return a function for learning."""
+    function = vars(explicit).get(name) or vars(sensitivity)[name]
+    called = {each: partial_caller(each) for each in PARTIALS}
+    return Exported(name, function, as_compiled(function), called)
+
+
+def _raster(name: str) -> Exported:
+    """Return a function that draws."""
+    function = vars(filling)[name]
+    return Exported(name, function, as_compiled(function), {})
+
+
+#: Bundles of what is no operation on nets.
+OTHERS = {"derivatives": _derivative, "raster": _raster}
 
 
 def _operation(name: str) -> Exported:
@@ -121,8 +147,8 @@ def translated(parts: list[Exported]) -> str:
     """Return the text of a bundle."""
     whole = llvm.parse_assembly("")
     for part in parts:
-        binder = Binder(part.replaced, compiled=True, kept=False)
-        made = binder.bind(part.function, "linked")
+        bound = Binder(part.replaced, _compiled).bind(part.function)
+        made = _compiled(bound, no_cfunc_wrapper=False)
         made.compile(part.signature)
         found = made.overloads[tuple(part.signature.args)]
         module = llvm.parse_assembly(found.library.get_llvm_str())
@@ -134,17 +160,35 @@ def translated(parts: list[Exported]) -> str:
     return _OF_CALLS.sub("", _LEFT_OUT.sub("", text))
 
 
+def _compiled(function: FunctionType, **options: bool) -> Any:
+    """Return a function as Numba compiles it when it is needed."""
+    # Only contraction of a b + c: anything more would break the tests for NaN. Kernels allocate
+    # nothing, so they need no counting of references.
+    return njit(
+        error_model="numpy",
+        fastmath={"contract"},
+        _nrt=False,
+        no_cpython_wrapper=True,
+        **{"no_cfunc_wrapper": True} | options,
+    )(function)
+
+
 def _stubs(text: str) -> str:
     """Return functions of Python in a form that ends the process.
 
     Numba calls them where an index of a tuple is wrong, for example, which cannot be here.
+
+    Raises:
+        LookupError: Another function is called that is not known when code is loaded.
     """
     stubs = ["declare void @llvm.trap()"]
     for result, name, arguments in _DECLARED.findall(text):
-        if not name.startswith("llvm.") and name not in (*MATHEMATICS, *CALLED):
+        if name.startswith(_OF_PYTHON):
             kinds = ", ".join(part.split()[0] for part in arguments.split(", ") if part)
             body = "{ call void @llvm.trap() unreachable }"
             stubs.append(f"define {result} @{name}({kinds}) {body}")
+        elif not name.startswith("llvm.") and name not in (*MATHEMATICS, *CALLED):
+            raise LookupError(f"{name} is called, which compiled.loading has not")
     return "\n".join(stubs)
 
 

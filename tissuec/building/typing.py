@@ -16,6 +16,8 @@ from numba.extending import NativeValue, intrinsic, models, register_model, type
 from tissuec.compiled.calls import FUNCTIONS
 from tissuec.compiled.tables import Field, Record, RecordTable, layout, signature
 from tissuec.kernels.records import Net, Operations
+from tissuec.kernels.sensitivity import Laws, Values
+from tissuec.laws.partial import ARGUMENTS
 
 WORD = ir.IntType(64)
 NUMBER, WHOLE, NOTHING = types.float64, types.int32, types.none
@@ -114,9 +116,15 @@ _LAWS = {
     **dict.fromkeys(("pull", "side", "slope"), _SPRING),
     **dict.fromkeys(("brake", "brake_by_e", "brake_side", "brake_slope"), _DASHPOT),
 }
+_TABLES = RecordType(Laws), RecordType(Values)
+#: Laws with their derivatives, for learning; fields of ``kernels.sensitivity.Laws``.
+PARTIALS: dict[str, Signature] = {
+    name: NUMBER(*[WHOLE] * (2 if name == "by_constant" else 1), *[NUMBER] * len(of), *_TABLES)
+    for name, of in ARGUMENTS.items()
+}
 
 
-def _as_compiled(function: Callable[..., Any]) -> Signature:
+def as_compiled(function: Callable[..., Any]) -> Signature:
     """Return the signature that the annotations of a function tell."""
     arguments, result = signature(function)
     returned = NOTHING if result is None else SCALARS[result]
@@ -125,21 +133,31 @@ def _as_compiled(function: Callable[..., Any]) -> Signature:
 
 #: The operations on a net, as C calls them; fields of ``records.Operations``.
 SIGNATURES: dict[str, Signature] = _LAWS | {
-    name: _as_compiled(function) for name, function in FUNCTIONS.items()
+    name: as_compiled(function) for name, function in FUNCTIONS.items()
 }
 
 
 @cache
 def caller(name: str) -> Callable[..., Any]:
     """Return what calls an operation of the net that it is given, in compiled code."""
-    own = SIGNATURES[name]
     place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
+    return _caller(SIGNATURES[name], NET, place)
+
+
+@cache
+def partial_caller(name: str) -> Callable[..., Any]:
+    """Return what calls one of the laws that it is given, in compiled code."""
+    return _caller(PARTIALS[name], _TABLES[0], layout(Laws)[0][name].place)
+
+
+def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]:
+    """Return what calls a function whose address is a word of a table among its arguments."""
 
     def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
         kinds = [context.get_value_type(kind) for kind in own.args]
         result = context.get_value_type(own.return_type)
         operation = ir.FunctionType(result, kinds).as_pointer()
-        address = _word(builder, arguments[own.args.index(NET)], place)
+        address = _word(builder, arguments[own.args.index(table)], place)
         return builder.call(builder.inttoptr(address, operation), arguments)
 
     def typed(context: object, *arguments: object) -> tuple[Signature, Any]:

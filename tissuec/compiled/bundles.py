@@ -2,7 +2,7 @@
 
 #: Constants of the forces of springs. A form that has some is named after them.
 FLAGS = ("VISCOUS", "WATCHED", "OF_LAWS")
-#: By bundle: operations of ``kernels.records.Operations``, some in several forms.
+#: By bundle: operations of ``kernels.records.Operations``, some in several forms, and others.
 BUNDLES: dict[str, tuple[str, ...]] = {
     "core": (
         "force", "kinetic", "peaks", "place", "slack", "springs", "springs_viscous",
@@ -21,6 +21,11 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     "banded": ("assemble_banded", "solve_banded"),
     "iterative": ("assemble_iterative", "solve_iterative"),
     "rate": ("rate",),
+    "derivatives": (
+        "acceleration", "explicit_back", "explicit_change", "explicit_forward", "pull_back",
+        "push_forward", "verlet_back", "verlet_change", "verlet_forward",
+    ),
+    "raster": ("fill",),
 }  # fmt: skip
 BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}
 

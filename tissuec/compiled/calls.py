@@ -1,4 +1,4 @@
-"""Compiled operations on nets, called from Python by their addresses.
+"""Compiled functions, called from Python by their addresses.
 
 Compiled code takes an array as a structure by value. LLVM passes the parts of one as arguments
 by themselves, one after the other, whatever C does with structures on a system: the owner of
@@ -7,17 +7,19 @@ where they are, the shape, and the strides.
 """
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from tissuec.compiled.tables import Field, place_of, signature
+from tissuec.compiled.loading import address
+from tissuec.compiled.tables import Field, RecordTable, place_of, signature
 from tissuec.kernels import banded, scalar
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import code
 
-#: What compiled operations are made from, but for those of laws. Of some there are other forms.
+#: What operations on nets are made from, but for those of laws. Of some there are other forms.
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     name: getattr(banded if name in ("assemble", "solve") else scalar, name)
     for name in Operations._fields
@@ -26,53 +28,99 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 _RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
 
 
-class Operation:
-    """An operation that takes a net as a ``RecordTable``, and finds its address there.
+class Shipped:
+    """A function of a bundle.
 
-    It is no function, so that ``engine.binding`` leaves it as it is.
+    It is no function of Python, so that ``engine.binding`` leaves it as it is. It takes records
+    as they are or as ``RecordTable``, and lets other threads run meanwhile.
+
+    Args:
+        made_from: What it was translated from.
+        bundle: Where it is.
 
     Raises:
-        TypeError: An array is not what the operation takes, or not contiguous.
+        TypeError: An array is not what the function takes, or not contiguous.
     """
 
-    def __init__(self, name: str):
-        self.__name__ = name
-        self._fields, result = signature(FUNCTIONS[name])
-        self._tells = result is bool
-        self._net = [field.kind for field in self._fields.values()].index(Net)
-        kinds = [kind for field in self._fields.values() for kind in _kinds(field)]
-        self._kind = ctypes.CFUNCTYPE(_RESULTS[result], *kinds)
-        self._found: dict[int, Callable[..., Any]] = {}
+    def __init__(self, made_from: Callable[..., Any], bundle: str):
+        self.__name__, self._bundle = made_from.__name__, bundle
+        self._fields, self._result = signature(made_from)
 
     def __call__(self, *values: Any) -> Any:
+        words, _kept = self._words(self._fields.items(), values)
+        result = self._function(values)(*words)
+        # Of the byte, one bit is the answer, and the others may be anything.
+        return bool(result & 1) if self._result is bool else result
+
+    def of_first(self, *values: Any) -> Callable[[int], Any]:
+        """Return the function of its first argument, given all others.
+
+        That spares looking where arrays are each time, which may take longer than the function.
+        """
+        _, *fields = self._fields.items()
+        words, kept = self._words(fields, values)
+        function = self._function(values)
+
+        def call(first: int, _kept: object = (values, kept)) -> Any:
+            return function(first, *words)
+
+        return call
+
+    def _words(
+        self, fields: Iterable[tuple[str, Field]], values: Sequence[Any]
+    ) -> tuple[list[float], list[RecordTable]]:
+        """Return what the function for C takes, and what must be kept until it returns."""
+        tables: list[RecordTable] = []
         words: list[float] = []
-        for (name, field), value in zip(self._fields.items(), values, strict=True):
-            if field.kind is float:
+        for (name, field), value in zip(fields, values, strict=True):
+            if field.kind in (float, int):
                 words.append(value)
-            elif field.kind is not np.ndarray:
-                words.append(value.address)
-            else:
+            elif field.kind is np.ndarray:
                 place = place_of(value, field, f"{name} of {self.__name__}")
                 words += (0, 0, value.size, value.itemsize, place, *value.shape, *value.strides)
-        address = getattr(values[self._net].operations, self.__name__)
-        result = (self._found.get(address) or self._at(address))(*words)
-        # Of the byte, one bit is the answer, and the others may be anything.
-        return bool(result & 1) if self._tells else result
+            else:
+                tables.append(value if isinstance(value, RecordTable) else RecordTable(value))
+                words.append(tables[-1].address)
+        return words, tables
 
-    def _at(self, address: int) -> Callable[..., Any]:
-        """Return the operation at an address, and keep it."""
-        if not address:
+    def _function(self, values: Sequence[Any]) -> Callable[..., Any]:
+        """Return the function for C, given its arguments."""
+        return self._shipped
+
+    @cached_property
+    def _shipped(self) -> Callable[..., Any]:
+        return self._kind(address(self._bundle, self.__name__))
+
+    @cached_property
+    def _kind(self) -> Any:
+        kinds = [kind for field in self._fields.values() for kind in _kinds(field)]
+        return ctypes.CFUNCTYPE(_RESULTS[self._result], *kinds)
+
+
+class Operation(Shipped):
+    """An operation on nets, whose address the net has."""
+
+    def __init__(self, made_from: Callable[..., Any]):
+        super().__init__(made_from, "")
+        self._net = [field.kind for field in self._fields.values()].index(Net)
+        self._found: dict[int, Callable[..., Any]] = {}
+
+    def _function(self, values: Sequence[Any]) -> Callable[..., Any]:
+        """Return the function at the address that the net has; raises TypeError without one."""
+        place = getattr(values[self._net].operations, self.__name__)
+        if not place:
             raise TypeError(f"the net has nothing that {self.__name__} is needed for")
-        self._found[address] = self._kind(address)
-        return self._found[address]
+        if place not in self._found:
+            self._found[place] = self._kind(place)
+        return self._found[place]
 
 
 def _kinds(field: Field) -> list[Any]:
     """Return the types of the words of an argument."""
-    address, size = ctypes.c_void_p, ctypes.c_ssize_t
+    pointer, size = ctypes.c_void_p, ctypes.c_ssize_t
     if field.kind is np.ndarray:
-        return [address, address, size, size, address] + 2 * field.axes * [size]
-    return [ctypes.c_double if field.kind is float else address]
+        return [pointer, pointer, size, size, pointer] + 2 * field.axes * [size]
+    return [{float: ctypes.c_double, int: ctypes.c_int64}.get(field.kind, pointer)]
 
 
-OPERATIONS = {name: Operation(name) for name in FUNCTIONS}
+OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}

@@ -1,15 +1,17 @@
 """Laws of springs and dashpots as machine code."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from llvmlite import ir
 
 from tissuec.compiled.loading import machine_code
-from tissuec.laws import Law
-from tissuec.laws.code import ARGUMENTS, formulas
+from tissuec.compiled.tables import layout
+from tissuec.kernels.sensitivity import Values
+from tissuec.laws import Law, code, partial
 from tissuec.laws.formula import (
+    ZERO,
     Applied,
     Choice,
     Constant,
@@ -22,6 +24,7 @@ from tissuec.laws.formula import (
     Variable,
     VariablePower,
 )
+from tissuec.laws.partial import constant_name
 
 _NUMBER, _WHOLE, _ADDRESS = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
 _LARGEST_EXPONENT = 64  # of whole ones that are multiplied out
@@ -33,40 +36,99 @@ def address(name: str, laws: tuple[Law, ...]) -> int:
 
     In C, it is ``double name(int law, double …, void *net)``.
     """
-    return int(_module(laws).get_function_address(name))
+    return int(_module(translated(laws)).get_function_address(name))
 
 
 @cache
-def _module(laws: tuple[Law, ...]) -> Any:
-    text = translated(laws)
+def partial_address(name: str, laws: tuple[Law, ...], constants: int) -> int:
+    """Return where a function of ``laws.partial.formulas`` is in memory, for some laws.
+
+    In C, it is ``double name(int law, double …, void *laws, void *values)``, where values are
+    the table of a ``kernels.sensitivity.Values``; the second argument of ``by_constant`` is
+    ``int number``.
+
+    Args:
+        constants: How many constants may change.
+    """
+    return int(_module(translated_partials(laws, constants)).get_function_address(name))
+
+
+@cache
+def _module(text: str) -> Any:
     return machine_code("of_laws", text.encode(), lambda: text)
 
 
+@cache
 def translated(laws: tuple[Law, ...]) -> str:
     """Return the functions of laws in LLVM's intermediate representation."""
     module = ir.Module("laws")
-    for name, members in formulas(laws).items():
-        arguments = ARGUMENTS[name]
+    for name, members in code.formulas(laws).items():
+        arguments = code.ARGUMENTS[name]
         kinds = [_WHOLE, *(_NUMBER for _ in arguments), _ADDRESS]
         function = ir.Function(module, ir.FunctionType(_NUMBER, kinds), name)
-        _choose(function, arguments, members)
+        law, *values, _ = function.args
+        builder = ir.IRBuilder(function.append_basic_block())
+        known = dict(zip(arguments, values, strict=True))
+        _choose(builder, law, members, lambda _, known=known: known)
     return str(module)
 
 
-def _choose(function: ir.Function, arguments: Sequence[str], members: list[Formula]) -> None:
-    """Write a function that evaluates the formula of a law by its number."""
-    law, *values, _ = function.args
-    known = dict(zip(arguments, values, strict=True))
-    builder = ir.IRBuilder(function.append_basic_block())
-    chosen = builder.switch(law, function.append_basic_block())
-    for number, formula in enumerate(members):
-        if number and formula == members[0]:
+@cache
+def translated_partials(laws: tuple[Law, ...], constants: int) -> str:
+    """Return the functions of laws and their derivatives, as ``translated`` does."""
+    module = ir.Module("partials")
+    for name, members in partial.formulas(laws, constants).items():
+        arguments, single = partial.ARGUMENTS[name], name != "by_constant"
+        kinds = [_WHOLE] * (1 if single else 2) + [_NUMBER for _ in arguments]
+        kinds += [_ADDRESS, _ADDRESS]
+        function = ir.Function(module, ir.FunctionType(_NUMBER, kinds), name)
+        builder = ir.IRBuilder(function.append_basic_block())
+        number, *rest = function.args
+        if not single:
+            row = builder.mul(number, ir.Constant(_WHOLE, constants))
+            number = builder.add(row, rest.pop(0))
+        *values, _, table = rest
+        known = dict(zip(arguments, values, strict=True))
+
+        def read(inside: Any, known: dict[str, Any] = known, table: Any = table) -> Any:
+            return known | _constants(inside, table, constants)
+
+        _choose(builder, number, members or [ZERO], read)
+    return str(module)
+
+
+def _constants(builder: Any, values: Any, count: int) -> dict[str, Any]:
+    """Read constants that may change from the table of ``Values``; what is unused goes."""
+    if not count:
+        return {}
+    place = layout(Values)[0]["constants"].place
+    at = builder.inttoptr(values, _ADDRESS.as_pointer())
+    word = builder.load(builder.gep(at, [_ADDRESS(place)], source_etype=_ADDRESS))
+    first = builder.inttoptr(word, _NUMBER.as_pointer())
+    return {
+        constant_name(k): builder.load(builder.gep(first, [_ADDRESS(k)], source_etype=_NUMBER))
+        for k in range(count)
+    }
+
+
+def _choose(
+    builder: Any, number: Any, members: list[Formula], known: Callable[[Any], dict[str, Any]]
+) -> None:
+    """Write what evaluates the formula of a number.
+
+    Args:
+        known: Returns the values of variables, in a block that is given.
+    """
+    function = builder.function
+    chosen = builder.switch(number, function.append_basic_block())
+    for place, formula in enumerate(members):
+        if place and formula == members[0]:
             continue
-        block = function.append_basic_block() if number else chosen.default
-        if number:
-            chosen.add_case(ir.Constant(_WHOLE, number), block)
-        writer = _Writer(ir.IRBuilder(block), known)
-        writer.builder.ret(writer.value(formula))
+        block = function.append_basic_block() if place else chosen.default
+        if place:
+            chosen.add_case(ir.Constant(_WHOLE, place), block)
+        inside = ir.IRBuilder(block)
+        inside.ret(_Writer(inside, known(inside)).value(formula))
 
 
 class _Writer:

@@ -25,7 +25,8 @@ ENDING = ".ll.xz"
 INDEX = SHIPPED / "index.json"
 #: Functions of the C library that kernels call.
 CALLED = (
-    "cos", "cosh", "exp", "log", "memcpy", "memmove", "memset", "pow", "rint", "sin", "sinh",
+    "ceil", "cos", "cosh", "exp", "floor", "log", "memcpy", "memmove", "memset", "pow", "rint",
+    "sin", "sinh",
 )  # fmt: skip
 # Of optimisation: loops are vectorised, and all takes half of the time of level 3, for code
 # that is 5 % slower on the smallest nets and no slower on others.

@@ -24,7 +24,6 @@ from tissuec.engine.tiers import (
     bound_drive,
     bound_inside,
     default_tier,
-    forced_tier,
     loop_operations,
 )
 from tissuec.engine.within import RESOLUTION, Watch, Within, bisect, glances
@@ -68,7 +67,7 @@ class Engine:
         record: Called with each batch of samples. Unless a single step holds more samples than
             half the buffer, the situation stands at a step's start then and ``checkpoint``
             gives what a later run can go on from.
-        tier: Forces one tier, as the environment variable TISSUEC_TIER does for tests.
+        tier: Forces one tier, for tests.
             Otherwise methods that are shipped are stepped by compiled code.
     """
 
@@ -82,7 +81,7 @@ class Engine:
         tier: Tier | None = None,
     ):
         self.network, self.method = network, method
-        self.tier: Tier | None = tier or forced_tier()
+        self.tier = tier
         self._layout = Layout(network, watched=method.watch_strength, ledger=method.ledger)
         self._outbox = Outbox(sample_times, self._layout, record)
         self._choice: Choice | None = None

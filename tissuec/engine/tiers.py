@@ -5,13 +5,12 @@ compiled for both: an interpreted loop calls them by their addresses.
 """
 
 import ctypes
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from inspect import getmembers, isfunction
 from itertools import compress
-from typing import Any, cast, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -208,11 +207,3 @@ def default_tier(integrator: type[Integrator]) -> Tier:
     from tissuec.compiled.loading import is_shipped
 
     return "compiled" if is_shipped(of_method(integrator)) else "interpreted"
-
-
-def forced_tier() -> Tier | None:
-    """Return the tier that the environment variable TISSUEC_TIER asks for, for tests."""
-    asked = os.environ.get("TISSUEC_TIER", "")
-    if asked not in ("", "interpreted", "compiled"):
-        raise ValueError(f'TISSUEC_TIER is "{asked}", not "interpreted" or "compiled"')
-    return cast(Tier, asked) if asked else None

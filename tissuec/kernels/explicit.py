@@ -7,10 +7,9 @@ others stay.
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tissuec.kernels.records import Floats, Rows, Stack
 from tissuec.kernels.sensitivity import (
+    Laws,
     Links,
     Seeds,
     Values,
@@ -18,8 +17,6 @@ from tissuec.kernels.sensitivity import (
     pull_back,
     push_forward,
 )
-
-Floats = NDArray[np.float64]
 
 
 class Table(NamedTuple):
@@ -30,8 +27,8 @@ class Table(NamedTuple):
         nodes: c and 1, shape (stage + 1,).
     """
 
-    for_x: Floats
-    for_v: Floats
+    for_x: Rows
+    for_v: Rows
     nodes: Floats
 
 
@@ -43,12 +40,13 @@ class Prescribed(NamedTuple):
         load: Changing forces, shape (step, stage + 2, 3 loaded).
     """
 
-    place: Floats
-    speed: Floats
-    load: Floats
+    place: Stack
+    speed: Stack
+    load: Stack
 
 
 def explicit_stages(
+    laws: Laws,
     row: int,
     x: Floats,
     v: Floats,
@@ -57,10 +55,10 @@ def explicit_stages(
     given: Prescribed,
     links: Links,
     values: Values,
-    at_x: Floats,
-    at_v: Floats,
-    a: Floats,
-):
+    at_x: Rows,
+    at_v: Rows,
+    a: Rows,
+) -> None:
     """Set the states of all stages and of the result, and the accelerations of the stages.
 
     Args:
@@ -87,52 +85,54 @@ def explicit_stages(
                 at_x[i, k] += given.place[row, i + 1, m] - given.place[row, 0, m]
                 at_v[i, k] = given.speed[row, i + 1, m]
         if i < stages:
-            acceleration(at_x[i], at_v[i], given.load[row, i + 1], links, values, a[i])
+            acceleration(laws, at_x[i], at_v[i], given.load[row, i + 1], links, values, a[i])
 
 
 def explicit_forward(
+    laws: Laws,
     times: Floats,
-    trail_x: Floats,
-    trail_v: Floats,
+    trail_x: Rows,
+    trail_v: Rows,
     table: Table,
     given: Prescribed,
     links: Links,
     values: Values,
-    at_x: Floats,
-    at_v: Floats,
-    a: Floats,
-):
+    at_x: Rows,
+    at_v: Rows,
+    a: Rows,
+) -> None:
     """Fill the rows of a trail behind the first one."""
     last = a.shape[0]
     for row in range(times.size - 1):
         h = times[row + 1] - times[row]
         explicit_stages(
-            row, trail_x[row], trail_v[row], h, table, given, links, values, at_x, at_v, a
+            laws, row, trail_x[row], trail_v[row], h, table, given, links, values, at_x, at_v, a
         )
         for k in range(trail_x.shape[1]):
             trail_x[row + 1, k], trail_v[row + 1, k] = at_x[last, k], at_v[last, k]
 
 
 def explicit_back(
+    laws: Laws,
     times: Floats,
-    trail_x: Floats,
-    trail_v: Floats,
+    trail_x: Rows,
+    trail_v: Rows,
     table: Table,
     given: Prescribed,
     links: Links,
     values: Values,
-    enter_x: Floats,
-    enter_v: Floats,
+    enter_x: Rows,
+    enter_v: Rows,
     lx: Floats,
     lv: Floats,
-    at_x: Floats,
-    at_v: Floats,
-    a: Floats,
-    by_x: Floats,
-    by_v: Floats,
+    at_x: Rows,
+    at_v: Rows,
+    a: Rows,
+    by_x: Rows,
+    by_v: Rows,
     weight: Floats,
     by: Values,
-):
+) -> None:
     """Carry derivatives by the last row of a trail back to its first row.
 
     Args:
@@ -146,7 +146,7 @@ def explicit_back(
     for row in range(times.size - 2, -1, -1):
         h = times[row + 1] - times[row]
         explicit_stages(
-            row, trail_x[row], trail_v[row], h, table, given, links, values, at_x, at_v, a
+            laws, row, trail_x[row], trail_v[row], h, table, given, links, values, at_x, at_v, a
         )
         for node in range(links.inverse.size):
             free = links.inverse[node] > 0.0
@@ -163,7 +163,7 @@ def explicit_back(
                             total += h * h * table.for_x[j, i] * by_x[j, k]
                             total += h * table.for_v[j, i] * by_v[j, k]
                     weight[k], by_x[i, k], by_v[i, k] = total, 0.0, 0.0
-            pull_back(at_x[i], at_v[i], a[i], weight, links, values, by_x[i], by_v[i], by)
+            pull_back(laws, at_x[i], at_v[i], a[i], weight, links, values, by_x[i], by_v[i], by)
             for node in range(links.inverse.size):
                 if links.inverse[node] == 0.0:
                     for k in range(3 * node, 3 * node + 3):
@@ -180,33 +180,35 @@ def explicit_back(
 
 def explicit_change(
     row: int,
+    laws: Laws,
     times: Floats,
-    x: Floats,
-    v: Floats,
+    trail_x: Rows,
+    trail_v: Rows,
     table: Table,
     given: Prescribed,
     links: Links,
     values: Values,
     seeds: Seeds,
-    tx: Floats,
-    tv: Floats,
-    at_x: Floats,
-    at_v: Floats,
-    a: Floats,
+    tx: Rows,
+    tv: Rows,
+    at_x: Rows,
+    at_v: Rows,
+    a: Rows,
     part: Floats,
-    moved_x: Floats,
-    moved_v: Floats,
-    known: Floats,
-):
-    """Carry many changes of the state over one step; ``tx`` and ``tv`` are set anew.
+    moved_x: Rows,
+    moved_v: Rows,
+    known: Stack,
+) -> None:
+    """Carry many changes of the state over the step before a row of a trail.
 
     Args:
+        tx, tv: Changes, shape (3 node, change); set anew.
         moved_x, moved_v: Room, shape (3 node, change).
         known: Room for the changes of accelerations, shape (stage, 3 node, change).
     """
-    stages, count = a.shape[0], part.size
-    h = times[row + 1] - times[row]
-    explicit_stages(row, x, v, h, table, given, links, values, at_x, at_v, a)
+    stages, count, step = a.shape[0], part.size, row - 1
+    h, x, v = times[row] - times[step], trail_x[step], trail_v[step]
+    explicit_stages(laws, step, x, v, h, table, given, links, values, at_x, at_v, a)
     for i in range(stages + 1):
         for node in range(links.inverse.size):
             free = links.inverse[node] > 0.0
@@ -225,7 +227,17 @@ def explicit_change(
                                 moved_v[k, m] += of_v * known[j, k, m]
         if i < stages:
             push_forward(
-                at_x[i], at_v[i], a[i], moved_x, moved_v, links, values, seeds, part, known[i]
+                laws,
+                at_x[i],
+                at_v[i],
+                a[i],
+                moved_x,
+                moved_v,
+                links,
+                values,
+                seeds,
+                part,
+                known[i],
             )
     for k in range(tx.shape[0]):
         for m in range(count):

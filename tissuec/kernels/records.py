@@ -14,6 +14,7 @@ Integers = NDArray[np.int64]
 # Compiled code knows the number of axes of each array: one, unless the type says another.
 Rows = Annotated[Floats, 2]
 Stack = Annotated[Floats, 3]
+Pixels = Annotated[NDArray[np.float32], 3]
 IntegerRows = Annotated[Integers, 2]
 
 

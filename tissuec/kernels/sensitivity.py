@@ -8,24 +8,43 @@ the state changes it by
 
 where T' = ∂(f + g)/∂e.
 
-``pull_back`` is the transpose of that, ``push_forward`` does it for many changes at once. Plain
-Python that Numba compiles; names in capitals are constants of a variant.
+``pull_back`` is the transpose of that, ``push_forward`` does it for many changes at once. To be
+translated, as ``scalar`` is; laws that are not linear are called by their addresses, with the
+number of a law as the first argument, and of the constant as well for ``by_constant``.
 """
 
 from math import sqrt
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from tissuec.kernels.records import Floats, Integers, Rows
 
-from tissuec.laws import LINEAR
-from tissuec.laws.partial import functions
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-pull, slope, pull_by_c, pull_by_rest, *_viscous = functions((LINEAR,), 0).values()
-brake, brake_slope, brake_by_e, brake_by_d, brake_by_rest, by_constant = _viscous
-CURVED = True  # some springs have laws that are not linear
+def of_law(*values: object) -> float:
+    """Stand for a law, which compiled code calls by its address."""
+    raise TypeError("laws are called by compiled code only")
+
+
+pull = pull_by_c = pull_by_rest = slope = of_law
+brake = brake_by_d = brake_by_e = brake_by_rest = brake_slope = by_constant = of_law
+
+
+class Laws(NamedTuple):
+    """Laws of springs and their partial derivatives, as addresses of compiled functions.
+
+    They are 0 where all springs are linear.
+    """
+
+    curved: bool  # some springs have laws that are not linear
+    brake: int = 0
+    brake_by_d: int = 0
+    brake_by_e: int = 0
+    brake_by_rest: int = 0
+    brake_slope: int = 0
+    by_constant: int = 0
+    pull: int = 0
+    pull_by_c: int = 0
+    pull_by_rest: int = 0
+    slope: int = 0
 
 
 class Links(NamedTuple):
@@ -42,15 +61,15 @@ class Links(NamedTuple):
         driven: Nodes that are moved, shape (driven,).
     """
 
-    low: Ints
-    high: Ints
-    spring: Ints
-    law: Ints
+    low: Integers
+    high: Integers
+    spring: Integers
+    law: Integers
     inverse: Floats
     steady: Floats
     drag: Floats
-    loaded: Ints
-    driven: Ints
+    loaded: Integers
+    driven: Integers
 
 
 class Values(NamedTuple):
@@ -72,24 +91,26 @@ class Values(NamedTuple):
 class Seeds(NamedTuple):
     """How numbers change with parameters, one sparse matrix in rows for each array."""
 
-    mass_rows: Ints
-    mass_columns: Ints
+    mass_rows: Integers
+    mass_columns: Integers
     mass: Floats
-    stiffness_rows: Ints
-    stiffness_columns: Ints
+    stiffness_rows: Integers
+    stiffness_columns: Integers
     stiffness: Floats
-    damping_rows: Ints
-    damping_columns: Ints
+    damping_rows: Integers
+    damping_columns: Integers
     damping: Floats
-    rest_rows: Ints
-    rest_columns: Ints
+    rest_rows: Integers
+    rest_columns: Integers
     rest: Floats
-    constants_rows: Ints
-    constants_columns: Ints
+    constants_rows: Integers
+    constants_columns: Integers
     constants: Floats
 
 
-def acceleration(x: Floats, v: Floats, load: Floats, links: Links, values: Values, a: Floats):
+def acceleration(
+    laws: Laws, x: Floats, v: Floats, load: Floats, links: Links, values: Values, a: Floats
+) -> None:
     """Set the accelerations of all nodes [m/s²], shape (3 node,)."""
     for i in range(a.size):
         a[i] = 0.0
@@ -102,9 +123,9 @@ def acceleration(x: Floats, v: Floats, load: Floats, links: Links, values: Value
         w *= inverse
         c, d, rest = values.stiffness[k], values.damping[k], values.rest[k]
         tension = c * (length - rest) + d * w
-        if CURVED:
-            tension = pull(law, length - rest, c, rest, values.constants)
-            tension += brake(law, length - rest, w, d, rest, values.constants)
+        if laws.curved:
+            tension = pull(law, length - rest, c, rest, laws, values)
+            tension += brake(law, length - rest, w, d, rest, laws, values)
         tension *= inverse
         a[i] += tension * r0
         a[i + 1] += tension * r1
@@ -123,6 +144,7 @@ def acceleration(x: Floats, v: Floats, load: Floats, links: Links, values: Value
 
 
 def pull_back(
+    laws: Laws,
     x: Floats,
     v: Floats,
     a: Floats,
@@ -132,7 +154,7 @@ def pull_back(
     by_x: Floats,
     by_v: Floats,
     by: Values,
-):
+) -> None:
     """Add to ``by_x``, ``by_v`` and ``by`` the derivatives of Σ weight · a.
 
     Args:
@@ -166,18 +188,19 @@ def pull_back(
         c, d, rest = values.stiffness[k], values.damping[k], values.rest[k]
         e = length - rest
         tension, steep, brisk = c * e + d * w, c, d
-        if CURVED:
+        if laws.curved:
             constants = values.constants
-            tension = pull(law, e, c, rest, constants) + brake(law, e, w, d, rest, constants)
-            steep = slope(law, e, c, rest, constants)
-            steep += brake_by_e(law, e, w, d, rest, constants)
-            brisk = brake_slope(law, e, w, d, rest, constants)
-            by.stiffness[k] += along * pull_by_c(law, e, c, rest, constants)
-            by.damping[k] += along * brake_by_d(law, e, w, d, rest, constants)
-            by.rest[k] += along * pull_by_rest(law, e, c, rest, constants)
-            by.rest[k] += along * brake_by_rest(law, e, w, d, rest, constants)
+            tension = pull(law, e, c, rest, laws, values)
+            tension += brake(law, e, w, d, rest, laws, values)
+            steep = slope(law, e, c, rest, laws, values)
+            steep += brake_by_e(law, e, w, d, rest, laws, values)
+            brisk = brake_slope(law, e, w, d, rest, laws, values)
+            by.stiffness[k] += along * pull_by_c(law, e, c, rest, laws, values)
+            by.damping[k] += along * brake_by_d(law, e, w, d, rest, laws, values)
+            by.rest[k] += along * pull_by_rest(law, e, c, rest, laws, values)
+            by.rest[k] += along * brake_by_rest(law, e, w, d, rest, laws, values)
             for m in range(constants.size):
-                by.constants[m] += along * by_constant(law, m, e, w, c, d, rest, constants)
+                by.constants[m] += along * by_constant(law, m, e, w, c, d, rest, laws, values)
         else:
             by.stiffness[k] += along * e
             by.damping[k] += along * w
@@ -204,17 +227,18 @@ def pull_back(
 
 
 def push_forward(
+    laws: Laws,
     x: Floats,
     v: Floats,
     a: Floats,
-    tx: Floats,
-    tv: Floats,
+    tx: Rows,
+    tv: Rows,
     links: Links,
     values: Values,
     seeds: Seeds,
     part: Floats,
-    ta: Floats,
-):
+    ta: Rows,
+) -> None:
     """Set ``ta`` to the changes of the accelerations for many changes of state and numbers.
 
     Args:
@@ -241,15 +265,16 @@ def push_forward(
         e, constants = length - rest, values.constants
         tension, steep, brisk, by_c, by_d = c * e + d * w, c, d, e, w
         by_rest = -steep
-        if CURVED:
-            tension = pull(law, e, c, rest, constants) + brake(law, e, w, d, rest, constants)
-            steep = slope(law, e, c, rest, constants)
-            steep += brake_by_e(law, e, w, d, rest, constants)
-            brisk = brake_slope(law, e, w, d, rest, constants)
-            by_c = pull_by_c(law, e, c, rest, constants)
-            by_d = brake_by_d(law, e, w, d, rest, constants)
-            by_rest = pull_by_rest(law, e, c, rest, constants) - steep
-            by_rest += brake_by_rest(law, e, w, d, rest, constants)
+        if laws.curved:
+            tension = pull(law, e, c, rest, laws, values)
+            tension += brake(law, e, w, d, rest, laws, values)
+            steep = slope(law, e, c, rest, laws, values)
+            steep += brake_by_e(law, e, w, d, rest, laws, values)
+            brisk = brake_slope(law, e, w, d, rest, laws, values)
+            by_c = pull_by_c(law, e, c, rest, laws, values)
+            by_d = brake_by_d(law, e, w, d, rest, laws, values)
+            by_rest = pull_by_rest(law, e, c, rest, laws, values) - steep
+            by_rest += brake_by_rest(law, e, w, d, rest, laws, values)
         # What the tension changes by for numbers alone.
         for m in range(count):
             part[m] = 0.0
@@ -259,9 +284,9 @@ def push_forward(
             part[seeds.damping_columns[z]] += by_d * seeds.damping[z]
         for z in range(seeds.rest_rows[k], seeds.rest_rows[k + 1]):
             part[seeds.rest_columns[z]] += by_rest * seeds.rest[z]
-        if CURVED:
+        if laws.curved:
             for b in range(constants.size):
-                strength = by_constant(law, b, e, w, c, d, rest, constants)
+                strength = by_constant(law, b, e, w, c, d, rest, laws, values)
                 for z in range(seeds.constants_rows[b], seeds.constants_rows[b + 1]):
                     part[seeds.constants_columns[z]] += strength * seeds.constants[z]
         across = tension * inverse
@@ -319,16 +344,17 @@ def push_forward(
 
 
 def verlet_forward(
-    trail_x: Floats,
-    trail_v: Floats,
-    trail_a: Floats,
+    laws: Laws,
+    trail_x: Rows,
+    trail_v: Rows,
+    trail_a: Rows,
     h: float,
-    way: Floats,
-    speed: Floats,
-    load: Floats,
+    way: Rows,
+    speed: Rows,
+    load: Rows,
     links: Links,
     values: Values,
-):
+) -> None:
     """Fill the rows of a trail behind the first one by velocity Verlet.
 
     Args:
@@ -352,7 +378,7 @@ def verlet_forward(
             for axis in range(3):
                 x_end[i + axis] = x[i + axis] + way[row, 3 * k + axis]
                 v_end[i + axis] = speed[row + 1, 3 * k + axis]
-        acceleration(x_end, v_end, load[row + 1], links, values, a_end)
+        acceleration(laws, x_end, v_end, load[row + 1], links, values, a_end)
         for node in range(links.inverse.size):
             if links.inverse[node] > 0.0:
                 for i in range(3 * node, 3 * node + 3):
@@ -360,21 +386,22 @@ def verlet_forward(
 
 
 def verlet_back(
-    trail_x: Floats,
-    trail_v: Floats,
-    trail_a: Floats,
+    laws: Laws,
+    trail_x: Rows,
+    trail_v: Rows,
+    trail_a: Rows,
     h: float,
     links: Links,
     values: Values,
-    at_x: Floats,
-    at_v: Floats,
+    at_x: Rows,
+    at_v: Rows,
     lx: Floats,
     lv: Floats,
     la: Floats,
     guess: Floats,
     weight: Floats,
     by: Values,
-):
+) -> None:
     """Carry derivatives by the state of the last row of a trail back to its first row.
 
     Args:
@@ -401,7 +428,7 @@ def verlet_back(
                 weight[i] = la[i] + 0.5 * h * lv[i]
                 # From here on, ``la`` holds what is due to the predicted velocity.
                 la[i] = 0.0
-        pull_back(x_end, guess, a_end, weight, links, values, lx, la, by)
+        pull_back(laws, x_end, guess, a_end, weight, links, values, lx, la, by)
         for node in range(links.inverse.size):
             free = links.inverse[node] > 0.0
             for i in range(3 * node, 3 * node + 3):
@@ -414,36 +441,44 @@ def verlet_back(
 
 
 def verlet_change(
-    x_end: Floats,
-    guess: Floats,
-    a_end: Floats,
+    row: int,
+    laws: Laws,
+    trail_x: Rows,
+    trail_v: Rows,
+    trail_a: Rows,
     h: float,
     links: Links,
     values: Values,
     seeds: Seeds,
+    guess: Floats,
     part: Floats,
-    tx: Floats,
-    tv: Floats,
-    ta: Floats,
-    predicted: Floats,
-    ta_end: Floats,
-):
-    """Carry many changes of the state over one step; ``tx``, ``tv`` and ``ta`` are set anew.
+    tx: Rows,
+    tv: Rows,
+    ta: Rows,
+    predicted: Rows,
+    ta_end: Rows,
+) -> None:
+    """Carry many changes of the state over the step before a row of a trail.
 
     Args:
-        guess: The predicted velocity at its end [m/s], shape (3 node,).
+        guess: Room for the predicted velocity [m/s], shape (3 node,).
+        tx, tv, ta: Changes, shape (3 node, change); set anew.
         predicted, ta_end: Room, shape (3 node, change).
     """
     count, half = part.size, 0.5 * h * h
+    x_end, a_end = trail_x[row], trail_a[row]
     for node in range(links.inverse.size):
         free = links.inverse[node] > 0.0
         for i in range(3 * node, 3 * node + 3):
+            guess[i] = trail_v[row, i]
+            if free:
+                guess[i] = trail_v[row - 1, i] + h * trail_a[row - 1, i]
             for m in range(count):
                 predicted[i, m] = 0.0
                 if free:
                     tx[i, m] += h * tv[i, m] + half * ta[i, m]
                     predicted[i, m] = tv[i, m] + h * ta[i, m]
-    push_forward(x_end, guess, a_end, tx, predicted, links, values, seeds, part, ta_end)
+    push_forward(laws, x_end, guess, a_end, tx, predicted, links, values, seeds, part, ta_end)
     for node in range(links.inverse.size):
         free = links.inverse[node] > 0.0
         for i in range(3 * node, 3 * node + 3):

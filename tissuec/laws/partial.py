@@ -1,15 +1,22 @@
-"""Laws and all their partial derivatives as functions of plain numbers, for learning.
+"""Laws of springs with all their partial derivatives, for learning.
 
-Constants of laws that may change are variables called ``k[0]``, ``k[1]``, … of the formulas;
-they reach the functions as an array k.
+Constants of laws that may change are variables called ``k[0]``, ``k[1]``, … of the formulas.
 """
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 
 from tissuec.laws import Law
-from tissuec.laws.code import choosing, made_of
-from tissuec.laws.formula import ZERO, Formula
+from tissuec.laws.formula import Formula
+
+_SPRING, _DASHPOT = ("e", "c", "rest"), ("e", "w", "d", "rest")
+#: What the formulas are of, besides constants that may change, by their names.
+ARGUMENTS = {
+    **dict.fromkeys(("pull", "slope", "pull_by_c", "pull_by_rest"), _SPRING),
+    **dict.fromkeys(
+        ("brake", "brake_slope", "brake_by_e", "brake_by_d", "brake_by_rest"), _DASHPOT
+    ),
+    "by_constant": ("e", "w", "c", "d", "rest"),
+}
 
 
 def constant_name(number: int) -> str:
@@ -17,49 +24,32 @@ def constant_name(number: int) -> str:
     return f"k[{number}]"
 
 
-@cache
-def functions(laws: tuple[Law, ...], constants: int) -> dict[str, Callable[..., float]]:
-    """Return the functions by name.
+def formulas(laws: Sequence[Law], constants: int) -> dict[str, list[Formula]]:
+    """Return what kernels ask of laws, of every law.
 
-    Those of springs take (law, e, c, rest, k), those of dashpots (law, e, w, d, rest, k), and
-    ``by_constant`` takes (law, number of the constant, e, w, c, d, rest, k).
+    Of ``by_constant``, there is one for each constant of each law.
 
     Args:
-        laws: The first is ``LINEAR``.
         constants: How many constants may change.
     """
     elastic, viscous = [law.elastic for law in laws], [law.viscous for law in laws]
 
-    def derived(formulas: Sequence[Formula], name: str) -> list[Formula]:
-        return [formula.slope(name) for formula in formulas]
+    def slopes(members: Sequence[Formula], name: str) -> list[Formula]:
+        return [formula.slope(name) for formula in members]
 
-    written = {
-        "pull": ("e, c", elastic),
-        "slope": ("e, c", derived(elastic, "e")),
-        "pull_by_c": ("e, c", derived(elastic, "c")),
-        "pull_by_rest": ("e, c", derived(elastic, "rest")),
-        "brake": ("e, w, d", viscous),
-        "brake_slope": ("e, w, d", derived(viscous, "w")),
-        "brake_by_e": ("e, w, d", derived(viscous, "e")),
-        "brake_by_d": ("e, w, d", derived(viscous, "d")),
-        "brake_by_rest": ("e, w, d", derived(viscous, "rest")),
+    return {
+        "pull": elastic,
+        "slope": slopes(elastic, "e"),
+        "pull_by_c": slopes(elastic, "c"),
+        "pull_by_rest": slopes(elastic, "rest"),
+        "brake": viscous,
+        "brake_slope": slopes(viscous, "w"),
+        "brake_by_e": slopes(viscous, "e"),
+        "brake_by_d": slopes(viscous, "d"),
+        "brake_by_rest": slopes(viscous, "rest"),
+        "by_constant": [
+            law.elastic.slope(name) + law.viscous.slope(name)
+            for law in laws
+            for name in map(constant_name, range(constants))
+        ],
     }
-    found = {
-        name: choosing(name, f"{at}, rest, k", formulas)
-        for name, (at, formulas) in written.items()
-    }
-    found["by_constant"] = _by_constant(elastic, viscous, constants)
-    return found
-
-
-def _by_constant(
-    elastic: Sequence[Formula], viscous: Sequence[Formula], constants: int
-) -> Callable[..., float]:
-    lines = ["def law_function(law, number, e, w, c, d, rest, k):"]
-    for law, both in enumerate(zip(elastic, viscous, strict=True)):
-        for number in range(constants):
-            one, two = (formula.slope(constant_name(number)) for formula in both)
-            if (total := one + two) != ZERO:
-                lines += [f"    if law == {law} and number == {number}:"]
-                lines += [f"        return {total.code()}"]
-    return made_of("by_constant", [*lines, "    return 0.0"])

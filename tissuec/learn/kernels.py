@@ -1,55 +1,49 @@
-"""The functions of ``kernels.sensitivity`` and ``explicit``, bound to laws and compiled."""
+"""The functions of ``kernels.sensitivity`` and ``explicit``, compiled, with laws of a net."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
-from tissuec.engine.binding import Binder
-from tissuec.engine.tiers import forced_tier
+from tissuec.compiled.calls import Shipped
+from tissuec.compiled.formulas import partial_address
+from tissuec.compiled.tables import RecordTable
 from tissuec.kernels import explicit, sensitivity
 from tissuec.laws import Law
-from tissuec.laws.partial import functions
+from tissuec.laws.partial import ARGUMENTS
 
 
-@dataclass(frozen=True, slots=True)
 class Kernels:
-    """What both modules have, under the same names."""
+    """What both modules have, under the same names.
 
-    acceleration: Callable[..., Any]
-    pull_back: Callable[..., Any]
-    push_forward: Callable[..., Any]
-    verlet_forward: Callable[..., Any]
-    verlet_back: Callable[..., Any]
-    verlet_change: Callable[..., Any]
-    explicit_stages: Callable[..., Any]
-    explicit_forward: Callable[..., Any]
-    explicit_back: Callable[..., Any]
-    explicit_change: Callable[..., Any]
-
-
-OPERATIONS = tuple(entry.name for entry in fields(Kernels))
-
-
-def kernels(laws: tuple[Law, ...], constants: int, *, compiled: bool | None = None) -> Kernels:
-    """Return the functions for the laws of a net.
+    Changes over steps are functions of the row behind the step, once the rest is given.
 
     Args:
         laws: The first is the linear one.
         constants: How many of their constants may change.
-        compiled: Whether Numba compiles them; otherwise they are plain Python, for tests.
-            None compiles them unless the environment variable TISSUEC_TIER asks for
-            "interpreted".
     """
-    if compiled is None:
-        compiled = forced_tier() != "interpreted"
-    return _bound(laws, constants, compiled)
+
+    def __init__(self, laws: tuple[Law, ...], constants: int):
+        curved = len(laws) > 1
+        places = {name: partial_address(name, laws, constants) for name in ARGUMENTS if curved}
+        table = RecordTable(sensitivity.Laws(curved, **places))
+
+        def bound(function: Callable[..., None]) -> Callable[..., None]:
+            return partial(_shipped(function), table)
+
+        def by_rows(function: Callable[..., None]) -> Callable[..., Callable[[int], None]]:
+            return partial(_shipped(function).of_first, table)
+
+        self.acceleration = bound(sensitivity.acceleration)
+        self.pull_back = bound(sensitivity.pull_back)
+        self.push_forward = bound(sensitivity.push_forward)
+        self.verlet_forward = bound(sensitivity.verlet_forward)
+        self.verlet_back = bound(sensitivity.verlet_back)
+        self.verlet_change = by_rows(sensitivity.verlet_change)
+        self.explicit_forward = bound(explicit.explicit_forward)
+        self.explicit_back = bound(explicit.explicit_back)
+        self.explicit_change = by_rows(explicit.explicit_change)
 
 
 @cache
-def _bound(laws: tuple[Law, ...], constants: int, compiled: bool) -> Kernels:
-    replaced: dict[str, Any] = dict(functions(laws, constants))
-    replaced["CURVED"] = len(laws) > 1
-    binder = Binder(replaced, compiled=compiled)
-    both = vars(sensitivity) | vars(explicit)
-    return Kernels(**{name: binder.bind(both[name]) for name in OPERATIONS})
+def _shipped(function: Callable[..., Any]) -> Shipped:
+    return Shipped(function, "derivatives")

@@ -12,7 +12,7 @@ from tissuec.learn.choosing import choose
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.freezing import refusal
-from tissuec.learn.kernels import kernels
+from tissuec.learn.kernels import Kernels
 from tissuec.learn.looks import look_of
 from tissuec.learn.models import Model
 from tissuec.learn.models.moving import Moving
@@ -130,7 +130,7 @@ class _Scene:
         """Return what predicts an experiment."""
         series, plan = experiment.series, self.compiled.plan
         lesson, shaping = self.lesson, self.shaping
-        bound = kernels(shaping.laws, shaping.order.sizes["constants"])
+        bound = Kernels(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, bound) for one in series]
         known = tuple(look for look in looks if look is not None)
         whole = len(known) == len(looks) and not refusal(plan, self.compiled.network)

@@ -27,7 +27,7 @@ from tissuec.verbs import Happening
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine
-    from tissuec.engine.method import Statistics, Tier
+    from tissuec.engine.method import Statistics
     from tissuec.engine.quasistatic import QuasiStatic
 
 CHECKPOINT_EVERY = 5.0
@@ -76,7 +76,6 @@ def run(
     progress: Progress | None = None,
     interrupt: Interrupt | None = None,
     resume: Mapping[str, Any] | None = None,
-    tier: "Tier | None" = None,
 ) -> Outcome:
     """Carry out a plan.
 
@@ -87,14 +86,13 @@ def run(
             Ctrl-C, SIGTERM and SIGHUP do the same.
         resume: The checkpoint of an earlier run of the same plan, which goes on from there as
             if it had never stopped.
-        tier: Forces one tier of the engine; None lets it choose.
 
     Raises:
         ValueError: ``resume`` is not the checkpoint of a run.
     """
     started = clock.monotonic()
     with asked_to_stop(interrupt) as stop:
-        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop, tier)
+        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop)
         if resume is None:
             loop.begin()
         else:
@@ -129,11 +127,10 @@ class _Loop:
         recorder: Recorder,
         progress: Progress,
         stop: Stop,
-        tier: "Tier | None",
     ):
         self.network, self.plan, self.recorder = network, plan, recorder
         self.progress, self.stop = progress, stop
-        self.engine = _make_engine(network, plan, recorder, tier)
+        self.engine = _make_engine(network, plan, recorder)
         self.kept = clock.monotonic()
         self.true: list[int] = []
         self.relaxes = plan.simulation.integrator == RELAXATION
@@ -237,9 +234,7 @@ class _Loop:
         return f"interrupted{by} at {now:g} s of {duration:g} s; the run can be resumed"
 
 
-def _make_engine(
-    network: Network, plan: Plan, recorder: Recorder, tier: "Tier | None"
-) -> "Engine | QuasiStatic":
+def _make_engine(network: Network, plan: Plan, recorder: Recorder) -> "Engine | QuasiStatic":
     """Return a new engine; imported only here, because it brings much along."""
     from tissuec.engine.engine import Engine
     from tissuec.engine.method import Method
@@ -258,4 +253,4 @@ def _make_engine(
         from tissuec.engine.quasistatic import QuasiStatic
 
         return QuasiStatic(network, method, recorder.times, recorder.record)
-    return Engine(network, method, recorder.times, recorder.record, tier=tier)
+    return Engine(network, method, recorder.times, recorder.record)

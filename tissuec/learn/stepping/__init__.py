@@ -5,8 +5,11 @@ of what ``run`` computes, discretisation included.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
+from tissuec.compiled.tables import RecordTable
 from tissuec.kernels.sensitivity import Links, Seeds, Values
 from tissuec.learn.course import Leg
 from tissuec.network import Floats
@@ -40,12 +43,18 @@ class State(NamedTuple):
     a: Floats
 
 
-class Act(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Act:
     """What holds on a leg for the numbers of the moment."""
 
     leg: Leg
     links: Links
     values: Values
+
+    @cached_property
+    def tables(self) -> tuple[RecordTable, RecordTable]:
+        """Return links and values as compiled code reads them."""
+        return RecordTable(self.links), RecordTable(self.values)
 
 
 class Stepping(Protocol):

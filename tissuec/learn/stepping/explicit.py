@@ -29,7 +29,7 @@ class Explicit(OneStep):
         x, v = np.empty((2, len(times), len(state.x)))
         x[0], v[0] = state.x, state.v
         self.kernels.explicit_forward(
-            times, x, v, self.table, self._given(act, times), act.links, act.values,
+            times, x, v, self.table, self._given(act, times), *act.tables,
             *self._room(len(state.x)),
         )  # fmt: skip
         return Trail(times, x, v, np.zeros_like(x))
@@ -42,7 +42,7 @@ class Explicit(OneStep):
         by_x, by_v = np.empty((2, self._stages + 1, len(lx)))
         self.kernels.explicit_back(
             trail.times, trail.x, trail.v, self.table, self._given(act, trail.times),
-            act.links, act.values, at_x, at_v, lx, lv, *self._room(len(lx)), by_x, by_v,
+            *act.tables, at_x, at_v, lx, lv, *self._room(len(lx)), by_x, by_v,
             np.empty_like(lx), by,
         )  # fmt: skip
         return State(lx, lv, np.zeros_like(lx))
@@ -56,13 +56,13 @@ class Explicit(OneStep):
         room, part = self._room(len(tx)), np.empty(tx.shape[1])
         moved = np.empty_like(tx), np.empty_like(tv)
         known = np.empty((self._stages, *tx.shape))
-        given = self._given(act, trail.times)
-        for row in range(len(trail.times) - 1):
-            self.kernels.explicit_change(
-                row, trail.times, trail.x[row], trail.v[row], self.table, given, act.links,
-                act.values, seeds, tx, tv, *room, part, *moved, known,
-            )  # fmt: skip
-            visit(row + 1, change)
+        step = self.kernels.explicit_change(
+            *trail[:3], self.table, self._given(act, trail.times), *act.tables,
+            seeds, tx, tv, *room, part, *moved, known,
+        )  # fmt: skip
+        for row in range(1, len(trail.times)):
+            step(row)
+            visit(row, change)
         return change
 
     def _room(self, size: int) -> tuple[Floats, Floats, Floats]:

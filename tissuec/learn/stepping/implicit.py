@@ -119,9 +119,7 @@ class Implicit(OneStep):
             own = h * self.tableau.weights[i, i]
             load = paths.load[i + 1]
             if own == 0.0:
-                self.kernels.acceleration(
-                    stage_x, stage_v, load, act.links, act.values, accelerations[i]
-                )
+                self.kernels.acceleration(stage_x, stage_v, load, *act.tables, accelerations[i])
             else:
                 guess = accelerations[i - 1] if i else np.zeros_like(x)
                 time = times[row] + h * self._nodes[i]
@@ -138,7 +136,7 @@ class Implicit(OneStep):
         a, found, before = guess.copy(), np.empty_like(guess), np.inf
         for _ in range(ITERATIONS):
             at = x + own * own * a, v + own * a
-            self.kernels.acceleration(*at, load, act.links, act.values, found)
+            self.kernels.acceleration(*at, load, *act.tables, found)
             factor = self._factor
             if factor is None or not self._is_made_for(act, own):
                 factor = self._made(act, *at, own, time)
@@ -193,7 +191,7 @@ class Implicit(OneStep):
                 factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
                 weight = factor.solve(weight, "T")
             self.kernels.pull_back(
-                stage.x, stage.v, stage.a, weight, act.links, act.values, by_x[i], by_v[i], by
+                stage.x, stage.v, stage.a, weight, *act.tables, by_x[i], by_v[i], by
             )
             by_v[i, held] = 0.0
         total = by_x.sum(axis=0)
@@ -213,7 +211,7 @@ class Implicit(OneStep):
         for i, stage in enumerate(stages):
             at_x, at_v = self._changed(i, h, tx, tv, known, held)
             self.kernels.push_forward(
-                stage.x, stage.v, stage.a, at_x, at_v, act.links, act.values, seeds, part,
+                stage.x, stage.v, stage.a, at_x, at_v, *act.tables, seeds, part,
                 known[i],
             )  # fmt: skip
             own = h * self.tableau.weights[i, i]

@@ -23,7 +23,7 @@ class Verlet:
         """Return the accelerations at the beginning of a leg."""
         a = np.empty_like(x)
         load = act.leg.paths(np.array([act.leg.start])).load[0]
-        self.kernels.acceleration(x, v, load, act.links, act.values, a)
+        self.kernels.acceleration(x, v, load, *act.tables, a)
         return a
 
     def begin_back(
@@ -31,7 +31,7 @@ class Verlet:
     ) -> tuple[Floats, Floats]:
         """Return derivatives by state from those by the state and its accelerations."""
         lx, lv = due.x.copy(), due.v.copy()
-        self.kernels.pull_back(x, v, a, due.a, act.links, act.values, lx, lv, by)
+        self.kernels.pull_back(x, v, a, due.a, *act.tables, lx, lv, by)
         return lx, lv
 
     def begin_change(
@@ -39,7 +39,7 @@ class Verlet:
     ) -> Floats:
         """Return the changes of the accelerations at the beginning of a leg."""
         ta, part = np.empty_like(tx), np.empty(tx.shape[1])
-        self.kernels.push_forward(x, v, a, tx, tv, act.links, act.values, seeds, part, ta)
+        self.kernels.push_forward(x, v, a, tx, tv, *act.tables, seeds, part, ta)
         return ta
 
     def run(self, act: Act, times: Floats, state: State) -> Trail:
@@ -49,7 +49,7 @@ class Verlet:
         place, speed, load = act.leg.paths(times)
         way = np.diff(place, axis=0)
         h = _step(times)
-        self.kernels.verlet_forward(x, v, a, h, way, speed, load, act.links, act.values)
+        self.kernels.verlet_forward(x, v, a, h, way, speed, load, *act.tables)
         return Trail(times, x, v, a)
 
     def back(
@@ -60,7 +60,7 @@ class Verlet:
         guess, weight = np.empty((2, len(lx)))
         h = _step(trail.times)
         self.kernels.verlet_back(
-            *trail[1:], h, act.links, act.values, at_x, at_v, lx, lv, la, guess, weight, by
+            *trail[1:], h, *act.tables, at_x, at_v, lx, lv, la, guess, weight, by
         )
         return State(lx, lv, la)
 
@@ -70,15 +70,14 @@ class Verlet:
     ) -> State:  # fmt: skip
         """Return the changes of the last row that follow from those of the first one."""
         tx, tv, ta = change
-        part, predicted, ta_end = np.empty(tx.shape[1]), np.empty_like(tx), np.empty_like(tx)
-        h, held = _step(trail.times), np.repeat(act.leg.held, 3)
+        part, guess = np.empty(tx.shape[1]), np.empty(len(tx))
+        predicted, ta_end = np.empty_like(tx), np.empty_like(tx)
+        step = self.kernels.verlet_change(
+            *trail[1:], _step(trail.times), *act.tables, seeds, guess, part,
+            tx, tv, ta, predicted, ta_end,
+        )  # fmt: skip
         for row in range(1, len(trail.times)):
-            guess = trail.v[row - 1] + h * trail.a[row - 1]
-            guess[held] = trail.v[row, held]
-            self.kernels.verlet_change(
-                trail.x[row], guess, trail.a[row], h, act.links, act.values, seeds, part,
-                tx, tv, ta, predicted, ta_end,
-            )  # fmt: skip
+            step(row)
             visit(row, change)
         return change
 
