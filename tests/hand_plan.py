@@ -64,8 +64,22 @@ def value(measure, *subjects):
     return lambda moment: kind.value(kind.sample(subjects, moment))
 
 
+class Condition:
+    """A condition by a function of one moment."""
+
+    def __init__(self, function):
+        self.function = function
+
+    def __call__(self, moment):
+        return bool(self.function(moment))
+
+    def holds(self, moments):
+        count = len(moments.time)
+        return np.array([self(moments.pick(place)) for place in range(count)], dtype=bool)
+
+
 def when(condition, *events):
-    return Trigger(condition, tuple(events), span("when something holds"))
+    return Trigger(Condition(condition), tuple(events), span("when something holds"))
 
 
 def expect(condition, start, stop=None, *, pinned=()):
@@ -73,7 +87,12 @@ def expect(condition, start, stop=None, *, pinned=()):
         return f"at {float(moment.time):g} s"
 
     return Expectation(
-        condition, describe, start, start if stop is None else stop, pinned, span("expect")
+        Condition(condition),
+        describe,
+        start,
+        start if stop is None else stop,
+        pinned,
+        span("expect"),
     )
 
 

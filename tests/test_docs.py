@@ -252,7 +252,7 @@ def read(tmp_path, monkeypatch, families_stay):
     """Return a function that does what a page says, with its long commands or without."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")
-    monkeypatch.setattr("tissuec.running.companion.LATER", 1e9)  # what is shown is the same
+    monkeypatch.setattr("tissuec.running.companion.STARTING", 1e9)  # what is shown is the same
 
     def read(page, *, whole):
         reader = Reader()

@@ -197,7 +197,7 @@ def _both(
     """Return what is told the simulated time: the caller's, and the companion run."""
 
     def tell(time: float) -> None:
-        beside.tick()
+        beside.tick(time)
         if progress is not None:
             progress(time)
 

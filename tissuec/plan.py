@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +51,16 @@ class Event:
     action: Action
 
 
-Condition = Callable[[Moment], bool]
+class Condition(Protocol):
+    """What is true at some moments, and false at others."""
+
+    def __call__(self, moment: Moment) -> bool:
+        """Return whether it holds at a moment."""
+        ...
+
+    def holds(self, moments: Moment) -> NDArray[np.bool_]:
+        """Return when it holds, shape (…) as a batch of moments."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

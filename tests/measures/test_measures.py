@@ -188,6 +188,8 @@ def test_a_batch_of_moments_gives_what_each_of_them_gives(name):
     assert rows.shape == (3, len(MEASURES[name].columns(subjects, batch)))
     for number in range(3):
         single = MEASURES[name].sample(subjects, batch.pick(number))
+        value = MEASURES[name].value(single)
+        assert value.shape == () and value == MEASURES[name].value(rows)[number]
         assert rows[number] == pytest.approx(single, rel=1e-14)
     assert np.array_equal(
         MEASURES[name].sample(subjects, batch.pick(np.array([0, 2]))), rows[[0, 2]]

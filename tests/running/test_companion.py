@@ -185,7 +185,8 @@ def test_a_process_that_is_killed_leaves_the_run_as_it_is(tmp_path, monkeypatch)
 
 def test_one_permitted_core_is_enough(tmp_path, monkeypatch):
     monkeypatch.setattr(companion, "permitted_cores", lambda: 1)
-    monkeypatch.setattr(companion, "LATER", 0.0)
+    monkeypatch.setattr(companion, "KNOWN", 0.0)
+    monkeypatch.setattr(companion, "STARTING", 0.0)
     monkeypatch.setattr(companion.subprocess, "Popen", None)
     assert simulated(tmp_path).estimate.state == "kept"
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.units import NUMBER, show
 from tissuec.lang import syntax as s
@@ -31,13 +32,11 @@ class Reading:
     time: float | None
     along: Floats | None
 
-    def value(self, moment: Moment) -> float:
-        """Return the number in SI units."""
+    def value(self, moment: Moment) -> Floats:
+        """Return the number in SI units, shape (…) as the moment."""
         then = moment if self.time is None else moment.pinned[self.time]
         sample = self.measure.sample(self.subjects, then)
-        return (
-            float(sample @ self.along) if self.along is not None else self.measure.value(sample)
-        )
+        return self.measure.value(sample) if self.along is None else sample @ self.along
 
 
 def place_of(node: s.Expression) -> Place:
@@ -97,7 +96,11 @@ class Judgement:
 
     def __call__(self, moment: Moment) -> bool:
         """Return whether the condition holds."""
-        return bool(self._at(moment).decide(self.condition))
+        return bool(self.holds(moment))
+
+    def holds(self, moments: Moment) -> NDArray[np.bool_]:
+        """Return when the condition holds, shape (…) as a batch of moments."""
+        return np.asarray(self._at(moments).decide(self.condition))
 
     def describe(self, moment: Moment) -> str:
         """Return what was measured."""

@@ -19,6 +19,7 @@ from tissuec.integrators.verlet import (
 )
 from tissuec.kernels.records import (
     FULL,
+    GLANCES,
     HELD,
     LOOKED,
     OUTSIZE,
@@ -93,7 +94,7 @@ def drive(
     time, size, end, memory, calm = progress[:5]
     displacement, speed, current, pending, prepared, fresh = progress[5:11]
     accepted, rejected, sample, filled, smallest, largest, energy, error = progress[11:19]
-    room, usual, bends = progress[19:22]
+    room, usual, bends, glanced = progress[19:23]
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
@@ -215,6 +216,9 @@ def drive(
                     prepare(time, end, current, work, net)
                     prepared = 1
                     integrate_finely(time, end, current, may, work, net)
+            if task.hold > 0:
+                glance(time, end, current, glanced, work, net, buffer)
+                glanced += GLANCES
             suspect = net.watched and near
             if prepared == 0 and (suspect or is_due(sample, time, end, buffer)):
                 prepare(time, end, current, work, net)
@@ -222,7 +226,7 @@ def drive(
             if suspect and surpasses(time, end, current, work, net):
                 reason = SURPASSED
                 break
-            if task.hold == 1:
+            if task.hold > 0 and glanced >= GLANCES * task.hold:
                 reason = HELD
                 break
         # Samples of the step under way: from its start up to, but not at, its end.
@@ -270,6 +274,7 @@ def drive(
         room,
         usual,
         bends,
+        glanced,
     )
 
 
@@ -447,6 +452,21 @@ def look_within(
     accumulate(h * from_a, work.a[current], v)
     accumulate(h * to_a, work.a[other], v)
     place(time + h * part, x, v, net)
+
+
+def glance(
+    time: float, end: float, current: int, glanced: int, work: Work, net: Net, buffer: Buffer
+) -> None:
+    """Enter states within an accepted step and its end into the buffer.
+
+    By both ends alone: no evaluation of the forces, and near enough to see whether to look
+    closely.
+    """
+    for look in range(GLANCES):
+        part, row = (look + 1) / GLANCES, glanced + look
+        buffer.glance_time[row] = end if look + 1 == GLANCES else time + part * (end - time)
+        x, v = buffer.glance_position[row], buffer.glance_velocity[row]
+        look_within(part, time, end - time, current, x, v, work, net)
 
 
 def greater(one: float, two: float) -> float:

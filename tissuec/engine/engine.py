@@ -19,18 +19,26 @@ from tissuec.engine.contest import Contest, candidate_for, cost_of, evaluation_t
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
 from tissuec.engine.outbox import Outbox
-from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
+from tissuec.engine.state import (
+    arrays_of,
+    first_step,
+    least_pressure,
+    new_progress,
+    new_task,
+    new_work,
+)
 from tissuec.engine.tiers import (
     bound_drive,
     bound_inside,
     default_tier,
     loop_operations,
 )
-from tissuec.engine.within import RESOLUTION, Watch, Within, bisect, glances
+from tissuec.engine.within import RESOLUTION, Survey, Watch, Within, bisect
 from tissuec.integrators import INTEGRATORS
 from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import (
     FULL,
+    GLANCES,
     HELD,
     LOOKED,
     OUTSIZE,
@@ -48,6 +56,8 @@ from tissuec.situation import Situation
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 # Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
 CALL_SPRINGS: dict[Tier, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
+# Steps that are looked at together for conditions, and coordinates of the states within them.
+MOST_TOGETHER, GLANCED = 16, 200_000
 
 Pause = Callable[[float], bool]
 
@@ -156,6 +166,7 @@ class Engine:
         until: float,
         watch: Watch | None = None,
         pause: Pause | None = None,
+        survey: Survey | None = None,
     ) -> Interruption:
         """Step to ``until``, landed on exactly, or to the first interruption.
 
@@ -170,6 +181,9 @@ class Engine:
                 step, and within the step that made it true.
             pause: Asked now and then between two steps, with the time [s]; True makes this
                 return "paused", to be called again with the same ``until``.
+            survey: Tells whether the condition may hold at any of several times, given arrays
+                of shapes (time,) and (time, node, 3). With it, many steps of a small net are
+                looked at together, and one by one only where it may hold.
         """
         if self._stale or self._layout.situation is not situation:
             self.restart(situation)
@@ -181,7 +195,7 @@ class Engine:
         if not resumed and (early := self._at_once(situation, watch)) is not None:
             return early
         with np.errstate(all="ignore"):
-            result = self._advance(situation, until, watch, pause)
+            result = self._advance(situation, until, watch, pause, survey)
         self._synchronise(situation)
         self._flush()
         self._stale = result.kind not in ("reached", "paused")
@@ -436,16 +450,35 @@ class Engine:
         return None
 
     def _advance(
-        self, situation: Situation, until: float, watch: Watch | None, pause: Pause | None
+        self,
+        situation: Situation,
+        until: float,
+        watch: Watch | None,
+        pause: Pause | None,
+        survey: Survey | None,
     ) -> Interruption:
         """Call the loop over steps again and again until something interrupts."""
+        closely = -np.inf  # until when steps are looked at one by one [s]
         while True:
             if self._segment is None or self._progress.time >= self._segment:
                 if self._progress.time >= until:
                     return Interruption("reached", self._progress.time)
                 self._begin_segment(self._layout.next_knot(self._progress.time, until))
             self._contend(situation)
-            reason = self._call(watch is not None)
+            together = 1 if watch is None else self._together
+            if survey is not None and together > 1 and self._progress.time >= closely:
+                kept = self._progress, [array.copy() for array in arrays_of(self._work)]
+                reason = self._call(together)
+                if self._is_seen(survey):
+                    closely = self._progress.end
+                    self._bring_back(*kept)
+                    continue
+                if reason != SURPASSED:
+                    self._update(glanced=0)
+                if reason == HELD:
+                    continue
+            else:
+                reason = self._call(0 if watch is None else 1)
             if reason == FULL:
                 self._synchronise(situation)
                 self._flush()
@@ -466,13 +499,44 @@ class Engine:
                 if pause is not None and pause(self._progress.time):
                     return Interruption("paused", self._progress.time)
 
-    def _call(self, hold: bool) -> int:
-        """Run the loop over steps once on the tier that is due."""
+    @property
+    def _together(self) -> int:
+        """Return how many steps are looked at together.
+
+        What remembers more than the arrays of the run cannot be brought back.
+        """
+        needed = self._layout.features
+        if needed.touched or needed.reeled or needed.inelastic:
+            return 1
+        return min(MOST_TOGETHER, 1 + GLANCED // (GLANCES * self._work.zero.size))
+
+    def _is_seen(self, survey: Survey) -> bool:
+        """Return whether the condition may hold in the steps of the last call."""
+        buffer, outwards = self._outbox.buffer, self._layout.outwards
+        found = slice(self._progress.glanced)
+        if not self._progress.glanced:
+            return False
+        states = buffer.glance_position[found], buffer.glance_velocity[found]
+        return survey(buffer.glance_time[found], *map(outwards, states))
+
+    def _bring_back(self, progress: Progress, arrays: list[Floats]) -> None:
+        """Go back to where the run stood."""
+        self._progress = progress
+        for array, kept in zip(arrays_of(self._work), arrays, strict=True):
+            array[:] = kept
+
+    def _call(self, hold: int) -> int:
+        """Run the loop over steps once on the tier that is due.
+
+        Args:
+            hold: As in ``Task``.
+        """
         tier = self._tier
         limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
         if self.method.name == "automatic" and self.method.step is None:
             limit = min(limit, self._contest.look)
-        task = self._task._replace(until=self._layout.until, evaluations=limit, hold=int(hold))
+        task = self._task._replace(until=self._layout.until, evaluations=limit, hold=hold)
+        self._outbox.make_room(hold)
         work, net, buffer = self._work, self._acting(), self._outbox.buffer
         if tier == "compiled":
             work, buffer = self._table(work), self._table(buffer)
@@ -527,8 +591,12 @@ class Engine:
             x, v, _ = within.state(when)
             return watch(when, self._layout.outwards(x), self._layout.outwards(v))
 
-        before = within.start
-        for when, x, v in glances(self._progress, self._work):
+        before, buffer = within.start, self._outbox.buffer
+        last = self._progress.glanced
+        self._update(glanced=0)
+        for row in range(last - GLANCES, last):
+            when = float(buffer.glance_time[row])
+            x, v = buffer.glance_position[row], buffer.glance_velocity[row]
             # A glance is cheap and a little wrong; what it finds is looked at closely.
             seen = when < stop and watch(
                 when, self._layout.outwards(x), self._layout.outwards(v)

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Samples
-from tissuec.engine.state import new_buffer
-from tissuec.kernels.records import Progress
+from tissuec.engine.state import glances, new_buffer
+from tissuec.kernels.records import GLANCES, Progress
 from tissuec.network import Floats
 
 
@@ -21,6 +21,12 @@ class Outbox:
     def __init__(self, times: Floats, layout: Layout, record: Callable[[Samples], None]):
         self.buffer = new_buffer(times, len(layout.order), layout.spring_count)
         self._layout, self._record = layout, record
+
+    def make_room(self, steps: int) -> None:
+        """Have room for states within some steps."""
+        buffer = self.buffer
+        if buffer.glance_time.size < GLANCES * steps:
+            self.buffer = buffer._replace(**glances(steps, buffer.position.shape[1]))
 
     def is_due(self, progress: Progress, until: float) -> bool:
         """Tell whether the next sample comes before a time [s]."""

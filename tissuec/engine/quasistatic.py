@@ -19,7 +19,7 @@ from tissuec import mechanics
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics
-from tissuec.engine.within import Watch
+from tissuec.engine.within import Survey, Watch
 from tissuec.integrators.procedures import RelaxationChoices
 from tissuec.network import Floats, Network
 from tissuec.plan import RELAXATION
@@ -88,6 +88,7 @@ class QuasiStatic:
         until: float,
         watch: Watch | None = None,
         pause: Pause | None = None,
+        survey: Survey | None = None,
     ) -> Interruption:
         while True:
             if self._stale and (found := self._relax(situation, situation.time, watch)):

@@ -1,13 +1,16 @@
 """The arrays and numbers that the stepping code starts from."""
 
+from collections.abc import Iterator
 from math import inf, sqrt
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import no_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Buffer, Progress, Task, Work
+from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Work
 from tissuec.network import Floats, Network
 from tissuec.situation import Situation
 
@@ -85,6 +88,7 @@ def new_progress(time: float) -> Progress:
         room=0.0,
         usual=0.0,
         bends=0,
+        glanced=0,
     )
 
 
@@ -100,7 +104,27 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
         velocity=np.zeros((count, size)),
         ledger=np.zeros((count, 2)),
         error=np.zeros(count),
+        **glances(0, size),
     )
+
+
+def glances(steps: int, size: int) -> dict[str, Floats]:
+    """Return room in a buffer for states within some steps; ``size`` is 3 node."""
+    count = GLANCES * steps
+    return {
+        "glance_time": np.zeros(count),
+        "glance_position": np.zeros((count, size)),
+        "glance_velocity": np.zeros((count, size)),
+    }
+
+
+def arrays_of(record: tuple[Any, ...]) -> Iterator[NDArray[Any]]:
+    """Yield the arrays of a record and of those within it."""
+    for value in record:
+        if isinstance(value, np.ndarray):
+            yield value
+        elif isinstance(value, tuple):
+            yield from arrays_of(value)
 
 
 def new_task(

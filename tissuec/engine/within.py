@@ -1,6 +1,6 @@
 """What happens within an accepted step: ruptures and triggers, found on its dense output."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,17 +10,16 @@ from tissuec.compiled.calls import OPERATIONS
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.tiers import Inside
-from tissuec.integrators.hermite import cubic, quintic
 from tissuec.kernels.records import Progress, Work
 from tissuec.network import Floats, Indices
 
 FINE = 32  # pieces in which a suspect spring is followed
 TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
 SUSPECT = 0.99  # of the limit: springs whose course over the step is followed
-GLANCES = (0.25, 0.5, 0.75)  # parts of a step that are looked at before it is prepared
 RESOLUTION = 1e-12  # of the step, to which times are located
 
 Watch = Callable[[float, Floats, Floats], bool]
+Survey = Callable[[Floats, Floats, Floats], bool]
 
 
 class Within:
@@ -162,21 +161,6 @@ class Limits(NamedTuple):
     def some(self, chosen: NDArray[np.bool_] | list[int]) -> "Limits":
         """Return the chosen ones."""
         return Limits(self.spring[chosen], self.sign[chosen], self.force[chosen])
-
-
-def glances(progress: Progress, work: Work) -> Iterator[tuple[float, Floats, Floats]]:
-    """Yield times within the accepted step and its end, with flat positions and velocities.
-
-    By both ends alone: no evaluation of the forces, and near enough to see whether to look
-    closely.
-    """
-    now, other, h = progress.current, 1 - progress.current, progress.end - progress.time
-    ends = np.array([now, other])
-    data = np.concatenate([work.x[ends], h * work.v[ends], h * h * work.a[ends]])
-    for part in GLANCES:
-        x, v = np.array(quintic(part)) @ data, np.array(cubic(part)) @ data[2:] / h
-        yield progress.time + part * h, x, v
-    yield progress.end, work.x[other].copy(), work.v[other].copy()
 
 
 def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:

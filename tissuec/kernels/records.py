@@ -294,7 +294,9 @@ class Task(NamedTuple):
 
     until: float  # land here [s]
     evaluations: int  # come back at the first step's start with so many in all
-    hold: int  # 1: come back after each accepted step before its samples are taken
+    # Come back after so many accepted steps, before the samples of the last one are taken, with
+    # states within them; 0: do not
+    hold: int
     fixed: int  # 1: keep the size of the steps
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
@@ -334,6 +336,7 @@ class Progress(NamedTuple):
     # on a corner of a law, or 0 [s]
     usual: float
     bends: int  # of the laws of contact that pressures have passed
+    glanced: int  # states within steps in the buffer
 
 
 class State(NamedTuple):
@@ -351,8 +354,13 @@ class Buffer(NamedTuple):
     velocity: Rows  # shape (sample, 3 node)
     ledger: Rows  # shape (sample, 2)
     error: Floats  # of positions, as estimated [m], shape (sample,)
+    # States within steps, for conditions; none where nothing is waited for.
+    glance_time: Floats  # [s], shape (glance,)
+    glance_position: Rows  # [m], shape (glance, 3 node)
+    glance_velocity: Rows  # [m/s], shape (glance, 3 node)
 
 
+GLANCES = 4  # states of each step, at equal distances, the last at its end
 LOOKED = 4  # place in ``Work.effort`` of evaluations for looks inside of steps
 # Why the stepping code came back.
 REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)

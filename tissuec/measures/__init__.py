@@ -61,11 +61,13 @@ class Measure(Protocol):
         ...
 
     @staticmethod
-    def value(sample: NDArray[np.float64]) -> float:
+    def value(sample: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the one number that conditions compare, such as the length of a force.
 
+        Of shape (…).
+
         Args:
-            sample: Components at one time, shape (column,).
+            sample: Components, shape (…, column).
         """
         ...
 

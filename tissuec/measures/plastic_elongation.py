@@ -34,5 +34,5 @@ class PlasticElongation:
         return memory.flowed(flat(moment.velocity))
 
     @staticmethod
-    def value(sample: Floats) -> float:
-        return float(sample.max(initial=-np.inf)) if len(sample) else 0.0
+    def value(sample: Floats) -> Floats:
+        return sample.max(axis=-1) if sample.shape[-1] else np.zeros(sample.shape[:-1])

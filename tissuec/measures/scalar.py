@@ -18,8 +18,8 @@ class Scalar:
         return ("value",)
 
     @staticmethod
-    def value(sample: Floats) -> float:
-        return float(sample[0])
+    def value(sample: Floats) -> Floats:
+        return sample[..., 0]
 
 
 def one_column(value: ArrayLike, moment: Moment) -> Floats:

@@ -48,5 +48,7 @@ class Tension:
         return tension
 
     @staticmethod
-    def value(sample: Floats) -> float:
-        return float(np.fmax.reduce(sample)) if len(sample) else 0.0
+    def value(sample: Floats) -> Floats:
+        if not sample.shape[-1]:
+            return np.zeros(sample.shape[:-1])
+        return np.asarray(np.fmax.reduce(sample, axis=-1))

@@ -17,5 +17,5 @@ class Vector:
         return ("x", "y", "z")
 
     @staticmethod
-    def value(sample: Floats) -> float:
-        return float(np.linalg.norm(sample))
+    def value(sample: Floats) -> Floats:
+        return np.asarray(np.linalg.norm(sample, axis=-1))

@@ -37,7 +37,8 @@ MOST_BYTES = 2e8
 SMALLEST = 1e-6  # displacement by which differences are measured, relative to the drawing
 USUAL, FINEST = 1e-4, 1e-13  # tolerance, where none is written and at the least
 POLLED = 0.1  # how often a process is looked after [s]
-LATER = 0.7  # of a run: wall time after which a process for its companion is worth it [s]
+STARTING = 1.0  # what a process takes until it steps: a run that lasts longer pays for it [s]
+KNOWN = 0.5  # wall time of a run after which its rest is predicted [s]
 PATIENCE, LEAST_PATIENCE = 3.0, 10.0  # of the third run: times the run's own, and at least [s]
 TIMES, ROWS = "times.npy", "rows.npy"
 
@@ -129,15 +130,23 @@ class Companion:
         if self.is_wanted:
             keep(samples, self.times, self._own)
 
-    def tick(self) -> None:
-        """Start a process beside the run, if that is worth it by now."""
-        waited = clock.monotonic() - self._began
+    def tick(self, time: float) -> None:
+        """Start a process beside the run, if that is worth it.
+
+        Args:
+            time: That the run has come to [s].
+        """
         if not self.is_wanted or self._process is not None or self._launch is None:
             return
         if self.mode == "process" or (
-            self.mode == "auto" and waited > LATER and permitted_cores() > 1
+            self.mode == "auto" and self._left(time) > STARTING and permitted_cores() > 1
         ):
             self._start(self._launch)
+
+    def _left(self, time: float) -> float:
+        """Return the wall time that the run is predicted to take from here on [s]."""
+        waited, duration = clock.monotonic() - self._began, self.plan.simulation.duration
+        return waited * (duration - time) / time if waited > KNOWN and time > 0.0 else 0.0
 
     def _start(self, launch: Launch) -> None:
         """Start the process; where that is refused, the companion follows the run instead."""

@@ -3,7 +3,7 @@
 from tissuec.core.source import Span
 from tissuec.running.failing import of_body
 from tissuec.running.standing import Standing
-from tissuec.statics.rest import rests_pressed
+from tissuec.statics.rest import is_stable, rests_pressed
 from tissuec.verbs import Happening
 
 MOST_LOOKS = 8  # in a run: each may factorise a matrix
@@ -19,9 +19,11 @@ def unstable_rest(standing: Standing, span: Span) -> Happening | None:
     """
     if standing.looks >= MOST_LOOKS or not rests_pressed(standing.situation):
         return None
+    standing.looks += 1
+    if is_stable(standing.situation):
+        return None
     from tissuec.statics import stability  # SciPy: only where it is needed
 
-    standing.looks += 1
     node = stability.unstable_node(standing.situation)
     if node is None:
         return None

@@ -157,7 +157,8 @@ class _Loop:
         while not self.stage.failure:
             until = min(self.standing.agenda.next, duration)
             watch = self._watch if self._is_watched() else None
-            reason = self.engine.advance(situation, until, watch, self._pause)
+            survey = self._survey if watch and not situation.is_slipping else None
+            reason = self.engine.advance(situation, until, watch, self._pause, survey)
             self.progress(situation.time)
             if reason.kind == "diverged" or reason.kind == "stuck":
                 return reason.kind, explain(reason, situation)
@@ -210,6 +211,9 @@ class _Loop:
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true
         return bool(found) or bool(self.standing.situation.seizing(time, position, velocity))
+
+    def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
+        return self.stage.may_be_true(self.stage.moment_at(time, position, velocity))
 
     def _sums(self) -> tuple[float, float]:
         """Return work and dissipated energy until now [J]; zero where they are not kept."""

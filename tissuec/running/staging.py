@@ -119,8 +119,8 @@ class Stage:
         """Return the present moment, without a ledger."""
         return replace(Moment.of(self.standing.situation), ruptured=self.standing.ruptured)
 
-    def moment_at(self, time: float, position: Floats, velocity: Floats) -> Moment:
-        """Return a moment on the way to the next event."""
+    def moment_at(self, time: Floats | float, position: Floats, velocity: Floats) -> Moment:
+        """Return a moment on the way to the next event, or a batch of them."""
         return replace(self.moment(), time=time, position=position, velocity=velocity)
 
     def true_triggers(self, moment: Moment) -> list[int]:
@@ -129,6 +129,11 @@ class Stage:
         return [
             number for number in self.standing.waiting if triggers[number].condition(moment)
         ]
+
+    def may_be_true(self, moments: Moment) -> bool:
+        """Return whether the condition of a waiting trigger holds at any moment of a batch."""
+        conditions = (self.plan.triggers[number].condition for number in self.standing.waiting)
+        return any(condition.holds(moments).any() for condition in conditions)
 
     def _carry_out(self) -> None:
         situation, agenda = self.standing.situation, self.standing.agenda

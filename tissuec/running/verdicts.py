@@ -85,12 +85,17 @@ class Judge:
                     0
                 )  # a copy of the state
                 memory.pinned[time] = replace(then, pinned={})
-        for number, due in enumerate(self._due):
-            for place in np.flatnonzero(due[rows]):
-                if number in memory.failures:
-                    break
-                ends = rows.start + int(place) == self._last[number]
-                self._judge(number, moment.pick(int(place)), memory, ends=ends)
+        for number, (expectation, due) in enumerate(
+            zip(self.expectations, self._due, strict=True)
+        ):
+            places = np.flatnonzero(due[rows])
+            if not len(places) or number in memory.failures:
+                continue
+            ends = rows.start + places == self._last[number]
+            holds = expectation.condition.holds(moment.pick(places))
+            # What is measured is told of the first failure, and of the end.
+            for place, is_last in zip(places[~holds | ends], ends[~holds | ends], strict=True):
+                self._judge(number, moment.pick(int(place)), memory, ends=bool(is_last))
 
     def unreached(self, memory: Memory) -> tuple[int, ...]:
         """Return the expectations that were not judged to their end, by their places.

@@ -12,16 +12,18 @@ flowed. K has, for each spring of direction u and tension T = f(L - L0),
 both of whose parts are clamped at zero where the exact one would not be positive.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csc_matrix
 
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics import applied_forces, rest_lengths
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)
 
@@ -242,13 +244,23 @@ class Balance:
         turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
         return float(total.max(initial=0.0)) + turning
 
-    def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> csc_matrix:
+    def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> "csc_matrix":
         """Return K [N/m], shape (3 free, 3 free).
 
         Args:
             exact: Whether pressed springs weaken the net; otherwise K is positive semidefinite.
             shift: Added to the diagonal [N/m].
         """
+        from scipy.sparse import coo_matrix, csc_matrix
+
+        size = 3 * len(self.free)
+        values, rows, columns = self.entries(bars, exact=exact, shift=shift)
+        return csc_matrix(coo_matrix((values, (rows, columns)), shape=(size, size)))
+
+    def entries(
+        self, bars: Bars, *, exact: bool, shift: float = 0.0
+    ) -> tuple[Floats, Indices, Indices]:
+        """Return summands of K [N/m] with their rows and columns; arguments as ``matrix``."""
         size = 3 * len(self.free)
         has_direction = bars.length > 0.0
         steep = self.behaviour.slope(bars.length - self.rest)
@@ -277,5 +289,4 @@ class Balance:
             rows.append(pressed.row)
             columns.append(pressed.col)
             values.append(pressed.data)
-        parts = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        return csc_matrix(coo_matrix(parts, shape=(size, size)))
+        return np.concatenate(values), np.concatenate(rows), np.concatenate(columns)

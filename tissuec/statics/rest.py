@@ -7,7 +7,10 @@ import numpy as np
 
 from tissuec import mechanics
 from tissuec.situation import Situation
+from tissuec.statics.balance import Balance
 
+LOOSE = 1e-10  # of the stiffest: a motion that resists less is said not to be held
+DENSE = 900  # unknowns up to which all of them are looked at at once: about 0.05 s
 AT_REST = 1e-3  # of the largest tension: a force that is none; of the energy: none in motion
 
 
@@ -35,3 +38,28 @@ def rests_pressed(situation: Situation) -> bool:
     )
     left = float(np.linalg.norm(force[free], axis=1).max(initial=0.0))
     return left <= AT_REST * largest and bool(energy.kinetic <= AT_REST * energy.elastic)
+
+
+def is_stable(situation: Situation) -> bool:
+    """Return whether the equilibrium of a small net is surely stable.
+
+    Its matrix K then has no eigenvalue below ``-LOOSE`` times the stiffest, which a Cholesky
+    factor of K with that on its diagonal shows.
+
+    Args:
+        situation: As for ``rests_pressed``.
+    """
+    balance = Balance(situation, np.ones(situation.network.node_count, dtype=bool))
+    size = 3 * len(balance.free)
+    if size > DENSE or situation.fields:
+        return False
+    values, rows, columns = balance.entries(balance.bars(balance.start), exact=True)
+    matrix = np.zeros((size, size))
+    np.add.at(matrix, (rows, columns), values)
+    diagonal = np.einsum("ii->i", matrix)
+    diagonal += LOOSE * diagonal.max(initial=0.0)
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True

@@ -20,7 +20,6 @@ from typing import Self
 import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
-from scipy.spatial.transform import Rotation
 
 from tissuec import topology
 from tissuec.network import Floats, Indices
@@ -69,6 +68,8 @@ class Freedom:
         before = after = self.pivot
         if self.pivot is None:
             before, after = (mass @ place / mass.sum() for place in (start, x))
+        from scipy.spatial.transform import Rotation  # it takes a while to import
+
         arm, other = x - after, start - before
         if self.axes.shape[1] == 3:
             turn, _ = Rotation.align_vectors(other, arm, weights=mass)

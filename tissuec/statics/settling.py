@@ -18,8 +18,9 @@ from tissuec.situation import Situation
 from tissuec.statics.balance import Balance
 from tissuec.statics.newton import HALVINGS, descend, greatest
 from tissuec.statics.relaxation import relax
+from tissuec.statics.rest import LOOSE
 from tissuec.statics.rigid import NeutralMotions
-from tissuec.statics.stability import LOOSE, Mode, softest
+from tissuec.statics.stability import Mode, softest
 
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation

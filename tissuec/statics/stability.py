@@ -15,9 +15,9 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 from tissuec.network import Floats
 from tissuec.situation import Situation
 from tissuec.statics.balance import Balance
+from tissuec.statics.rest import LOOSE
 from tissuec.statics.rigid import NeutralMotions
 
-LOOSE = 1e-10  # of the stiffest: a motion that resists less is said not to be held
 LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
 
 

@@ -3,8 +3,6 @@
 import re
 from collections.abc import Iterable
 
-import numpy as np
-
 from tissuec.lesson import Fit
 from tissuec.measures import MEASURES
 from tissuec.network import Floats
@@ -57,4 +55,4 @@ def as_measured(fit: Fit, components: Floats) -> Floats:
     if width == 3 and (is_position(fit) or len(fit.columns) == 3):
         return components
     assert fit.measure is not None
-    return np.array([fit.measure.value(row) for row in components])
+    return fit.measure.value(components)

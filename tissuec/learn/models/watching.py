@@ -74,5 +74,5 @@ def _seen(one: Series, width: int, moment: Moment) -> Floats:
         values = values @ fit.along
     rows = values.reshape(len(moment.position), -1)
     if fit.measure is not None and rows.shape[1] != width:
-        rows = np.array([fit.measure.value(row) for row in rows])
+        rows = fit.measure.value(rows)
     return rows.ravel()

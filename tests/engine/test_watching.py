@@ -1,0 +1,63 @@
+"""Conditions on the way: looking at many steps together changes nothing."""
+
+import numpy as np
+import pytest
+
+from tests.engine.running import lifted_tube
+from tissuec.engine import engine
+
+NODE = 100  # of the waist, which is lifted by 3 mm
+METHODS = ("velocity verlet", "dop853", "srkn11", "esdirk43")
+
+
+def height(position):
+    return position[..., NODE, 2] - position[..., 0, 2]
+
+
+def lifted(method, *, threshold, surveyed, more=False):
+    """Return a run that stops where a node passes a height, and goes on, and what was asked."""
+    bench = lifted_tube(0.4, method=method, tolerance=1e-3, ledger=True)
+    start = height(bench.situation.position)
+    asked, ends = [], []
+
+    def watch(time, position, velocity):
+        asked.append(time)
+        return height(position) - start > threshold
+
+    def survey(time, position, velocity):
+        return more or bool((height(position) - start > threshold).any())
+
+    while not ends or ends[-1].kind == "triggered":
+        condition = None if ends else watch
+        vectorised = survey if surveyed and not ends else None
+        ends.append(bench.engine.advance(bench.situation, 0.4, condition, None, vectorised))
+    bench.engine.finish(bench.situation)
+    return bench.ran(ends[0]), [(end.kind, end.time) for end in ends], asked
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("threshold", [1e-3, 1.0], ids=["passed", "never passed"])
+def test_looking_at_many_steps_together_changes_nothing(method, threshold):
+    one, ends, asked = lifted(method, threshold=threshold, surveyed=False)
+    other, same, fewer = lifted(method, threshold=threshold, surveyed=True)
+    assert ends == same
+    assert ends[0][0] == ("triggered" if threshold < 1.0 else "reached")
+    assert len(fewer) < 0.5 * len(asked)
+    for part in ("time", "position", "velocity", "work", "dissipated", "error"):
+        assert np.array_equal(getattr(one, part), getattr(other, part))
+    assert one.engine.statistics == other.engine.statistics
+
+
+def test_what_may_hold_and_does_not_is_looked_at_closely_and_left():
+    one, ends, asked = lifted("dop853", threshold=1.0, surveyed=False)
+    other, same, closely = lifted("dop853", threshold=1.0, surveyed=True, more=True)
+    assert ends == same
+    assert np.array_equal(one.position, other.position)
+    assert closely == asked
+
+
+def test_nets_of_many_nodes_are_looked_at_step_by_step(monkeypatch):
+    monkeypatch.setattr(engine, "GLANCED", 1000)
+    _, _, asked = lifted("dop853", threshold=1.0, surveyed=False)
+    _, _, each = lifted("dop853", threshold=1.0, surveyed=True)
+    assert each == asked
