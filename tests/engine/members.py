@@ -1,9 +1,17 @@
 """Which integrators a law is about, by what they declare: a new file is tested by itself."""
 
+import pytest
+
 from tissuec.integrators import INTEGRATORS
 
 # What promises nothing is offered for fidelity, and has tests of its own.
 MEMBERS = sorted(name for name in INTEGRATORS if INTEGRATORS[name].promises)
+
+# Members on the tier that users get; and one interpreted, as methods of users are.
+ON_TIERS = [
+    *(pytest.param(name, None, id=name) for name in MEMBERS),
+    pytest.param("dop853", "interpreted", id="dop853-interpreted"),
+]
 
 
 def those(**declared):

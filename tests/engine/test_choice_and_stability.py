@@ -120,7 +120,7 @@ def test_runs_import_no_compiler():
     code = (
         "import sys, numpy as np\n"
         "from tests.engine.running import lifted_tube\n"
-        "ran = lifted_tube(0.1, tolerance=1e-4, tier=None).run()\n"
+        "ran = lifted_tube(0.1, tolerance=1e-4).run()\n"
         "assert ran.end.kind == 'reached'\n"
         "print([name for name in ('numba', 'scipy', 'h5py') if name in sys.modules])\n"
     )

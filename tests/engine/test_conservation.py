@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS, affordable, brakes, those
+from tests.engine.members import MEMBERS, ON_TIERS, affordable, brakes, those
 from tests.engine.running import Bench, block, lifted_tube, pair
 from tissuec.courses import Course
 from tissuec.integrators import INTEGRATORS
@@ -37,7 +37,7 @@ def test_symplectic_members_run_backwards_to_where_they_came_from(method):
     assert np.abs(bench.situation.velocity + speed).max() < 1e-11 * np.abs(speed).max()
 
 
-def long_energy(method, part, periods, tier):
+def long_energy(method, part, periods):
     """Return the energy of a pair that swings and turns, over that at the start, minus 1."""
     omega = np.sqrt(200.0)
     duration = periods * 2.0 * np.pi / omega
@@ -47,7 +47,6 @@ def long_energy(method, part, periods, tier):
         method=method,
         step=part * INTEGRATORS[method].stability_limit(omega, 0.0),
         times=np.linspace(0.0, duration, 2001),
-        tier=tier,
     ).run()
     assert ran.end.kind == "reached"
     found = energy(ran)
@@ -55,17 +54,14 @@ def long_energy(method, part, periods, tier):
 
 
 @pytest.mark.parametrize("method", those(symplectic=True))
-@pytest.mark.parametrize(
-    ("periods", "tier"),
-    [(100, "interpreted"), pytest.param(10_000, "compiled", marks=pytest.mark.slow)],
-)
-def test_energy_of_symplectic_members_oscillates_and_does_not_drift(method, periods, tier):
+@pytest.mark.parametrize("periods", [100, 10_000])
+def test_energy_of_symplectic_members_oscillates_and_does_not_drift(method, periods):
     order = INTEGRATORS[method].order
-    quarters = [np.max(q) for q in np.array_split(long_energy(method, 0.1, periods, tier), 4)]
+    quarters = [np.max(q) for q in np.array_split(long_energy(method, 0.1, periods), 4)]
     # What oscillates is seen at other phases in each quarter.
     assert max(quarters) < 1.1 * quarters[0] + 1e-11
     # And falls with the step at the order of the method.
-    finer = long_energy(method, 0.05, periods, tier).max()
+    finer = long_energy(method, 0.05, periods).max()
     assert np.log2(max(quarters) / finer) > order - 0.5
 
 
@@ -93,20 +89,15 @@ def pushed_block(**asked):
     return bench
 
 
-# One member of each order on both tiers is enough: the ledger's code is the same.
 BOOKED = {"dop853": 1e-9, "velocity verlet": 1e-4} | {
     name: {2: 5e-3, 3: 1e-4, 4: 1e-5}.get(INTEGRATORS[name].order, 1e-8)
     for name in those(conservative=False)
     if name not in ("dop853", "velocity verlet")
 }
-LEDGERS = [
-    *[(name, "interpreted") for name in BOOKED],
-    ("dop853", "compiled"),
-    ("velocity verlet", "compiled"),
-]
+BOOKED_ON_TIERS = [case for case in ON_TIERS if case.values[0] in BOOKED]
 
 
-@pytest.mark.parametrize(("method", "tier"), LEDGERS)
+@pytest.mark.parametrize(("method", "tier"), BOOKED_ON_TIERS)
 def test_energy_changes_by_work_minus_dissipation(method, tier):
     tolerance = BOOKED[method]
     ran = pushed_block(method=method, tolerance=tolerance, tier=tier).run()
@@ -155,8 +146,8 @@ def test_work_of_a_push_at_resonance_is_as_good_as_the_motion(method):
 
 
 def test_ledger_goes_on_across_restarts_and_stops():
-    whole = lifted_tube(0.4, tolerance=1e-8, ledger=True, tier="compiled").run()
-    stopped = lifted_tube(0.4, tolerance=1e-8, ledger=True, tier="compiled")
+    whole = lifted_tube(0.4, tolerance=1e-8, ledger=True).run()
+    stopped = lifted_tube(0.4, tolerance=1e-8, ledger=True)
     stopped.advance(0.2)
     stopped.engine.restart(stopped.situation)
     ran = stopped.run(0.3)

@@ -88,7 +88,7 @@ def swinging(formula, *, duration=DURATION, **options):
     return Bench(net, duration, fixed=[0], times=TIMES[duration >= TIMES], **options).run()
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("name", CORNERED)
 def test_a_law_with_corners_keeps_the_promise(name, tolerance):
     ran = swinging(CORNERED[name][0], duration=TIMES[6], tolerance=tolerance)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS, affordable, brakes, those
+from tests.engine.members import MEMBERS, ON_TIERS, affordable, brakes, those
 from tests.engine.running import TIERS, Bench, block, chain, lifted_tube, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
@@ -11,29 +11,15 @@ from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.engine.tiers import default_tier
 from tissuec.integrators import INTEGRATORS
 
-# Implicit steps of a tube take seconds interpreted.
-ON_TIERS = [
-    pytest.param(
-        name,
-        tier,
-        marks=[pytest.mark.slow] * (tier == "interpreted" and INTEGRATORS[name].implicit),
-    )
-    for name in MEMBERS
-    for tier in TIERS
-]
-
 
 def suited_tube(method, duration=0.2, **asked):
-    """Return the lifted tube, without what a member is not for.
-
-    The ledger is kept on one tier only.
-    """
+    """Return the lifted tube, without what a member is not for."""
     # Of implicit members the one of higher order is enough; work asks many steps of order 2.
     member = INTEGRATORS[method]
     cheap = member.order > 2 or not member.implicit
-    ledger = asked.setdefault("ledger", asked["tier"] == "interpreted" and cheap)
-    asked["ledger"] = ledger and brakes(method, 1.0) == 1.0
-    return lifted_tube(duration, damping=brakes(method, 0.02), method=method, **asked)
+    ledger = asked.pop("ledger", cheap) and brakes(method, 1.0) == 1.0
+    damping = brakes(method, 0.02)
+    return lifted_tube(duration, damping=damping, method=method, ledger=ledger, **asked)
 
 
 @pytest.mark.parametrize("step", [None, 0.013])
@@ -54,9 +40,7 @@ def test_uniform_steps_are_the_fewest_that_fit():
     assert bench.engine.statistics.largest == pytest.approx(0.03, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("method", "tier"), [*[(m, "interpreted") for m in MEMBERS], ("dop853", "compiled")]
-)
+@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_samples_come_once_each_in_order_whatever_the_stops(method, tier):
     times = np.sort(np.concatenate([np.linspace(0.0, 1.0, 7), [0.25, 0.31, 0.310001]]))
     tolerance = affordable(method)
@@ -215,7 +199,7 @@ def test_same_run_gives_the_same_bytes(method, tier):
     assert runs[0].engine.statistics == runs[1].engine.statistics
 
 
-@pytest.mark.parametrize("ledger", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ledger", [False, True])
 @pytest.mark.parametrize("method", MEMBERS)
 def test_both_tiers_agree_to_rounding(method, ledger):
     # Equations of implicit steps so exactly that both tiers break off after the same round.

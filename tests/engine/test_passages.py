@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS
+from tests.engine.members import MEMBERS, ON_TIERS
 from tests.engine.running import Bench
 from tests.engine.test_conservation import energy
 from tests.hand_net import make_net
@@ -45,10 +45,7 @@ def bench(offset=0.0, **asked):
     )
 
 
-# One member is enough on the compiled tier: the loop is the same.
-@pytest.mark.parametrize(
-    ("method", "tier"), [*((name, "interpreted") for name in MEMBERS), ("dop853", "compiled")]
-)
+@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_masses_swing_through_each_other(method, tier):
     tolerance = 1e-3 if INTEGRATORS[method].order < 4 else 1e-5
     ran = bench(method=method, tolerance=tolerance, tier=tier).run()

@@ -23,13 +23,13 @@ def pair_error(ratio, **asked):
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 1.0, 3.0])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5, 1e-8, 1e-10])
 def test_oscillators_keep_the_promise_with_dop853(ratio, tolerance):
-    assert pair_error(ratio, tolerance=tolerance, tier="compiled") < tolerance
+    assert pair_error(ratio, tolerance=tolerance) < tolerance
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 1.0, 3.0])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5])
 def test_oscillators_keep_the_promise_with_velocity_verlet(ratio, tolerance):
-    error = pair_error(ratio, tolerance=tolerance, method="velocity verlet", tier="compiled")
+    error = pair_error(ratio, tolerance=tolerance, method="velocity verlet")
     assert error < tolerance
 
 
@@ -65,23 +65,21 @@ def lifted(**asked):
 
 @pytest.mark.parametrize("scene", [hanging, tumbling, lattice, ringing, lifted])
 def test_nets_keep_the_promise(scene):
-    exact = scene(tolerance=1e-12, tier="compiled").run()
+    exact = scene(tolerance=1e-12).run()
     reach = exact.largest_displacement[1:]
     for method, tolerances in {
         "dop853": [1e-2, 1e-3, 1e-5, 1e-8, 1e-10],
         "velocity verlet": [1e-2, 1e-3, 1e-5],
     }.items():
         for tolerance in tolerances:
-            ran = scene(method=method, tolerance=tolerance, tier="compiled").run()
+            ran = scene(method=method, tolerance=tolerance).run()
             off = np.linalg.norm(ran.position - exact.position, axis=2).max(axis=1)
             assert (off[1:] / reach).max() < tolerance, (method, tolerance)
 
 
 def test_finer_tolerances_cost_the_seventh_root():
     counts = [
-        Bench(pair(), 20.0, tolerance=tolerance, tier="compiled")
-        .run()
-        .engine.statistics.accepted
+        Bench(pair(), 20.0, tolerance=tolerance).run().engine.statistics.accepted
         for tolerance in (1e-4, 1e-8)
     ]
     # Four powers of ten are a factor of 10^(4/7) = 3.7 in steps, and no more than that.
@@ -90,9 +88,7 @@ def test_finer_tolerances_cost_the_seventh_root():
 
 def test_forces_that_swing_are_seen_between_steps_that_are_whole_periods():
     for method, tolerance in (("velocity verlet", 1e-3), ("dop853", 1e-6)):
-        bench = Bench(
-            pair(stiffness=0.0), 1.0, method=method, tolerance=tolerance, tier="compiled"
-        )
+        bench = Bench(pair(stiffness=0.0), 1.0, method=method, tolerance=tolerance)
         omega = 2.0 * np.pi * 1000.0
         bench.push([1], (1.0, 0.0, 0.0), Course("sine", 0.0, np.inf, frequency=1000.0))
         ran = bench.run()

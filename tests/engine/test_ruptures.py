@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS, affordable, those
+from tests.engine.members import MEMBERS, ON_TIERS, affordable, those
 from tests.engine.running import TIERS, Bench, block, chain, pair
 from tests.hand_net import make_net
 from tissuec.courses import Course
@@ -25,9 +25,7 @@ def break_and_go_on(bench, until):
         bench.engine.restart(bench.situation)
 
 
-@pytest.mark.parametrize(
-    ("method", "tier"), [*[(m, "interpreted") for m in MEMBERS], ("dop853", "compiled")]
-)
+@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier):
     # Drawn 10 % pressed, T = -10 N cos(w t) reaches 6 N at a known time.
     omega = np.sqrt(200.0)
@@ -50,9 +48,7 @@ def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier
     assert 100.0 * (length - 1.0) == pytest.approx(6.0, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("method", "tier"), [*[(m, "interpreted") for m in MEMBERS], ("dop853", "compiled")]
-)
+@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
 def test_swinging_pair_is_crushed_when_its_pressure_reaches_the_limit(method, tier):
     # Drawn 10 % stretched, T = 10 N cos(w t) falls to -6 N at a known time.
     tolerance = affordable(method)

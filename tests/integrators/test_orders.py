@@ -34,10 +34,9 @@ def triangle(damping):
     )
 
 
-def ran(net, name, count, times, tier="interpreted"):
-    found = Bench(
-        net, 1.0, method=name, step=1.0 / count, tolerance=EXACTLY, times=times, tier=tier
-    ).run()
+def ran(net, name, count, times):
+    asked = {"method": name, "step": 1.0 / count, "tolerance": EXACTLY, "times": times}
+    found = Bench(net, 1.0, **asked).run()
     assert found.end.kind == "reached"
     return found
 
@@ -55,20 +54,13 @@ def slope(counts, errors):
     return -np.polyfit(np.log(counts), np.log(errors), 1)[0]
 
 
-# One ratio is enough for the compiled tier, which is the same code.
-ON_TIERS = [
-    *[(name, ratio, "interpreted") for name, ratio in viscosities(0.0, 0.05)],
-    *[(name, brakes(name, 0.05), "compiled") for name in MEMBERS],
-]
-
-
-@pytest.mark.parametrize(("name", "ratio", "tier"), ON_TIERS)
-def test_error_of_an_oscillator_falls_at_the_declared_order(name, ratio, tier):
+@pytest.mark.parametrize(("name", "ratio"), viscosities(0.0, 0.05))
+def test_error_of_an_oscillator_falls_at_the_declared_order(name, ratio):
     order = INTEGRATORS[name].order
     # A quarter of a period apart: amplitudes do not show at one time, phases not at another.
     times = np.array([0.875, 1.0])
     exact = 0.1 * (1.0 - relaxation(ratio, OMEGA, times))
-    found = [ran(pair(damping=ratio * OMEGA), name, n, times, tier) for n in COUNTS[order]]
+    found = [ran(pair(damping=ratio * OMEGA), name, n, times) for n in COUNTS[order]]
     errors = [np.abs(one.position[:, 0, 0] - exact).max() for one in found]
     # At order 8 a digit of the error is a fifteenth of the range of steps above rounding.
     assert slope(COUNTS[order], errors) == pytest.approx(order, abs=0.1 if order < 8 else 0.2)

@@ -15,27 +15,18 @@ FLOOR = PropagationChoices().smallest_step
 WHOLE = PropagationChoices(smallest_step=1.0)  # all steps are whole frames
 
 
-def swing(step, *, ratio=0.0, duration=1.0, times=(1.0,), tier="interpreted", **more):
+def swing(step, *, ratio=0.0, duration=1.0, times=(1.0,), **more):
     net = pair(damping=ratio * OMEGA)
-    return Bench(
-        net, duration, method="propagation", step=step, times=times, tier=tier, **more
-    ).run()
+    return Bench(net, duration, method="propagation", step=step, times=times, **more).run()
 
 
-@pytest.mark.parametrize(
-    ("ratio", "tier"),
-    [
-        *((ratio, "compiled") for ratio in (0.05, 0.5)),
-        pytest.param(0.0, "compiled", marks=pytest.mark.slow),
-        *(pytest.param(r, "interpreted", marks=pytest.mark.slow) for r in (0.0, 0.05, 0.5)),
-    ],
-)
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 0.5])
 @pytest.mark.parametrize("choices", [None, WHOLE], ids=["halving", "never halving"])
-def test_propagation_is_of_first_order(ratio, tier, choices):
+def test_propagation_is_of_first_order(ratio, choices):
     steps = 1.0 / np.array([256, 512, 1024, 2048])
     errors = []
     for step in steps:
-        found = swing(step, ratio=ratio, tier=tier, choices=choices).position[0, 0, 0]
+        found = swing(step, ratio=ratio, choices=choices).position[0, 0, 0]
         errors.append(abs(found - 0.1 * (1.0 - relaxation(ratio, OMEGA, 1.0))))
     observed = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert observed == pytest.approx(INTEGRATORS["propagation"].order, abs=0.15)

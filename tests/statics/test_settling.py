@@ -91,7 +91,7 @@ def test_settling_comes_where_a_long_damped_run_comes_to():
     net = tube(damping=0.05)
     fixed = [*range(10), *range(150, 160)]
     more = {"gravity": DOWN, "fixed": fixed, "drag": 2e-3}
-    bench = Bench(net, 4.0, tolerance=1e-7, tier="compiled", times=[], **more)
+    bench = Bench(net, 4.0, tolerance=1e-7, times=[], **more)
     push(bench.situation, range(80, 90), (1e-4, 3e-4, 2e-4))
     settled = held(net, fixed, gravity=np.array(DOWN))
     push(settled, range(80, 90), (1e-4, 3e-4, 2e-4))
