@@ -111,14 +111,7 @@ def scatter(truth, folder, repeats):
     return np.std(logs, axis=0, ddof=1) / spread, np.mean(logs, axis=0) / spread
 
 
-def test_estimates_scatter_about_as_the_bound_of_cramer_and_rao_says(truth, tmp_path):
-    # Ten repeats: a standard deviation from ten is 24 % uncertain, so that 2.2 is far out.
-    ratio, bias = scatter(truth, tmp_path, 10)
-    assert np.all((ratio > 0.35) & (ratio < 2.2))
-    assert np.all(np.abs(bias) < 4.0 / np.sqrt(10))
-
-
-@pytest.mark.slow
+@pytest.mark.slow  # that intervals hold the truth is tested by default
 def test_estimates_scatter_as_the_bound_of_cramer_and_rao_says(truth, tmp_path):
     ratio, bias = scatter(truth, tmp_path, 50)
     assert np.all((ratio > 1 / 1.5) & (ratio < 1.5))

@@ -211,6 +211,7 @@ def test_a_run_of_bare_nodes_has_a_page(tmp_path):
     assert "Done" in page.root.all("div", "verdict")[0].text
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_run_that_diverged_says_so_first(tmp_path):
     page = Page(page_of(run(tmp_path, UNSTABLE)))
     (verdict,) = page.root.all("div", "verdict")
@@ -221,6 +222,7 @@ def test_a_run_that_diverged_says_so_first(tmp_path):
     assert " of 2 s by velocity verlet" in page.root.all("p", "summary")[0].text
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_killed_run_is_unfinished(tmp_path, example):
     """Its file has no statistics, and its text has no body to be compiled."""
     path = tmp_path / "killed.vtkhdf"

@@ -1,12 +1,14 @@
 """Reading: the indices of NumPy, and plain words about files that are none of ours."""
 
 import os
+import shutil
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.results.conftest import CUT
+from tests.results.conftest import CUT, example_of_a_tube
 from tissuec.results import layout
 from tissuec.results.checksums import SUMS, sums_as_text, sums_of_text
 from tissuec.results.errors import ResultError
@@ -14,9 +16,15 @@ from tissuec.results.info import summary
 from tissuec.results.trajectory import Trajectory
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    return example_of_a_tube().saved(tmp_path_factory.mktemp("written") / "a.vtkhdf")
+
+
 @pytest.fixture
-def path(tmp_path, example):
-    return example.saved(tmp_path / "a.vtkhdf")
+def path(tmp_path, written):
+    """Return a result of the test's own, which it may change."""
+    return Path(shutil.copy(written, tmp_path))
 
 
 INDICES = [

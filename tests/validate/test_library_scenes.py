@@ -9,6 +9,7 @@ import pytest
 from tests.validate.scenes import quantity, silent
 from tissuec.pipeline import Request, compile_request
 from tissuec.plan import Output
+from tissuec.validate import observing
 from tissuec.validate.validation import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
@@ -16,12 +17,14 @@ SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
 LONG = {"ligature", "tubal_ligation"}  # scenes whose beginnings take long, too
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
-    "bladder": 0.02,
+    "bladder": 0.01,
     "indentation": 0.05,
     "ligature": 0.01,
     "liver": 0.03,
-    "palpation": 0.02,
+    "palpation": 0.01,
     "rupture": 0.025,
+    "sterilisation": 0.05,
+    "suture": 0.05,
 }
 NO_OUTPUT = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
 
@@ -55,7 +58,9 @@ def assert_as_good_as_can_be_known(found):
     "name",
     [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in SCENES],
 )
-def test_beginning_of_a_shipped_scene_keeps_its_promise(name):
+def test_beginning_of_a_shipped_scene_keeps_its_promise(name, monkeypatch):
+    # Steps that land on a hundred output times would be shorter than their errors ask for.
+    monkeypatch.setattr(observing, "WITHOUT_OUTPUT", 21)
     found = validate(
         beginning(shipped(name), PARTS.get(name, 0.1)),
         method="DOP853",

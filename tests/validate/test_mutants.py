@@ -7,7 +7,7 @@ from tests.validate.mutants import SCENES, found_in, survey, tried
 #: Scenes, and faults that they have to tell from the truth.
 QUICK = {
     "springs": {"stiffness[s] * e", "damping[s] * closing", "tension * r0"},
-    "memory": {"internal.constant[k] * (e - q)", "internal.rate[k] * flowing"},
+    "memory": {"internal.constant[k] * (e - q)"},
 }
 
 
