@@ -105,5 +105,6 @@ def test_runs_keep_their_promise_and_the_reference_agrees(law):
             script="script { at 0 s: { fix left; grasp right with hook }\n"
             "from 0 s to 10 ms: move hook by (6, 0, 0) mm using smooth profile }",
         ).replace("duration = 1 ms", "duration = 12 ms; tolerance = 1e-6")
+        + "output { trajectory every 1 ms }\n"
     )  # fmt: skip
     assert found.verdict == "kept"
