@@ -299,8 +299,8 @@ def row(name: str, kind: str, parts: list[float]) -> tuple[str, ...]:
 def main() -> None:
     """Measure everything and write the table."""
     heads = ("test", "mesh", *(f"{count} cells" for count in CELLS))
-    page = PAGE.read_text(encoding="utf-8")
     filled = {"theory": table(heads, list(rows()))}
+    page = PAGE.read_text(encoding="utf-8")
     PAGE.write_text(replace_places(page, filled, mark="elasticity"), encoding="utf-8")
 
 

@@ -78,10 +78,10 @@ MESHES = {
 
 def main() -> None:
     """Measure everything and rewrite the page."""
-    page = PAGE.read_text(encoding="utf-8")
     head = ("mesh", "quantity", "at four resolutions", "spread", "of the two finest")
-    text = replace_places(page, {"meshes": table(head, list(rows()))}, mark="sweep")
-    PAGE.write_text(text, encoding="utf-8")
+    filled = {"meshes": table(head, list(rows()))}
+    page = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(replace_places(page, filled, mark="sweep"), encoding="utf-8")
 
 
 def rows() -> Iterator[tuple[str, ...]]:
