@@ -9,6 +9,10 @@ from tissuec.editor.views import view_of
 
 HEAD = 'language 1\nuse "tissues/fallopian_tube"\nparam lift = 6 mm\nparam pause = 1 s\n'
 BODY = "body oviduct { mesh is tube { rings = 16 }; tissue is fallopian tube }\n"
+REGIONS = """body bed { mesh is lattice { cell = 1 mm }; tissue is fallopian tube
+  region wall where z < 1 mm { tissue is fallopian tube }
+  region pad where z > 2 mm { tissue is fallopian tube }
+  """
 SETS = "set waist = nodes of oviduct where x > 1 mm\ntool forceps A { kind is forceps }\n"
 
 
@@ -47,6 +51,10 @@ def written(text):
         ("simulate { integrator is propagation { repeated is ‸ } }", ["step", "frame"]),
         ("simulate { integrator is relaxation { ‸ } }", ["threshold", "activities"]),
         ("body b { tissue is ‸", ["fallopian tube"]),
+        (REGIONS + "interface ‸", ["is", "from"]),
+        (REGIONS + "interface is softer ‸", ["from"]),
+        (REGIONS + "interface is softer from ‸", ["wall", "pad"]),
+        (REGIONS + "interface from wall to ‸", ["wall", "pad"]),
         (BODY + "set s = ‸", ["nodes", "springs"]),
         (BODY + "set s = nodes of ‸", ["oviduct"]),
         (BODY + "set s = nodes of oviduct where ‸", ["x", "surface", "region", "lift"]),

@@ -219,6 +219,11 @@ class _Reading:
             start -= 1
         return key_of(" ".join(part.text for part in self.parts[start:index]))
 
+    @property
+    def _is_of_interface(self) -> bool:
+        """Return whether this says what springs between two regions are made of."""
+        return self.block.kind == "body" and self.subject == "interface"
+
     def _in_measure(self) -> bool:
         return any(call in MEASURES or call in _MEASURED for call in self.calls)
 
@@ -233,6 +238,8 @@ class _Reading:
             yield self._phrase(start, stop, Expected(unit=True, dimension=self._dimension()))
         elif self.behind_is and before.text in ("is", "not", "between", "and"):
             yield from self._choice(start, stop)
+        elif self._is_of_interface and before.text in ("from", "to"):
+            yield self._phrase(start, stop, Expected(names=("region",)))
         else:
             yield from self._value(start, stop, before)
 
@@ -620,6 +627,15 @@ class _Reading:
             )
         if self.behind_where:
             return ["and", "or", "not", "is", "between", "within", "of"]
+        if self._is_of_interface:
+            last = (
+                self.seen[-1]
+                if self.seen
+                else "is"
+                if "is" in (part.text for part in self.parts)
+                else ""
+            )
+            return {"": ["is", "from"], "is": ["from"], "from": ["to"]}.get(last, [])
         return list(FOLLOWING.get((kind, self.head), FOLLOWING.get((kind, ""), ())))
 
     def _clauses_left(self) -> list[str]:
