@@ -10,7 +10,6 @@ import pytest
 from tests.browser import browser as browser
 from tests.browser import page as page
 from tissuec.core.resources import library
-from tissuec.engine import engine
 from tissuec.pipeline import Request, Result, compile_request, simulate
 from tissuec.running.interrupting import SIGNALS
 
@@ -49,12 +48,6 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]
         return simulate(compiled, path, request=request, companion="off")
 
     return run
-
-
-@pytest.fixture
-def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run the steps of all methods as those of users run."""
-    monkeypatch.setattr(engine, "default_tier", lambda integrator: "interpreted")
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Laws of springs and dashpots as machine code."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -63,12 +63,7 @@ def translated(laws: tuple[Law, ...]) -> str:
     """Return the functions of laws in LLVM's intermediate representation."""
     module = ir.Module("laws")
     for name, members in code.formulas(laws).items():
-        arguments = code.ARGUMENTS[name]
-        kinds = [_WHOLE, *(_NUMBER for _ in arguments), _ADDRESS]
-        function = ir.Function(module, ir.FunctionType(_NUMBER, kinds), name)
-        law, *values, _ = function.args
-        builder = ir.IRBuilder(function.append_basic_block())
-        known = dict(zip(arguments, values, strict=True))
+        builder, (law,), known, _ = _begun(module, name, 1, code.ARGUMENTS[name], 1)
         _choose(builder, law, members, lambda _, known=known: known)
     return str(module)
 
@@ -78,23 +73,34 @@ def translated_partials(laws: tuple[Law, ...], constants: int) -> str:
     """Return the functions of laws and their derivatives, as ``translated`` does."""
     module = ir.Module("partials")
     for name, members in partial.formulas(laws, constants).items():
-        arguments, single = partial.ARGUMENTS[name], name != "by_constant"
-        kinds = [_WHOLE] * (1 if single else 2) + [_NUMBER for _ in arguments]
-        kinds += [_ADDRESS, _ADDRESS]
-        function = ir.Function(module, ir.FunctionType(_NUMBER, kinds), name)
-        builder = ir.IRBuilder(function.append_basic_block())
-        number, *rest = function.args
-        if not single:
+        numbers = 2 if name == "by_constant" else 1
+        builder, (number, *constant), known, (_, table) = _begun(
+            module, name, numbers, partial.ARGUMENTS[name], 2
+        )
+        if constant:
             row = builder.mul(number, ir.Constant(_WHOLE, constants))
-            number = builder.add(row, rest.pop(0))
-        *values, _, table = rest
-        known = dict(zip(arguments, values, strict=True))
+            number = builder.add(row, constant[0])
 
         def read(inside: Any, known: dict[str, Any] = known, table: Any = table) -> Any:
             return known | _constants(inside, table, constants)
 
         _choose(builder, number, members or [ZERO], read)
     return str(module)
+
+
+def _begun(
+    module: Any, name: str, numbers: int, arguments: Sequence[str], tables: int
+) -> tuple[Any, Sequence[Any], dict[str, Any], Sequence[Any]]:
+    """Begin a function of whole numbers, arguments and tables.
+
+    Returns:
+        What writes it, the numbers, the arguments by name, and the tables.
+    """
+    kinds = [_WHOLE] * numbers + [_NUMBER for _ in arguments] + [_ADDRESS] * tables
+    function = ir.Function(module, ir.FunctionType(_NUMBER, kinds), name)
+    given, stop = function.args, numbers + len(arguments)
+    known = dict(zip(arguments, given[numbers:stop], strict=True))
+    return ir.IRBuilder(function.append_basic_block()), given[:numbers], known, given[stop:]
 
 
 def _constants(builder: Any, values: Any, count: int) -> dict[str, Any]:

@@ -56,7 +56,7 @@ from tissuec.situation import Situation
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 # Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
 CALL_SPRINGS: dict[Tier, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
-# Steps that are looked at together for conditions, and coordinates of the states within them.
+# Steps that are looked at together for conditions, and coordinates of states in them, at most.
 MOST_TOGETHER, GLANCED = 16, 200_000
 
 Pause = Callable[[float], bool]
@@ -77,8 +77,8 @@ class Engine:
         record: Called with each batch of samples. Unless a single step holds more samples than
             half the buffer, the situation stands at a step's start then and ``checkpoint``
             gives what a later run can go on from.
-        tier: Forces one tier, for tests.
-            Otherwise methods that are shipped are stepped by compiled code.
+        tier: Forces one tier, for tests. Otherwise methods that are shipped are stepped by
+            compiled code.
     """
 
     def __init__(
@@ -503,7 +503,8 @@ class Engine:
     def _together(self) -> int:
         """Return how many steps are looked at together.
 
-        What remembers more than the arrays of the run cannot be brought back.
+        Only one with contact, threads or springs that relax or flow: they keep state outside of
+        ``Work``, with which the run could not go back.
         """
         needed = self._layout.features
         if needed.touched or needed.reeled or needed.inelastic:

@@ -1,4 +1,8 @@
-"""Laws as functions of plain numbers, for kernels: written as Python and compiled with them."""
+"""What kernels ask of laws: as formulas, and as functions of plain numbers in Python.
+
+Compiled code gets its functions from ``compiled.formulas``; those here are for kernels that run
+as Python.
+"""
 
 import ast
 import hashlib
@@ -51,14 +55,13 @@ def formulas(laws: Sequence[Law]) -> dict[str, list[Formula]]:
 def functions(laws: tuple[Law, ...]) -> dict[str, Callable[..., float]]:
     """Return ``formulas`` as functions of the number of the law and plain numbers.
 
-    Nothing of the net is asked; compiled code finds them by what it holds. Their names end in a
-    digest of what they do, so that compiled code can be told apart.
+    Nothing of the net is asked. Their names end in a digest of what they do.
 
     Args:
         laws: The first is ``LINEAR``.
     """
     return {
-        name: choosing(name, ", ".join((*ARGUMENTS[name], "net=None")), members)
+        name: _choosing(name, ", ".join((*ARGUMENTS[name], "net=None")), members)
         for name, members in formulas(laws).items()
     }
 
@@ -71,7 +74,7 @@ def sides(formula: Formula, *names: str) -> Formula:
     return total
 
 
-def choosing(name: str, arguments: str, formulas: Sequence[Formula]) -> Callable[..., float]:
+def _choosing(name: str, arguments: str, formulas: Sequence[Formula]) -> Callable[..., float]:
     """Return a function of a law's number and arguments that evaluates the formula of it."""
     lines = [f"def law_function(law, {arguments}):"]
     for number, formula in enumerate(formulas[1:], start=1):
@@ -79,11 +82,6 @@ def choosing(name: str, arguments: str, formulas: Sequence[Formula]) -> Callable
             lines.append(f"    if law == {number}:")
             lines.append(f"        return {formula.code()}")
     lines.append(f"    return {formulas[0].code()}")
-    return made_of(name, lines)
-
-
-def made_of(name: str, lines: Sequence[str]) -> Callable[..., float]:
-    """Return a function of the lines of ``law_function``, named by a digest of them."""
     text = "\n".join(lines) + "\n"
     names: dict[str, object] = {"spline": spline}
     exec(compile(_HEAD + text, f"<{name} of laws>", "exec"), names)

@@ -10,10 +10,12 @@ strain a bear parts of it:
 
 the first as energies add up, the second as displacements are in balance. So springs are
 multiplied by those g with the least Σ k L² (g - 1)² for which Σ g k e_a e_b / V is the
-stiffness asked for, and that again, since g changes e. The same is done for bending, by
-stresses that grow across their direction. A net of few cells is too stiff in bending; but what
-makes springs inside stiffer than those at the boundary takes from a net what it bears under
-even strains, and Poisson's ratio with it. So only a part of that is made up for.
+stiffness asked for, and that again, since g changes e.
+
+Nets of few cells are too stiff in bending, which stresses that grow across their direction
+find. Its correction is a part of the same step, but not a full one: it makes springs inside
+stiffer than those at the boundary, which changes Poisson's ratio and, in coarse nets, makes
+moduli uneven.
 
 An even stress finds the least stiffness of a coarse net, an even strain of its boundary the
 largest (see ``elasticity``). Between plates, or held elsewhere, it has one about halfway. So at
@@ -40,8 +42,8 @@ from tissuec.matter.traction import (
 from tissuec.network import Floats
 
 ROUNDS = 3
-BENDING = 0.75  # power of the ratio by which bending is too stiff that is made up for
-COARSE = 1.3  # a ratio from which on that would do more harm than good
+BENDING = 0.75  # power of the ratio by which a net is too stiff in bending that is corrected
+COARSE = 1.3  # ratio from which on it is not corrected
 MOST = 5.0  # times as stiff or soft as before: what would take more is told, not done
 #: Of the largest eigenvalue: a mean stiffness that springs determine less is left as it is,
 #: such as one that is not symmetric in all four indices.
@@ -105,8 +107,8 @@ def _factors(
     along = position[ends[:, 1]] - position[ends[:, 0]]
     weight = constant * np.einsum("si,si->s", along, along)
     weight = np.maximum(weight, 1e-6 * weight.mean())
-    times, aims, is_fine = np.ones(len(ends)), np.ones(len(BENT)), False
-    for number in range(ROUNDS):
+    times, aims = np.ones(len(ends)), None
+    for _ in range(ROUNDS):
         matrix = stiffness(rows, times * constant)
         moved = np.stack([solution(matrix, each) for each in force.T], axis=1)
         soft = force.T @ moved / volume
@@ -117,11 +119,11 @@ def _factors(
         bent = np.stack([solution(matrix, each) for each in bending.T], axis=1)
         work = np.einsum("ub,ub->b", bending, bent)
         excess = stored / work
-        if not number:
-            is_fine = bool((excess > 1.0 / COARSE).all() and (excess < COARSE).all())
-            aims = excess ** (1.0 - BENDING)
+        if aims is None:  # none of coarse nets, whose bending is left as it is
+            is_fine = (excess > 1.0 / COARSE).all() and (excess < COARSE).all()
+            aims = excess ** (1.0 - BENDING) if is_fine else excess[:0]
         missing = (asked - has)[_ONE, _OTHER] * _TIMES
-        if is_fine:
+        if len(aims):
             turning = (times * constant)[:, None] * (rows @ bent) ** 2 * excess / work
             parts, missing = np.hstack([parts, turning]), np.append(missing, aims - excess)
         more = _least(parts, weight, missing)

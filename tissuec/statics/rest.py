@@ -49,10 +49,10 @@ def is_stable(situation: Situation) -> bool:
     Args:
         situation: As for ``rests_pressed``.
     """
-    balance = Balance(situation, np.ones(situation.network.node_count, dtype=bool))
-    size = 3 * len(balance.free)
+    size = 3 * int(np.count_nonzero(~situation.held))
     if size > DENSE or situation.fields:
         return False
+    balance = Balance(situation, np.ones(situation.network.node_count, dtype=bool))
     values, rows, columns = balance.entries(balance.bars(balance.start), exact=True)
     matrix = np.zeros((size, size))
     np.add.at(matrix, (rows, columns), values)
