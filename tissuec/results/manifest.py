@@ -5,6 +5,7 @@ import math
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -39,7 +40,8 @@ def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, ob
     return {**_plain(dict(given)), **known}
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """Return the versions of Python and of the packages that matter, without importing them."""
     found = {"tissuec": __version__, "python": platform.python_version()}
     for name in PACKAGES:

@@ -39,7 +39,7 @@ class LogTable:
             row=(width,),
             chunk=rows_of_a_chunk(width),
         )
-        if f"{path}/columns" not in store.file:
+        if f"{path}/columns" not in store:
             group = store.group(path)
             group.attrs["name"] = channel.name
             group.attrs["number"] = number  # the place in the scene's order
