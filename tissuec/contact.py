@@ -30,6 +30,7 @@ Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -40,7 +41,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.network import Floats, Indices
 from tissuec.shapes.inclusion import weights
-from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, dot, or_one, places
+from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, cross, dot, or_one, places
 from tissuec.strands import Edges
 
 if TYPE_CHECKING:
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
 
 FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 FEW = 12  # faces up to which all pairs are looked at
+MOST_LISTED = 64  # states that one list of pairs is made for
+MOST_TOGETHER = 4096  # pairs that are looked at at once
 
 
 class Pairs(NamedTuple):
@@ -316,7 +319,10 @@ class Contact:
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        pairs, place = self._pressed(position)
+        return self._touch(position, velocity, *self._pressed(position))
+
+    def _touch(self, position: Floats, velocity: Floats, pairs: Pairs, place: Place) -> Touch:
+        """Return what shapes do to nodes, given the pairs that touch."""
         v, ends = velocity[self.nodes[pairs.node]], velocity[self.points[pairs.shape]]
         # Along the normal exactly as the depth changes, of turning planes as well.
         rate = dot(place.normal, v) + np.einsum("npk,npk->n", place.pressing, ends)
@@ -332,12 +338,54 @@ class Contact:
         touch = Touch(pairs, place, rate, steady, group, node, surface, factor)
         return touch if not len(self.memory) else self._rubbed(touch, position, velocity)
 
+    def _touches_in(self, position: Floats, velocity: Floats) -> Iterator[Touch]:
+        """Yield what shapes do in each state, of arrays of shape (…, node, 3)."""
+        x, v = _in_line(position), _in_line(velocity)
+        for state, (pairs, place) in enumerate(self._pressed_in(x)):
+            yield self._touch(x[state], v[state], pairs, place)
+
     def _pressed(self, position: Floats) -> tuple[Pairs, Place]:
         """Return the pairs that touch, and where they are."""
-        pairs = self.near(position, 0.0) if self.pairs is None else self.pairs
-        place = self.places(position, pairs)
-        inside = np.flatnonzero(place.depth > 0.0)
-        return pairs.some(inside), place.some(inside)
+        return next(self._pressed_in(position[None]))
+
+    def _pressed_in(self, position: Floats) -> Iterator[tuple[Pairs, Place]]:
+        """Yield the pairs that touch in each state, and where they are.
+
+        Args:
+            position: Of all nodes [m], shape (state, node, 3).
+        """
+        start = 0
+        while start < len(position):
+            pairs, stop = self._listed(position, start)
+            count = max(1, MOST_TOGETHER // max(1, len(pairs.node)))
+            for some in np.split(position[start:stop], range(count, stop - start, count)):
+                # States one after the other, as if each pair had been met in each of them.
+                node, shape = np.tile(pairs.node, len(some)), np.tile(pairs.shape, len(some))
+                row = np.arange(len(some)).repeat(len(pairs.node))
+                x, corners = some[row, self.nodes[node]], some[row[:, None], self.points[shape]]
+                radius = np.tile(pairs.radius, len(some))
+                place = places(x, self.kind[shape], corners, radius)
+                depth = place.depth.reshape(len(some), -1)
+                for state, here in enumerate(depth):
+                    inside = np.flatnonzero(here > 0.0)
+                    yield pairs.some(inside), place.some(inside + state * len(here))
+            start = stop
+
+    def _listed(self, position: Floats, start: int) -> tuple[Pairs, int]:
+        """Return the pairs near in states from one on, and the first one they do not hold for.
+
+        Args:
+            position: Of all nodes [m], shape (state, node, 3).
+        """
+        if self.pairs is not None:
+            return self.pairs, len(position)
+        ahead = position[start : start + MOST_LISTED]
+        if len(ahead) == 1:
+            return self.near(ahead[0], 0.0), start + 1
+        gone = np.square(ahead - ahead[0]).sum(axis=2).max(axis=1)
+        far = np.flatnonzero(~(gone[1:] <= self.stride**2))
+        stop = start + 1 + int(far[0]) if len(far) else start + len(ahead)
+        return self.near(ahead[0], 2.0 * self.stride), stop
 
     def _groups(self, pairs: Pairs) -> Indices:
         """Return one number for all pairs of one node and one surface, ascending from 0."""
@@ -360,21 +408,22 @@ class Contact:
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        total = np.zeros(position.shape[:-2])
-        for state in np.ndindex(total.shape):
-            pairs, place = self._pressed(position[state])
+        total = []
+        for pairs, place in self._pressed_in(_in_line(position)):
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
-            total[state] = self.stiffness[pairs.node] @ each
-        return total
+            total.append(self.stiffness[pairs.node] @ each)
+        return np.reshape(total, position.shape[:-2])
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        for state in np.ndindex(position.shape[:-2]):
-            self.push(self.touches(position[state], velocity[state]), to[state])
+        for state, touch in zip(
+            np.ndindex(to.shape[:-2]), self._touches_in(position, velocity), strict=True
+        ):
+            self.push(touch, to[state])
 
     def push(self, touch: Touch, to: Floats) -> None:
         """Add the forces of one state on all nodes [N], shape (node, 3)."""
@@ -388,10 +437,8 @@ class Contact:
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return the power that damping and friction take out [W], shape (…)."""
-        power = np.zeros(position.shape[:-2])
-        for state in np.ndindex(power.shape):
-            power[state] = self.loss(self.touches(position[state], velocity[state]))
-        return power
+        lost = [self.loss(touch) for touch in self._touches_in(position, velocity)]
+        return np.reshape(lost, position.shape[:-2])
 
     def loss(self, touch: Touch) -> float:
         """Return the power that damping and friction take out of one state [W]."""
@@ -417,10 +464,10 @@ class Contact:
         each = share[:, None] * _along(force[node], normal)
         back = -touch.place.weights[:, :, None] * each[:, None, :]
         couple = np.zeros((len(touch.node), 3))
-        np.add.at(couple, touch.group, -np.cross(touch.arm, each))
+        np.add.at(couple, touch.group, -cross(touch.arm, each))
         twist = turning.share[:, None] * couple[touch.group]
         twist = np.einsum("nij,nj->ni", turning.inverse, twist)
-        back += np.cross(twist[:, None, :], turning.arm)
+        back += cross(twist[:, None, :], turning.arm)
         power = -float((force * u).sum())
         return touch._replace(rubbing=Rubbing(each, back, power))
 
@@ -440,11 +487,11 @@ class Contact:
     def _sliding(self, touch: Touch, turning: Turning, velocity: Floats) -> Floats:
         """Return velocities of nodes against what turns with the surface [m/s], (pair, 3)."""
         ends = velocity[self.points[touch.pairs.shape]]
-        spin = np.einsum("nij,nj->ni", turning.inverse, np.cross(turning.arm, ends).sum(axis=1))
+        spin = np.einsum("nij,nj->ni", turning.inverse, cross(turning.arm, ends).sum(axis=1))
         whole = np.zeros((len(touch.node), 3))
         np.add.at(whole, touch.group, turning.share[:, None] * spin)
         there = np.einsum("np,npk->nk", touch.place.weights, ends)
-        there += np.cross(whole[touch.group], touch.arm)
+        there += cross(whole[touch.group], touch.arm)
         return velocity[self.nodes[touch.pairs.node]] - there
 
     def _turning(self, touch: Touch, position: Floats) -> Turning:
@@ -565,6 +612,11 @@ def _all_pairs(node: Indices, face: Indices) -> tuple[Indices, Indices]:
 def _sums(row: Indices, values: Floats, count: int) -> Floats:
     """Return the sums of values by rows; without any, NumPy would count in integers."""
     return np.bincount(row, values, count).astype(float, copy=False)
+
+
+def _in_line(states: Floats) -> Floats:
+    """Return states, shape (…, node, 3), one after the other."""
+    return states.reshape(-1, *states.shape[-2:])
 
 
 def _along(vector: Floats, normal: Floats) -> Floats:
