@@ -96,6 +96,26 @@ def test_every_optimiser_and_stepping_comes_to_the_same(truth, tmp_path, entry, 
     assert numbers(learnt) == pytest.approx([12, 12, 12, 12, 0.01], rel=allowed)
 
 
+@pytest.mark.parametrize("step", [2, 8, 15])
+def test_intervals_hold_what_steps_do_wrong(truth, tmp_path, step):
+    measure(truth, tmp_path / "measured.csv")
+    entry = f"integrator is velocity verlet; step = {step} ms"
+    learnt = learn(*lesson(tmp_path, f"{FIT}{ADJUST}  {entry}\n"))
+    assert not learnt.failure
+    for estimate, true in zip(learnt.estimates, (12.0, 0.01), strict=True):
+        assert (estimate.low < true).all() and (estimate.high > true).all()
+        # Of the second order: most of them are off by half of that at least.
+        half = 0.5 * (estimate.high - estimate.low)
+        assert np.median(abs(estimate.value - true) / half) > 0.5
+
+
+def test_steps_that_are_too_coarse_are_a_failure(truth, tmp_path):
+    measure(truth, tmp_path / "measured.csv")
+    entry = "integrator is velocity verlet; step = 25 ms"
+    learnt = learn(*lesson(tmp_path, f"{FIT}{ADJUST}  {entry}\n"))
+    assert learnt.failure.startswith("halving the step changes predictions by 12.2 % of")
+
+
 def scatter(truth, folder, repeats):
     """Return spread and mean of estimates over repeats, in units of what is predicted."""
     compiled, block, request = lesson(folder, FIT + ADJUST)

@@ -386,6 +386,8 @@ class Search:
         columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
         if not columns.any():
             return theta  # nothing that is looked at depends on anything
+        if not np.isfinite(columns).all():
+            raise Countless(problem.stop)
         problem.faint = np.maximum(FAINT * columns.max(), pull)
         size = len(problem.residuals(theta))
 

@@ -29,6 +29,7 @@ ROUNDING = 1e-7  # of the largest singular value: derivatives are no better than
 VAGUE = 1.0  # standard deviation of a logarithm from which nothing is known: a factor e
 SHARE = 1e-3  # of a parameter's square in blind combinations: less says it is known
 SURE = 0.95
+REMAINING = 4.0 / 3.0  # error of order 2 by what half the steps take away of it; less of others
 MOST_CORRELATED = 0.99
 SHOWN = 6  # names or factors in a sentence
 #: What no position tells but by its ratios, and how several of a kind are called.
@@ -75,7 +76,7 @@ def judge(
         theta: Where the search ended, its whole horizon in use.
         names: Of the parameters.
         kinds: What each is, such as "spring constant".
-        step_error: Of all predictions in SI units, shape (number,).
+        step_error: What all predictions gain by half the steps, in SI units, shape (number,).
     """
     left, before = problem.left(theta), problem.noise
     if not problem.size:
@@ -106,7 +107,7 @@ def judge(
     away = quantile * spread * _fewer(problem, theta)
     if step_error is not None:
         shift = np.zeros(len(own) + len(others))
-        shift[:weighed] = (step_error / noise[problem.fit_of])[problem.counted]
+        shift[:weighed] = (REMAINING * step_error / noise[problem.fit_of])[problem.counted]
         away += np.abs((sides.T @ shift)[told[: sides.shape[1]]] @ inverse)
     return Sureness(singular, spread, away, identified, tuple(blind), noise)
 

@@ -15,7 +15,7 @@ from tissuec.core.units import TIME, show
 from tissuec.learn.fitting import HORIZONS, LEAST_SQUARES, Search, SearchState
 from tissuec.learn.judging import SHOWN, Sureness, judge
 from tissuec.learn.keeping import keep, kept, key_of
-from tissuec.learn.misfit import misfit, remark, units
+from tissuec.learn.misfit import misfit, remark, too_coarse, units
 from tissuec.learn.models.moving import Moving
 from tissuec.learn.motion import Diverged
 from tissuec.learn.outcome import Estimates, Fitted, Learnt
@@ -101,7 +101,8 @@ def learn(
         stepping, stepping_error = _stepping(problem, end.theta, errors)
         step_error = np.concatenate([np.zeros(0), *errors])
         sureness = judge(problem, end.theta, *_names(session, problem), step_error)
-        failure, structure = misfit(problem, end.theta, singles), remark(problem, end.theta)
+        failure = too_coarse(stepping_error) or misfit(problem, end.theta, singles)
+        structure = remark(problem, end.theta)
         fitted = tuple(_fitted(session, problem, end.theta))
     except Diverged as failure:
         raise Unlearnable(str(failure)) from failure
@@ -373,7 +374,7 @@ def _stepping(problem: Problem, theta: Floats, errors: Sequence[Floats]) -> tupl
             # Each in its own unit; what hardly moves is held against what was measured.
             both = [values for values in (predicted[mine], seen) if len(values)]
             span = max((float(np.ptp(v)) or float(np.abs(v).max()) for v in both), default=0.0)
-            worst = max(worst, float(apart[mine].max(initial=0.0)) / (span or 1.0))
+            worst = max(worst, float(np.abs(apart[mine]).max(initial=0.0)) / (span or 1.0))
     return found, worst
 
 
@@ -399,7 +400,7 @@ def _notes(session: Session, theta: Floats, stepping_error: float) -> Iterator[s
     if outside.any():
         names = _first_few(shaping.names, outside)
         yield f"outside of its limits, so the fit starts at the nearer limit: {names}"
-    if stepping_error > 1e-4:
+    if stepping_error > 1e-4 and not too_coarse(stepping_error):
         yield (
             f"halving the step changes predictions by {stepping_error:.1g} of their range: "
             "write a smaller step"

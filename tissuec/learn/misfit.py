@@ -14,6 +14,7 @@ from tissuec.network import Floats
 NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, which is 1
 STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
 WRONG_UNIT = 300.0  # times as large, or as small, as predicted
+COARSE = 0.05  # error of steps from which on a fit is none
 TOLD = 0.02  # size from which on they are told
 
 
@@ -47,6 +48,20 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
                 "noise: the scene, with what may change in it, does not describe the experiment"
             )
     return ""
+
+
+def too_coarse(error: float) -> str:
+    """Return why steps are too large for an answer, as a sentence; empty if they are not.
+
+    Args:
+        error: How much predictions change with half the steps, as a part of their range.
+    """
+    if error < COARSE:
+        return ""
+    return (
+        f"halving the step changes predictions by {percent(error)} of their range: write a "
+        "smaller step, or none at all, so that one is chosen"
+    )
 
 
 def remark(problem: Problem, theta: Floats) -> str:

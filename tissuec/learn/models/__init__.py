@@ -30,7 +30,7 @@ class Model(Protocol):
         ...
 
     def step_error(self, theta: Floats) -> Floats:
-        """Return how far predictions are from those of other steps, shape (number,)."""
+        """Return what predictions of other steps have more, shape (number,)."""
         ...
 
     def gradient(self, theta: Floats, weights: Floats) -> Floats:

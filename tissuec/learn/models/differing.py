@@ -95,10 +95,10 @@ class Differing:
         return self._slopes[1].copy()
 
     def step_error(self, theta: Floats) -> Floats:
-        """Return how far predictions are from those of a coarser run, or of half the step."""
+        """Return what predictions of a coarser run, or of half the step, have more."""
         here = self._told(theta)
         try:
-            return np.abs(self._run(theta, here.method, COARSER).values - here.values)
+            return self._run(theta, here.method, COARSER).values - here.values
         except (Diverged, TissueError):
             return np.full(self.size, np.inf)
 

@@ -140,12 +140,12 @@ class Moving:
         return found
 
     def step_error(self, theta: Floats) -> Floats:
-        """Return how far predictions are from those of half the steps; infinite without any."""
+        """Return what predictions of half the steps have more; infinite without any."""
         half = 0.5 * self.motion.longest
         finer = Moving(self.shaping, self.series, self.looks, self.stepping, half)
         try:
             finer.freeze(theta)
-            return np.abs(finer.predict(theta) - self.predict(theta))
+            return finer.predict(theta) - self.predict(theta)
         except Diverged:
             return np.full(self.size, np.inf)
 
