@@ -15,7 +15,7 @@ import tissuec
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
 from tissuec.core.markdown import replace_places, table
 from tissuec.courses import Course
-from tissuec.enclosures import Enclosure
+from tissuec.forces.volume import Enclosure
 from tissuec.matter.elasticity import Elasticity
 from tissuec.mechanics import force_on
 from tissuec.network import Network

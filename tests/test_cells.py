@@ -13,8 +13,8 @@ from tests.hand_net import span
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec import mechanics
 from tissuec.courses import Course
-from tissuec.enclosures import Enclosure
 from tissuec.engine.stability import spectral_radius
+from tissuec.forces.volume import Enclosure
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run

@@ -12,8 +12,8 @@ from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tissuec import mechanics
 from tissuec.courses import Course
-from tissuec.enclosures import Enclosure, open_edges
 from tissuec.engine.stability import spectral_radius
+from tissuec.forces.volume import Enclosure, open_edges
 from tissuec.meshes import MESHES
 from tissuec.situation import Situation
 from tissuec.statics.settling import settle

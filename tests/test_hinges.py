@@ -10,7 +10,7 @@ from tests.derivatives import slopes
 from tests.engine.running import Bench
 from tests.hand_net import make_net, start
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.hinges import Hinges, folds
+from tissuec.forces.bending import Hinges, folds
 from tissuec.matter.plate import plate
 from tissuec.mechanics import inner_forces
 from tissuec.meshes.tube import Tube

@@ -1,7 +1,6 @@
 """Jets: momentum, profile and shade against closed forms; smoothness, motion and rest."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,10 +14,10 @@ from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec import mechanics
 from tissuec.courses import Course
-from tissuec.engine.acts import flows, pack_acts, pack_jets
+from tissuec.engine.acts import Change, pack_acts
 from tissuec.engine.layout import Layout
-from tissuec.jets import Jet, Skin, finest_width, shares
-from tissuec.kernels.rinsing import blow
+from tissuec.forces.jets import Jet, Skin, finest_width, shares
+from tissuec.forces.jets_kernel import blow
 from tissuec.meshes import MESHES
 from tissuec.network import ToolPart
 from tissuec.prediction import skipped
@@ -376,13 +375,13 @@ def test_loops_do_the_same_as_arrays(growth):
         "other": replace(jet, bore=0.5 * BORE),
     }
     place = rng.permutation(net.node_count)
-    acts = pack_acts([], flows(situation), place, 0.0, 2.0)
-    jets = pack_jets(situation, place, 0)
     x, v = np.zeros_like(net.position), np.zeros_like(net.position)
     x[place], v[place] = net.position, velocity
     f, power = np.zeros(x.size), np.zeros(2)
-    acting = SimpleNamespace(acts=acts, jets=jets)
-    blow(1.2, x.ravel(), v.ravel(), f, power, acting)
+    for jet in situation.jets.values():
+        acts = pack_acts([], [Change.of(jet.changes)], place, 0.0, 2.0)
+        table = jet.table(place, acts, net.position)
+        blow(1.2, x.ravel(), v.ravel(), f, power, table)
     expected = np.zeros_like(x)
     for acting in situation.fields:
         acting.add_forces(1.2, net.position, velocity, expected)
@@ -606,12 +605,6 @@ def test_a_scene_without_a_nozzle_pays_nothing():
     compiled = compiled_scene(rinsed(tool="", script=""))
     layout = Layout(compiled.network, watched=False, ledger=False)
     layout.update(Situation.start(compiled.network, gravity=np.zeros(3), drag=0.0))
-    assert not layout.features.rinsed
-    assert layout.jets().bore.size == layout.jets().points.size == 0
+    assert layout.fields().address.size == 0
     assert "jets: there is no nozzle" in list(skipped(compiled))
-    waiting = compiled_scene(rinsed())
-    layout = Layout(waiting.network, watched=False, ledger=False)
-    layout.update(Situation.start(waiting.network, gravity=np.zeros(3), drag=0.0))
-    # One variant of the code serves before and behind the beginning of a jet.
-    assert layout.features.rinsed
-    assert waiting.plan.contact is None
+    assert compiled_scene(rinsed()).plan.contact is None

@@ -27,7 +27,7 @@ from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
-from tissuec.hinges import Hinges
+from tissuec.forces.bending import Hinges
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import Expect
 from tissuec.laws import LINEAR, is_open

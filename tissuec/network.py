@@ -7,16 +7,18 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.hinges import Hinges
 from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
+
+if TYPE_CHECKING:  # annotations only
+    from tissuec.forces.bending import Hinges
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -210,7 +212,7 @@ class Network:
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
     inelastic: Inelastic | None = None
-    hinges: Hinges | None = None
+    hinges: "Hinges | None" = None
     drag: Floats | None = None
 
     def __post_init__(self) -> None:

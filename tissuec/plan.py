@@ -14,7 +14,7 @@ from tissuec.network import Floats, Indices
 from tissuec.verbs import Action
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.contact import Contact
+    from tissuec.forces.contact import Contact
     from tissuec.integrators.procedures import Choices
     from tissuec.surfaces import Smoothing
 

@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.enclosures import Enclosure
-from tissuec.hinges import Hinges
+from tissuec.forces import Field
+from tissuec.forces.bending import Hinges
+from tissuec.forces.volume import Enclosure
 from tissuec.inelastic import Inelastic
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 from tissuec.threads import SURE, Knot, Reeling
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.contact import Contact
-    from tissuec.jets import Jet
+    from tissuec.forces.contact import Contact
+    from tissuec.forces.jets import Jet
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -346,7 +347,7 @@ class Situation:
         return None if hinges is None else hinges.whole(self.alive)
 
     @property
-    def fields(self) -> "tuple[Enclosure | Hinges | Contact | Jet, ...]":
+    def fields(self) -> tuple[Field, ...]:
         """Return what acts on nodes by their places, beside springs."""
         contact = () if (touching := self.touching) is None else (touching,)
         hinges = () if (folding := self.folding) is None else (folding,)

@@ -1,16 +1,14 @@
 """Scenes in which something touches, as text; running them; what came out as arrays."""
 
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler import Compiled
-from tissuec.contact import Contact
 from tissuec.core.source import Source, Span
-from tissuec.engine.acts import pack_touches
-from tissuec.kernels.touching import touch
+from tissuec.forces.contact import Contact
+from tissuec.forces.contact_kernel import touch
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import Outcome, run
@@ -123,11 +121,9 @@ def contact_of(compiled):
 
 def by_loops(contact, position, velocity):
     """Return forces, power lost and ``Touches`` as the loops of the engine leave them."""
-    listed = replace(contact, pairs=contact.near(position, 0.2))
-    touches = pack_touches(listed, position[contact.memory], position.ravel())
+    touches = replace(contact, stride=0.1).table(np.arange(len(position)), None, position)
     forces, power = np.zeros(position.size), np.zeros(2)
-    net = SimpleNamespace(touches=touches)
-    touch(0.0, position.ravel(), velocity.ravel(), forces, power, net)
+    touch(0.0, position.ravel(), velocity.ravel(), forces, power, touches)
     return forces.reshape(-1, 3), power[1], touches
 
 

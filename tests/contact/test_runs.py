@@ -116,7 +116,7 @@ def test_a_scene_without_contact_pays_nothing():
     layout = Layout(network, watched=False, ledger=False)
     layout.update(situation)
     assert not layout.features.touched
-    assert layout.touches().nodes.size == 0
+    assert layout.fields().address.size == 0
     assert "contact: nothing can touch" in list(skipped(without))
 
 

@@ -20,7 +20,7 @@ from tissuec.compiler import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.courses import Course
-from tissuec.enclosures import Enclosure
+from tissuec.forces.volume import Enclosure
 from tissuec.pipeline import Request, compile_request
 from tissuec.validate.validation import validate
 from tissuec.verbs.preserve import Preserve

@@ -25,7 +25,7 @@ import click
 
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.compiled.bundles import FLAGS
-from tissuec.engine import engine, tiers
+from tissuec.engine import engine, layout, tiers
 from tissuec.engine.binding import Binder
 from tissuec.kernels import banded, iterative, runs, scalar
 from tissuec.kernels.records import Net, Operations
@@ -58,13 +58,13 @@ SCENES = {
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.kernels.scalar": ("force", "springs", "reeled", "pull_at", "pull_of"),
     "tissuec.kernels.acts": None,
-    "tissuec.kernels.folding": None,
-    "tissuec.kernels.pressing": None,
+    "tissuec.forces.bending": ("fold",),
+    "tissuec.forces.volume": ("press",),
     "tissuec.kernels.reeling": None,
     "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
-    "tissuec.kernels.rinsing": None,
+    "tissuec.forces.jets_kernel": None,
     "tissuec.kernels.runs": None,
-    "tissuec.kernels.touching": None,
+    "tissuec.forces.contact_kernel": None,
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
 #: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,
@@ -97,9 +97,9 @@ HARMLESS = {
     "(face[place] - face[13]) ** 2 + (face[place + 1] - face[14]) ** 2": "finds triangles",
     "max(reach, far)": "finds triangles near one another; more of them change nothing",
     "SLACK * sqrt(reach)": "finds triangles near one another; more of them change nothing",
-    "sort(count, jets)": "finds triangles near one another; more of them change nothing",
-    "jets.side[t]": "only its sign counts",
-    "jets.struck[t] and (side == 0 or side * slope < 0.0)": "only whether it is true counts",
+    "sort(count, jet)": "finds triangles near one another; more of them change nothing",
+    "jet.side[t]": "only its sign counts",
+    "jet.struck[t] and (side == 0 or side * slope < 0.0)": "only whether it is true counts",
     "0.6": "any two directions across the jet do",
     "a0 / size": "any two directions across the jet do; a0 is 0",
     "CUT": "beyond, a jet has 1e-9 of what it has on its axis",
@@ -259,6 +259,17 @@ def as_python() -> None:
 
         return call
 
+    tables = {}
+
+    def field_address(kernel, table):
+        tables[table.address] = kernel, table
+        return 0
+
+    def add_field(address, table, time, x, v, f, power):
+        kernel, given = tables[table]
+        kernel(time, x, v, f, power, given.record)
+
+    layout.field_address, scalar.add_field = field_address, add_field
     engine.loop_operations = operations
     engine.bound_drive = lambda integrator, tier: bound(integrator, tiers.loop.drive)
     engine.bound_inside = lambda integrator: tiers.Inside(

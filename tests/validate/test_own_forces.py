@@ -9,7 +9,7 @@ import pytest
 from tests.contact.scenes import by_loops, contact_of, contact_with, meeting
 from tests.test_jets import SUBMERGED, ball, jet_in, net_of, plate
 from tests.validate.scenes import compiled_scene
-from tissuec.enclosures import Enclosure, open_edges
+from tissuec.forces.volume import Enclosure, open_edges
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import apply, exp

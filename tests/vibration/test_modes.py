@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 
 from tests.hand_net import chain, make_net, span, start
 from tissuec import mechanics, topology
-from tissuec.enclosures import Enclosure
+from tissuec.forces.volume import Enclosure
 from tissuec.statics.balance import Balance
 from tissuec.vibration import eigen, operator
 from tissuec.vibration.modes import modes_of

@@ -4,7 +4,10 @@ import json
 import lzma
 import re
 from collections.abc import Callable, Iterator
+from importlib import import_module
+from inspect import isfunction, signature
 from pathlib import Path
+from pkgutil import iter_modules
 from types import FunctionType
 from typing import Any, NamedTuple, get_type_hints
 
@@ -13,6 +16,7 @@ from numba import njit
 from numba.core import types
 from numba.core.typing.templates import Signature
 
+from tissuec import forces
 from tissuec.building.typing import (
     NET,
     NOTHING,
@@ -22,14 +26,15 @@ from tissuec.building.typing import (
     RecordType,
     as_compiled,
     caller,
+    field_caller,
     partial_caller,
 )
-from tissuec.compiled.bundles import BUNDLES, FLAGS, of_method
+from tissuec.compiled.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.compiled.loading import CALLED, ENDING, INDEX, SHIPPED
 from tissuec.core.resources import digest_of
 from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
-from tissuec.engine.tiers import FORCES, LAWS, method_names, operations_of
+from tissuec.engine.tiers import LAWS, method_names, operations_of
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels import banded, explicit, filling, iterative, runs, scalar, sensitivity
 from tissuec.kernels.rate import Unknowns, rate
@@ -43,10 +48,11 @@ SOURCES = (
     "compiled/tables.py",
     "engine/binding.py",
     "engine/drive.py",
-    "hinges.py",
+    "forces/*.py",
     "integrators/*.py",
     "kernels/*.py",
 )
+OF_KERNELS = ("time", "x", "v", "f", "power")  # first arguments of those of fields
 # Attributes and marks of lifetimes change from one version of LLVM to the next; they are found
 # out again.
 _LEFT_OUT = re.compile(
@@ -79,7 +85,20 @@ def bundles() -> dict[str, list[Exported]]:
     }
     for integrator in INTEGRATORS.values():
         found[of_method(integrator)] = [_drive(integrator)]
+    for kernel in _kernels_of_fields():
+        name, own = kernel.__name__, as_compiled(kernel)
+        found[of_field(kernel)] = [Exported(name, kernel, own, {})]
     return found
+
+
+def _kernels_of_fields() -> Iterator[Callable[..., Any]]:
+    """Yield the kernels of ``tissuec.forces``, which their arguments tell from others."""
+    for module in iter_modules(forces.__path__):
+        members = vars(import_module(f"{forces.__name__}.{module.name}")).values()
+        for member in filter(isfunction, members):
+            arguments = tuple(signature(member).parameters)[: len(OF_KERNELS)]
+            if arguments == OF_KERNELS and member.__module__.endswith(f".{module.name}"):
+                yield member
 
 
 def _derivative(name: str) -> Exported:
@@ -105,7 +124,8 @@ def _operation(name: str) -> Exported:
         called = {each: caller(each) for each in ("force", "place")}
         return Exported(name, rate, NOTHING(NUMBER, RecordType(Unknowns), NET), called)
     kind, _, form = name.partition("_")
-    replaced = {each: caller(each) for each in (*FORCES, *LAWS)}
+    replaced = {each: caller(each) for each in ("springs", *LAWS)}
+    replaced["add_field"] = field_caller()
     if kind in ("assemble", "solve"):
         function = getattr(banded if form == "banded" else iterative, kind)
     elif kind == "springs":

@@ -150,6 +150,23 @@ def partial_caller(name: str) -> Callable[..., Any]:
     return _caller(PARTIALS[name], _TABLES[0], layout(Laws)[0][name].place)
 
 
+@cache
+def field_caller() -> Callable[..., Any]:
+    """Return what calls the kernel of a field by its address, with the address of its table."""
+    array = types.Array(NUMBER, 1, "C")
+    own = NOTHING(types.int64, types.int64, NUMBER, array, array, array, array)
+
+    def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
+        address, table, *others = arguments
+        kinds = [context.get_value_type(kind) for kind in own.args[2:]]
+        result = context.get_value_type(own.return_type)
+        kernel = ir.FunctionType(result, [*kinds, cgutils.voidptr_t]).as_pointer()
+        given = [*others, builder.inttoptr(table, cgutils.voidptr_t)]
+        return builder.call(builder.inttoptr(address, kernel), given)
+
+    return _typed(own, generate)
+
+
 def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]:
     """Return what calls a function whose address is a word of a table among its arguments."""
 
@@ -159,6 +176,12 @@ def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]
         operation = ir.FunctionType(result, kinds).as_pointer()
         address = _word(builder, arguments[own.args.index(table)], place)
         return builder.call(builder.inttoptr(address, operation), arguments)
+
+    return _typed(own, generate)
+
+
+def _typed(own: Signature, generate: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what compiled code calls as a function of its own, from how it is generated."""
 
     def typed(context: object, *arguments: object) -> tuple[Signature, Any]:
         return own, generate

@@ -1,5 +1,7 @@
 """Which functions are shipped, and loaded, together."""
 
+from collections.abc import Callable
+
 #: Constants of the forces of springs. A form that has some is named after them.
 FLAGS = ("VISCOUS", "WATCHED", "OF_LAWS")
 #: By bundle: operations of ``kernels.records.Operations``, some in several forms, and others.
@@ -14,10 +16,6 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "springs_in_runs_watched",
     ),
     "published": ("greatest_force", "greatest_inner_force"),
-    "blow": ("blow",),
-    "fold": ("fold",),
-    "press": ("press",),
-    "touch": ("touch",),
     "banded": ("assemble_banded", "solve_banded"),
     "iterative": ("assemble_iterative", "solve_iterative"),
     "rate": ("rate",),
@@ -33,3 +31,9 @@ BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names
 def of_method(integrator: type) -> str:
     """Return the bundle of the loop over steps of an integrator; its function is "drive"."""
     return f"drive_{integrator.__name__.lower()}"
+
+
+def of_field(kernel: Callable[..., object]) -> str:
+    """Return the bundle of the kernel of a field, named after the module that has it."""
+    module = kernel.__module__.rpartition(".")[2]
+    return f"field_{module.removesuffix('_kernel')}"

@@ -123,4 +123,39 @@ def _kinds(field: Field) -> list[Any]:
     return [{float: ctypes.c_double, int: ctypes.c_int64}.get(field.kind, pointer)]
 
 
+class Kernel:
+    """The kernel of a field that is not shipped, for compiled code to call it as Python.
+
+    It is slow, but needs no compiler. An error in it cannot pass through compiled code: forces
+    become no numbers, and ``failure`` is what it was.
+
+    Args:
+        made_from: See ``tissuec.forces.Field.kernel``.
+        table: What it is given.
+
+    Attributes:
+        address: Where it is.
+    """
+
+    def __init__(self, made_from: Callable[..., None], record: Any):
+        self._made_from, self._record = made_from, record
+        self.failure: Exception | None = None
+        array = _kinds(Field(0, np.ndarray, np.dtype(float), 1))
+        kind = ctypes.CFUNCTYPE(None, ctypes.c_double, *(4 * array), ctypes.c_void_p)
+        self._called = kind(self._call)
+        self.address = ctypes.cast(self._called, ctypes.c_void_p).value or 0
+
+    def _call(self, time: float, *words: Any) -> None:
+        places, counts = words[4::7], words[2::7]
+        x, v, f, power = (
+            np.frombuffer((ctypes.c_double * count).from_address(place))
+            for place, count in zip(places, counts, strict=False)
+        )
+        try:
+            self._made_from(time, x, v, f, power, self._record)
+        except Exception as error:
+            self.failure = self.failure or error
+            f[:] = np.nan
+
+
 OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}

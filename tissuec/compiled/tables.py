@@ -74,6 +74,8 @@ def _size(field: Field) -> int:
     """Return the words of a field."""
     if field.kind is np.ndarray:
         return 1 + field.axes
+    if field.kind is object:
+        return 0  # for Python only
     return 1 if field.kind in (float, int, bool) else layout(field.kind)[1]
 
 
@@ -90,6 +92,7 @@ class RecordTable:
 
     def __init__(self, record: Any):
         self.record = record
+        self.called: Any = None  # what is kept for it, too
         self.words = np.array(_words(type(record), record), dtype=np.int64)
         self.address = self.words.ctypes.data
 
@@ -111,6 +114,6 @@ def _words(record: Record, values: Any) -> list[int]:
             words += struct.unpack("q", struct.pack("d", value))
         elif field.kind in (int, bool):
             words.append(int(value))
-        else:
+        elif field.kind is not object:
             words += _words(field.kind, value)
     return words

@@ -22,7 +22,7 @@ from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
-from tissuec.hinges import Hinges
+from tissuec.forces.bending import Hinges
 from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
 from tissuec.laws.evaluation import Behaviour

@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.compiling.drawing import Drawing
 from tissuec.compiling.matter import Matter
-from tissuec.hinges import Hinges
+from tissuec.forces.bending import Hinges
 from tissuec.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Given

@@ -30,7 +30,7 @@ from tissuec.strands import Edges, Strands
 from tissuec.topology import pieces
 
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
-    from tissuec.contact import Contact
+    from tissuec.forces.contact import Contact
 
 SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
@@ -114,7 +114,7 @@ def contact_of(
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
     triangles = faces.points[faces.kind == TRIANGLE]
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
-    from tissuec.contact import Contact  # where something touches
+    from tissuec.forces.contact import Contact  # where something touches
 
     contact = Contact(
         nodes=nodes,

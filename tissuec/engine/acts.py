@@ -2,21 +2,15 @@
 
 from collections.abc import Iterable, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.courses import Course
 from tissuec.inelastic import Inelastic
-from tissuec.kernels.records import Acts, Enclosures, Internal, Jets, Reels, Touches
-from tissuec.kernels.rinsing import GRID
-from tissuec.kernels.touching import COLUMNS
+from tissuec.kernels.records import Acts, Internal, Reels
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
-
-if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.contact import Contact
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
 LOOKS = (
@@ -24,55 +18,27 @@ LOOKS = (
 )
 
 
-def pumps(situation: Situation) -> list[Load]:
-    """Return the changes of enclosed volumes, and of lengths of threads, as loads on no node.
+class Change(NamedTuple):
+    """What changes in time by itself, as a load on no node: kernels evaluate it as such.
 
-    Their first component is the relative change, so that kernels evaluate it as they do loads.
+    Attributes:
+        nodes: None of them, shape (0,).
+        terms: Their first components are the change.
     """
-    none = np.zeros(0, dtype=np.int64)
-    along = np.array([1.0, 0.0, 0.0])
-    volumes = [
-        Load(none, tuple(Term(s.amount * along, s.course) for s in e.swellings), e.span)
-        for e in situation.enclosures.values()
-    ]
-    lengths = [
-        Load(none, (Term(along, reeling.course),), reeling.span)
-        for reeling in situation.reelings.values()
-    ]
-    return [*volumes, *lengths]
+
+    nodes: Indices
+    terms: tuple[Term, ...]
+
+    @classmethod
+    def of(cls, parts: Iterable[tuple[float, Course]]) -> Self:
+        """Return a sum of amounts times courses."""
+        terms = (Term(np.array([amount, 0.0, 0.0]), course) for amount, course in parts)
+        return cls(np.zeros(0, dtype=np.int64), tuple(terms))
 
 
-def flows(situation: Situation) -> list[Load]:
-    """Return the flows of jets as loads on no node, in their first component [m³/s]."""
-    none = np.zeros(0, dtype=np.int64)
-    along = np.array([1.0, 0.0, 0.0])
-    return [
-        Load(none, (Term(jet.flow * along, jet.course),), jet.span)
-        for jet in situation.jets.values()
-    ]
-
-
-def pack_enclosures(situation: Situation, place: Indices, first_act: int) -> Enclosures:
-    """Return enclosed volumes as tables.
-
-    Kernels take all that is within the faces of a cell: what grows by more is kept by less.
-
-    Args:
-        place: Where the engine keeps each node, shape (node,).
-        first_act: Number of the first of ``pumps`` among the acts.
-    """
-    parts = list(situation.enclosures.values())
-    cells = [len(part.drawn) for part in parts]
-    faces = _offsets([len(part.corners) for part in parts])
-    firsts = [part.first[:-1] + face for part, face in zip(parts, faces, strict=False)]
-    corners = [place[part.corners] for part in parts]
-    return Enclosures(
-        corners=np.concatenate([*corners, np.zeros((0, 4), dtype=np.int64)]),
-        first=np.concatenate([*firsts, faces[-1:]]).astype(np.int64),
-        drawn=np.concatenate([*(part.drawn / part.share for part in parts), np.zeros(0)]),
-        modulus=np.repeat([part.share * part.modulus for part in parts], cells).astype(float),
-        act=np.repeat(first_act + np.arange(len(parts)), cells).astype(np.int64),
-    )
+def lengths(situation: Situation) -> list[Change]:
+    """Return how the lengths of threads change."""
+    return [Change.of([(1.0, reeling.course)]) for reeling in situation.reelings.values()]
 
 
 def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int) -> Reels:
@@ -94,95 +60,6 @@ def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int
         base=np.concatenate([*(part.base for part in parts), np.zeros(0)])[acting],
         change=np.concatenate([*(part.change for part in parts), np.zeros(0)])[acting],
         act=acts[acting].astype(np.int64),
-    )
-
-
-def pack_touches(contact: "Contact | None", home: Floats, listed: Floats) -> Touches:
-    """Return shapes and what they can touch; nothing without contact.
-
-    Args:
-        contact: In the engine's numbers of nodes, with its pairs.
-        home: Where bristles stay [m], shape (memory, 3).
-        listed: Positions at which the pairs were near [m], shape (3 node,).
-    """
-    none, empty, squares = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(len(listed) // 3)
-    if contact is None or contact.pairs is None:
-        first, points = np.zeros(1, dtype=np.int64), none.reshape(0, 3)
-        return Touches(
-            none, first, none, empty, empty, none, points, none, empty.reshape(0, COLUMNS),
-            none, home[:0], home[:0], none, listed, squares, np.inf, empty, 1.0, 0.0, 0.0, 1.0,
-        )  # fmt: skip
-    counts = np.bincount(contact.pairs.node, minlength=len(contact.nodes))
-    return Touches(
-        nodes=contact.nodes,
-        first=_offsets(counts.tolist()),
-        shape=contact.pairs.shape,
-        weight=contact.pairs.weight,
-        radius=contact.pairs.radius,
-        kind=contact.kind,
-        points=contact.points,
-        surface=contact.surface,
-        met=np.zeros((int(counts.max(initial=0)), COLUMNS)),
-        memory=contact.memory,
-        home=home,
-        bent=np.zeros_like(home),
-        bends=np.zeros(3, dtype=np.int64),
-        listed=listed,
-        squares=squares,
-        stride=contact.stride,
-        stiffness=contact.stiffness,
-        layer=contact.layer,
-        damping=contact.damping,
-        friction=contact.friction,
-        rate=contact.rate,
-    )
-
-
-def pack_jets(situation: Situation, place: Indices, first_act: int) -> Jets:
-    """Return jets as tables, without triangles that are torn.
-
-    Args:
-        place: Where the engine keeps each node, shape (node,).
-        first_act: Number of the first of ``flows`` among the acts.
-    """
-    from tissuec.jets import shares  # where there is a jet
-
-    jets = list(situation.jets.values())
-    skins = [jet.skin for jet in jets]
-    none = np.zeros(0, dtype=np.int64)
-
-    def every(name: str) -> NDArray[Any]:
-        return np.concatenate([none, *(getattr(skin, name)[skin.whole] for skin in skins)])
-
-    def each(name: str) -> Floats:
-        return np.array([getattr(jet, name) for jet in jets], dtype=float)
-
-    parts, count = every("parts").astype(np.int64), every("count").astype(np.int64)
-    sizes = np.unique(parts)
-    starts = _offsets([3 * int(n) ** 2 for n in sizes])[np.searchsorted(sizes, parts)]
-    corners = [place[skin.corners[skin.whole]] for skin in skins]
-    return Jets(
-        opening=np.array([place[jet.opening] for jet in jets], dtype=np.int64).reshape(-1, 2),
-        bore=each("bore"),
-        density=each("density"),
-        growth=each("growth"),
-        width=each("width"),
-        act=first_act + np.arange(len(jets)),
-        first=_offsets([int(skin.whole.sum()) for skin in skins]),
-        corners=np.concatenate([none.reshape(0, 3), *corners]),
-        side=every("side").astype(np.int64),
-        struck=every("struck").astype(np.int64),
-        blur=every("blur").astype(float),
-        shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
-        shares_start=starts,
-        shares_end=starts + count,
-        frame=np.zeros(12),
-        faces=np.zeros((len(parts), 17)),
-        points=np.zeros((count.max(initial=0), 7)),
-        met=np.zeros(len(parts), dtype=np.int64),
-        link=np.zeros(len(parts), dtype=np.int64),
-        shades=np.zeros(len(parts), dtype=np.int64),
-        head=np.zeros(GRID * GRID if jets else 0, dtype=np.int64),
     )
 
 
@@ -224,7 +101,7 @@ def pack_internal(
     )
 
 
-def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
+def knots(motions: Iterable[Motion], loads: Iterable[Load | Change]) -> Floats:
     """Return the times at which a course passes into another curve [s], ascending."""
     terms = [term for motion in motions for term in motion.shifts]
     terms += [term for load in loads for term in load.terms]
@@ -235,7 +112,7 @@ def knots(motions: Iterable[Motion], loads: Iterable[Load]) -> Floats:
 
 def longest_step(
     motions: Iterable[Motion],
-    loads: Iterable[Load],
+    loads: Iterable[Load | Change],
     start: float,
     until: float,
     looks: int,
@@ -287,7 +164,7 @@ def _fastest(course: Course, start: float, until: float) -> float:
 
 def pack_acts(
     motions: Sequence[Motion],
-    loads: Sequence[Load],
+    loads: Sequence[Load | Change],
     place: Indices,
     start: float,
     until: float,

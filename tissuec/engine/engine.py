@@ -426,9 +426,7 @@ class Engine:
         layout.start, layout.until = now.time, until
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
-        features = layout.features
-        changing = features.moved or features.loaded or bool(layout.situation.reelings)
-        if changing or features.enclosed or features.touched or features.rinsed:
+        if layout.is_changing:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._net = None
@@ -543,6 +541,9 @@ class Engine:
             work, buffer = self._table(work), self._table(buffer)
         drive = bound_drive(self._integrator, tier)
         reason, progress = drive(self._progress, task, work, net, buffer)
+        for table in net.fields.kept:
+            if table.called is not None and table.called.failure is not None:
+                raise table.called.failure
         self._progress = Progress(*progress)
         return reason
 
@@ -564,7 +565,7 @@ class Engine:
             layout, needed = self._layout, self._layout.features
             if needed.touched:
                 self._listed_at = self._progress.time
-                layout.list_near(self._work.x[self._progress.current])
+                layout.around = layout.outwards(self._work.x[self._progress.current])
             called = loop_operations(self._integrator, needed)
             net = layout.net(self._integrator)
             self._net = RecordTable(net._replace(operations=called))

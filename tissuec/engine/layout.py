@@ -4,57 +4,41 @@ Nodes keep their places for a whole run. A spring that dies is first set to zero
 leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
 """
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.tables import RecordTable
 from tissuec.engine.acts import (
-    flows,
+    Change,
     knots,
+    lengths,
     longest_step,
     pack_acts,
-    pack_enclosures,
     pack_internal,
-    pack_jets,
     pack_reels,
-    pack_touches,
-    pumps,
 )
 from tissuec.engine.numbering import node_order
 from tissuec.engine.runs import RunPlaces, packed, places_of
-from tissuec.engine.tiers import Features
+from tissuec.engine.tiers import Features, field_address
 from tissuec.engine.unknowns import new_solver
+from tissuec.forces import Field
 from tissuec.inelastic import Inelastic, tightened
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import (
-    Acts,
-    Enclosures,
-    Folds,
-    Internal,
-    Jets,
-    Net,
-    Reels,
-    Runs,
-    Solver,
-    Touches,
-)
+from tissuec.kernels.records import Acts, Fields, Internal, Net, Reels, Runs, Solver, Touches
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import FRICTION, SPRINGS, Floats, Indices, Network
+from tissuec.network import SPRINGS, Floats, Indices, Network
 from tissuec.situation import Load, Situation
-
-if TYPE_CHECKING:  # annotations only: scenes without them load faster
-    from tissuec.contact import Contact
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
 LEAST = 1e-300  # [m]
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
-    "watched", "crushed", "ledger", "enclosed", "folded", "reeled", "touched", "rinsed",
-    "inelastic", "cornered",
+    "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered",
 )  # fmt: skip
 
 
@@ -130,12 +114,10 @@ class Layout:
         self._dead = 0
         self._places: RunPlaces | None = None  # once somebody has asked for them
         self._solver: Solver | None = None
-        self._contact: Contact | None = None  # with the pairs that were listed last
-        self._listed = np.zeros(0)
 
     def update(self, situation: Situation) -> None:
         """Take over everything that acts in a situation, but not its state."""
-        self.situation = situation
+        self.situation, self.around = situation, situation.position
         driven = [motion.nodes for motion in situation.motions.values()]
         self.moved = np.zeros(situation.network.node_count, dtype=bool)
         for nodes in driven:
@@ -223,13 +205,9 @@ class Layout:
             moved=bool(self.situation.motions),
             loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
-            enclosed=bool(self.situation.enclosures),
-            folded=self.situation.folding is not None,
             # Whatever may be drawn in, lest a second variant is compiled when it is.
             reeled=self.situation.network.can_be_drawn_in,
             touched=self.situation.contact is not None,
-            # Whatever may be irrigated, for the same reason.
-            rinsed=any(tool.kind == "nozzle" for tool in self.situation.network.tools),
             inelastic=self.springs.inelastic is not None,
             cornered=self._cornered,
             laws=self._laws,
@@ -315,14 +293,14 @@ class Layout:
 
     def _effects(self, needed: Features, near: dict[str, Floats]) -> dict[str, Any]:
         """Return what only some scenes have, None for what a scene has nothing of."""
+        fields = self.fields()
+        touches = (table.record for table in fields.kept if type(table.record) is Touches)
         return {
-            "enclosures": self.enclosures() if needed.enclosed else None,
-            "folds": self.folds() if needed.folded else None,
             "reels": self.reels() if needed.reeled else None,
-            "touches": self.touches() if needed.touched else None,
-            "jets": self.jets() if needed.rinsed else None,
+            "touches": next(touches, None),
             "internal": self.internal() if needed.inelastic else None,
             "runs": self.runs(near, needed) if needed.in_runs else None,
+            "fields": fields,
         }
 
     def runs(self, near: dict[str, Floats], needed: Features) -> Runs:
@@ -345,41 +323,40 @@ class Layout:
     def acts(self) -> Acts:
         """Return motions and loads for the present stretch of time."""
         motions = list(self.situation.motions.values())
-        return pack_acts(motions, self._courses, self.place, self.start, self.until)
+        return pack_acts(motions, self._loads, self.place, self.start, self.until)
 
     @property
-    def _courses(self) -> list[Load]:
-        """Return the loads that change in time; behind them, what has courses as they have.
-
-        These are changes of volumes and lengths, and the flows of jets.
-        """
-        return [*self.timed, *pumps(self.situation), *flows(self.situation)]
+    def _loads(self) -> list[Load | Change]:
+        """Return the loads that change in time, and behind them how lengths of threads do."""
+        return [*self.timed, *lengths(self.situation)]
 
     @property
-    def _first_acts(self) -> list[int]:
-        """Return which act is the first course of a volume, of a length and of a flow."""
-        situation = self.situation
-        volumes = len(situation.motions) + len(self.timed)
-        lengths = volumes + len(situation.enclosures)
-        return [volumes, lengths, lengths + len(situation.reelings)]
+    def _courses(self) -> list[Load | Change]:
+        """Return all that changes in time but motions."""
+        fields = (Change.of(field.changes) for field in self.situation.fields)
+        return [*self._loads, *fields]
 
-    def enclosures(self) -> Enclosures:
-        """Return the enclosed volumes."""
-        return pack_enclosures(self.situation, self.place, self._first_acts[0])
+    @property
+    def is_changing(self) -> bool:
+        """Return whether what acts depends on the time, or on where nodes were listed."""
+        moving = self.situation.motions or self.situation.contact is not None
+        return bool(moving) or any(load.terms for load in self._courses)
 
-    def folds(self) -> Folds:
-        """Return the hinges of walls."""
-        hinges = self.situation.folding
-        assert hinges is not None
-        hinges, drawn = hinges.renumbered(self.place), hinges.drawn
-        return Folds(
-            hinges.nodes,
-            hinges.stiffness,
-            hinges.damping,
-            np.cos(drawn),
-            np.sin(drawn),
-            hinges.squares,
+    def fields(self) -> Fields:
+        """Return what acts on nodes beside springs, around the positions ``around``."""
+        found = [(field.kernel, self._table_of(field)) for field in self.situation.fields]
+        places = [field_address(kernel, table) for kernel, table in found]
+        tables = [table.address for _, table in found]
+        return Fields(
+            np.array(places, dtype=np.int64),
+            np.array(tables, dtype=np.int64),
+            tuple(table for _, table in found),
         )
+
+    def _table_of(self, field: Field) -> RecordTable:
+        """Return what the kernel of a field is given."""
+        acts = pack_acts([], [Change.of(field.changes)], self.place, self.start, self.until)
+        return RecordTable(field.table(self.place, acts, self.around))
 
     def reels(self) -> Reels:
         """Return the springs whose rest lengths change."""
@@ -389,26 +366,8 @@ class Layout:
         acting = situation.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
         row[springs.ids[acting]] = np.flatnonzero(acting)
         ends = self.place[situation.network.ends]
-        return pack_reels(situation, row, ends, self._first_acts[1])
-
-    def touches(self) -> Touches:
-        """Return shapes and the nodes near them, as listed last."""
-        network = self.situation.network
-        home = network.position[network.remembering(FRICTION)]
-        return pack_touches(self._contact, home, self._listed)
-
-    def list_near(self, flat: Floats) -> None:
-        """List the nodes near shapes at positions of the stepping code [m], shape (3 node,)."""
-        contact = self.situation.touching
-        self._listed, self._contact = flat.copy(), None
-        if contact is not None:
-            contact = contact.renumbered(self.place)
-            pairs = contact.near(flat.reshape(-1, 3), 2.0 * contact.stride)
-            self._contact = replace(contact, pairs=pairs)
-
-    def jets(self) -> Jets:
-        """Return the jets of fluid."""
-        return pack_jets(self.situation, self.place, self._first_acts[2])
+        first = len(situation.motions) + len(self.timed)
+        return pack_reels(situation, row, ends, first)
 
     def internal(self) -> Internal:
         """Return what springs remember."""

@@ -9,8 +9,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from tissuec.enclosures import Enclosure
-from tissuec.hinges import Hinges
+from tissuec.forces import Resisting
 from tissuec.inelastic import elongated, flat, pulled
 from tissuec.integrators.verlet import VelocityVerlet
 from tissuec.mechanics import lengths
@@ -21,34 +20,6 @@ MARGIN = 1.05  # an iteration that stops early lies a little low
 LEAST_ROUNDS, ROUNDS = 5, 50
 CLOSE = 5e-3  # growth of the eigenvalue in a round, as a part of it, that ends the iteration
 NOTHING = 1e-12  # of an image, as a part of the eigenvalue, that is rounding only
-
-
-class _Pressing:
-    """What resists a change of the volumes of an enclosure, Σ K/V0 ∂V/∂x ∂V/∂xᵀ."""
-
-    def __init__(self, enclosure: Enclosure, position: Floats):
-        self._corners, self._owner = enclosure.corners, enclosure.owner
-        self._sides = enclosure.gradient(position)
-        self._modulus = enclosure.modulus / enclosure.drawn
-
-    def add(self, moved: Floats, to: Floats) -> None:
-        """Add the operator applied to a vector of shape (node, 3)."""
-        swell = np.einsum("fkc,fkc->f", self._sides, moved[self._corners])
-        pressure = self._modulus * np.bincount(self._owner, swell, len(self._modulus))
-        np.add.at(to, self._corners, pressure[self._owner, None, None] * self._sides)
-
-
-class _Folding:
-    """What resists folding at hinges, Σ k ∂θ/∂x ∂θ/∂xᵀ, or brakes it."""
-
-    def __init__(self, hinges: Hinges, part: Floats, position: Floats):
-        self._nodes, self._part = hinges.nodes, part
-        self._slopes = hinges.gradient(position)
-
-    def add(self, moved: Floats, to: Floats) -> None:
-        """Add the operator applied to a vector of shape (node, 3)."""
-        moment = self._part * np.einsum("hkc,hkc->h", self._slopes, moved[self._nodes])
-        np.add.at(to, self._nodes, moment[:, None, None] * self._slopes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +33,7 @@ class _Operator:
     across: Floats | None  # None if springs resist along themselves only
     root: Floats  # 1/√mass, zero for held nodes, shape (node, 1)
     uniform: Floats  # added to the diagonal, shape (node, 1)
-    fields: "tuple[_Pressing | _Folding, ...]" = ()  # beside springs
+    fields: tuple[Resisting, ...] = ()  # beside springs
 
     def __call__(self, z: Floats) -> Floats:
         """Return the operator applied to a vector of shape (node, 3)."""
@@ -76,8 +47,8 @@ class _Operator:
         out = np.zeros(z.shape)
         out += np.bincount(self.high, flat, z.size).reshape(z.shape)
         out -= np.bincount(self.low, flat, z.size).reshape(z.shape)
-        for acting in self.fields:
-            acting.add(y, out)
+        for resist in self.fields:
+            resist(y, out)
         return out * self.root + self.uniform * z
 
 
@@ -97,13 +68,8 @@ def spectral_radius(situation: Situation) -> float:
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
-    if (contact := situation.contact) is not None:
-        # Whatever may be touched, lest every touch changes the bound.
-        uniform[contact.nodes] = contact.stiffness[:, None] * root[contact.nodes] ** 2
-    volumes = situation.enclosures.values()
-    fields = tuple(_Pressing(volume, situation.position) for volume in volumes)
-    if (hinges := situation.folding) is not None:
-        fields += (_Folding(hinges, hinges.stiffness, situation.position),)
+    found = [field.stiffening(situation.position) for field in situation.fields]
+    fields = tuple(resist for resist in found if resist is not None)
     sideways = across if across.any() else None
     low, high = _coordinates(low), _coordinates(high)
     operator = _Operator(low, high, direction, stiffness, sideways, root, uniform, fields)
@@ -119,9 +85,8 @@ def damping_radius(situation: Situation) -> float:
     elongation = elongated(situation.memory(alive), stretch, velocity)
     damping = behaviour.sluggishness(elongation, _closing(situation, low, high, direction))
     giving = _giving(situation)  # both together may be as fast as their sum, and are no faster
-    fields = ()
-    if (hinges := situation.folding) is not None and hinges.damping.any():
-        fields = (_Folding(hinges, hinges.damping, situation.position),)
+    found = [field.braking(situation.position) for field in situation.fields]
+    fields = tuple(resist for resist in found if resist is not None)
     braking = situation.braking
     if not damping.any() and not braking.any() and not fields:
         return giving

@@ -26,17 +26,11 @@ from tissuec.laws import LINEAR, Law, code
 # Operations on nets that only some scenes need.
 NEEDED = {
     "bend_of_passed": "cornered",
-    "blow": "rinsed",
     "find_sides": "cornered",
-    "fold": "folded",
     "kinetic": "ledger",
     "peaks": "watched",
-    "press": "enclosed",
     "tension": "watched",
-    "touch": "touched",
 }
-# Of the operations that others call.
-FORCES = ("springs", "press", "fold", "touch", "blow")
 LAWS = tuple(code.ARGUMENTS)
 
 
@@ -51,11 +45,8 @@ class Features:
     moved: bool
     loaded: bool
     banded: bool = False
-    enclosed: bool = False
-    folded: bool = False
     reeled: bool = False
     touched: bool = False
-    rinsed: bool = False
     inelastic: bool = False
     cornered: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
@@ -156,7 +147,7 @@ def loop_operations(integrator: type[Integrator], features: Features) -> Operati
 @cache
 def operations(names: frozenset[str], features: Features) -> Operations:
     """Return where some compiled operations are, and those that they call, for a scene."""
-    names |= set(FORCES)
+    names |= {"springs"}
     needed = {name for name in names if name not in NEEDED or getattr(features, NEEDED[name])}
     if not features.straight:
         needed |= set(LAWS)
@@ -176,6 +167,23 @@ def _operation(name: str, features: Features) -> int:
     elif name in ("assemble", "solve"):
         name += "_banded" if features.banded else "_iterative"
     return address(BUNDLE_OF[name], name)
+
+
+def field_address(kernel: Callable[..., Any], table: Any) -> int:
+    """Return where the kernel of a field is: compiled, or as Python if it is not shipped.
+
+    Args:
+        table: What it will be given; it keeps what has to be kept.
+    """
+    from tissuec.compiled.bundles import of_field
+    from tissuec.compiled.calls import Kernel
+    from tissuec.compiled.loading import address, is_shipped
+
+    bundle = of_field(kernel)
+    if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
+        return address(bundle, kernel.__name__)
+    table.called = Kernel(kernel, table.record)
+    return table.called.address
 
 
 def _form_of_springs(features: Features) -> str:

@@ -42,27 +42,6 @@ class Acts(NamedTuple):
     angular: Floats  # its angular frequency [1/s], zero without a sine, shape (curve,)
 
 
-class Enclosures(NamedTuple):
-    """Enclosed volumes: cells of faces with four corners that face outwards."""
-
-    corners: IntegerRows  # nodes of the faces, shape (face, 4)
-    first: Integers  # shape (cell + 1,)
-    drawn: Floats  # volumes [m³], shape (cell,)
-    modulus: Floats  # [Pa], shape (cell,)
-    act: Integers  # whose first component is the relative change of volume, shape (cell,)
-
-
-class Folds(NamedTuple):
-    """Hinges of walls; see ``tissuec.hinges``."""
-
-    nodes: IntegerRows  # both ends of the edge, and the tips beside it, shape (hinge, 4)
-    stiffness: Floats  # [N m], shape (hinge,)
-    damping: Floats  # [N m s], shape (hinge,)
-    cosine: Floats  # of the drawn fold, shape (hinge,)
-    sine: Floats
-    squares: Rows  # of drawn normals [m⁴], shape (hinge, 2)
-
-
 class Reels(NamedTuple):
     """Springs whose rest lengths change: base + change times a course."""
 
@@ -75,7 +54,7 @@ class Reels(NamedTuple):
 
 
 class Touches(NamedTuple):
-    """Shapes and the nodes that they can touch; see ``tissuec.contact``."""
+    """Shapes and the nodes that they can touch; see ``tissuec.forces.contact``."""
 
     nodes: Integers  # shape (m,)
     first: Integers  # shapes near node k are shape[first[k]:first[k + 1]], shape (m + 1,)
@@ -98,32 +77,6 @@ class Touches(NamedTuple):
     damping: float  # [s/m]
     friction: float
     rate: float  # [1/s]
-
-
-class Jets(NamedTuple):
-    """Jets of fluid and what they may meet; see ``tissuec.jets`` and ``rinsing``."""
-
-    opening: IntegerRows  # nodes in the opening and ahead of it, shape (jet, 2)
-    bore: Floats  # [m], shape (jet,)
-    density: Floats  # [kg/m³], shape (jet,)
-    growth: Floats  # of the width for each distance, shape (jet,)
-    width: Floats  # b0 [m], shape (jet,)
-    act: Integers  # whose first component is the flow [m³/s], shape (jet,)
-    first: Integers  # triangles of jet i are first[i]:first[i + 1], shape (jet + 1,)
-    corners: IntegerRows  # their nodes, shape (triangle, 3)
-    side: Integers  # from where they can be pushed, shape (triangle,)
-    struck: Integers  # 1 if they are pushed, shape (triangle,)
-    blur: Floats  # of their shades [m], shape (triangle,)
-    shares: Rows  # elements of triangles as shares of their corners, shape (share, 3)
-    shares_start: Integers  # among them, shape (triangle,)
-    shares_end: Integers  # shape (triangle,)
-    frame: Floats  # scratch: opening, direction, and two directions across, shape (12,)
-    faces: Rows  # scratch, shape (triangle, 17)
-    points: Rows  # scratch, shape (element of one triangle, 7)
-    met: Integers  # scratch: triangles within a jet, shape (triangle,)
-    link: Integers  # scratch: the next one in the same cell, shape (triangle,)
-    shades: Integers  # scratch: those before one, shape (triangle,)
-    head: Integers  # scratch: the first one in each cell, shape (cell,)
 
 
 class Internal(NamedTuple):
@@ -161,25 +114,30 @@ class Runs(NamedTuple):
     each: Rows  # scratch: forces, losses and excess of springs, shape (5, block)
 
 
+class Fields(NamedTuple):
+    """What acts on nodes beside springs: compiled functions, and what each is given."""
+
+    address: Integers  # of the functions, shape (field,)
+    table: Integers  # addresses of their tables, shape (field,)
+    kept: object = ()  # what both are in, for Python only
+
+
 class Operations(NamedTuple):
     """Addresses of compiled operations on a net, 0 for those that nothing calls."""
 
     assemble: int = 0
     bend_of_passed: int = 0
-    blow: int = 0
     brake: int = 0
     brake_by_e: int = 0
     brake_side: int = 0
     brake_slope: int = 0
     find_sides: int = 0
-    fold: int = 0
     force: int = 0
     greatest_force: int = 0
     greatest_inner_force: int = 0
     kinetic: int = 0
     peaks: int = 0
     place: int = 0
-    press: int = 0
     pull: int = 0
     side: int = 0
     slack: int = 0
@@ -187,13 +145,12 @@ class Operations(NamedTuple):
     solve: int = 0
     springs: int = 0
     tension: int = 0
-    touch: int = 0
 
 
 class Net(NamedTuple):
     """What acts on the nodes; springs sorted by their lower node.
 
-    What a scene has nothing of is None, from the enclosures on.
+    What a scene has nothing of is None, from the reels on.
     """
 
     first: NDArray[np.uint64]  # springs of node i are first[i]:first[i + 1], (node + 1,)
@@ -214,21 +171,16 @@ class Net(NamedTuple):
     watched: bool  # springs may break
     crushed: bool  # and do so under pressure, too
     ledger: bool  # work and dissipation are integrated
-    enclosed: bool  # there are enclosed volumes
-    folded: bool  # there are walls that resist bending
     reeled: bool  # there are threads that are drawn in or paid out
     touched: bool  # there are instruments or threads that touch
-    rinsed: bool  # there are jets
     inelastic: bool  # some springs relax or flow
     cornered: bool  # some laws have corners
     acts: Acts
-    enclosures: Enclosures
-    folds: Folds
     reels: Reels
     touches: Touches
-    jets: Jets
     internal: Internal
     runs: Runs
+    fields: Fields
     operations: Operations = Operations()
 
 

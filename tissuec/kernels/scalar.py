@@ -11,13 +11,9 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.kernels.acts import pull_free, put_driven
-from tissuec.kernels.folding import fold
-from tissuec.kernels.pressing import press
 from tissuec.kernels.records import Buffer, Floats, Net, Rows
 from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.remembering import flowed, give_way, pull_of_branches, put_home, remember
-from tissuec.kernels.rinsing import blow
-from tissuec.kernels.touching import touch
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
 
@@ -52,14 +48,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     for i in range(a.size):
         a[i] = 0.0
     near = springs(x, v, a, power, net)
-    if net.enclosed:
-        press(time, x, v, a, power, net)
-    if net.folded:
-        fold(time, x, v, a, power, net)
-    if net.touched:
-        touch(time, x, v, a, power, net)
-    if net.rinsed:
-        blow(time, x, v, a, power, net)
+    for k in range(net.fields.address.size):
+        add_field(net.fields.address[k], net.fields.table[k], time, x, v, a, power)
     if net.ledger:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):
@@ -83,6 +73,16 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     if net.inelastic:
         remember(a, net.internal)
     return near
+
+
+def add_field(
+    address: int, table: int, time: float, x: Floats, v: Floats, f: Floats, power: Floats
+) -> None:
+    """Call the kernel of a field with its table; see ``tissuec.forces``.
+
+    Compiled code calls the address; this is what stands there as Python.
+    """
+    raise NotImplementedError
 
 
 def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:

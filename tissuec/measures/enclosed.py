@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from tissuec.core.source import Source, Span
-from tissuec.enclosures import Enclosure
+from tissuec.forces.volume import Enclosure
 from tissuec.network import Network
 
 _NOWHERE = Span(Source("", ""), 0, 0)

@@ -7,7 +7,7 @@ from typing import Any
 
 from tissuec import mechanics
 from tissuec.core.errors import counted
-from tissuec.enclosures import Enclosure
+from tissuec.forces.volume import Enclosure
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from tissuec.contact import Contact, Pairs
+from tissuec.forces.contact import Contact, Pairs
 from tissuec.network import Floats, Indices
 from tissuec.validate.forces.contact import ContactForce, Touching
 

@@ -16,7 +16,7 @@ from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule
 
 if TYPE_CHECKING:  # annotations only: scenes without jets load faster
-    from tissuec.jets import Jet
+    from tissuec.forces.jets import Jet
 
 FLOW = "with 5 ml/s"
 NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction = (0, 0, -1) }"
@@ -113,7 +113,7 @@ class Irrigate:
         return f"{self.group.name} has no whole triangle of a surface that a jet could push"
 
     def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        from tissuec.jets import Jet, Skin, finest_width  # where something is irrigated
+        from tissuec.forces.jets import Jet, Skin, finest_width  # where something is irrigated
 
         (course,), stop = schedule(agenda, (self.course,), situation.time, None)
         network, bore = situation.network, self.opening.diameter
@@ -152,7 +152,7 @@ class Irrigate:
 
 def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
     """Return why a jet pushes nothing now, empty if it does."""
-    from tissuec.jets import buried_in
+    from tissuec.forces.jets import buried_in
 
     if body := buried_in(network, position, position[jet.opening[0]]):
         return f"the nozzle is inside {body}, where its jet pushes no surface"

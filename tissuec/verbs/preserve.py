@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.enclosures import Enclosure
+from tissuec.forces.volume import Enclosure
 from tissuec.network import Network
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Failed, Group, Happening, Order

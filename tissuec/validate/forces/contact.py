@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:
-    from tissuec.contact import Contact, Pairs
+    from tissuec.forces.contact import Contact, Pairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

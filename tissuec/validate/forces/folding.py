@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 if TYPE_CHECKING:
-    from tissuec.hinges import Hinges
+    from tissuec.forces.bending import Hinges
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

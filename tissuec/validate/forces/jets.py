@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 if TYPE_CHECKING:
-    from tissuec.jets import Jet
+    from tissuec.forces.jets import Jet
     from tissuec.network import Network
 
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 if TYPE_CHECKING:
-    from tissuec.enclosures import Enclosure
+    from tissuec.forces.volume import Enclosure
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

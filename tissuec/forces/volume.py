@@ -22,16 +22,18 @@ its surface count as faces of four corners, so that pressure acts on these as tr
 solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.kernels.acts import total
+from tissuec.kernels.records import Acts, IntegerRows, Integers
 from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.shapes.parallelograms import parallelograms
 from tissuec.topology import springs_between
@@ -251,6 +253,21 @@ class Enclosure:
         """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
         return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())
 
+    def stiffening(self, position: Floats) -> Callable[[Floats, Floats], None]:
+        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
+        sides, owner = self.gradient(position), self.owner
+        modulus = self.modulus / self.drawn
+
+        def resist(moved: Floats, to: Floats) -> None:
+            swell = np.einsum("fkc,fkc->f", sides, moved[self.corners])
+            pressure = modulus * np.bincount(owner, swell, self.cell_count)
+            np.add.at(to, self.corners, pressure[owner, None, None] * sides)
+
+        return resist
+
+    def braking(self, position: Floats) -> None:
+        """Return None: volumes brake nothing."""
+
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is lost [W]: none."""
         return 0.0
@@ -259,6 +276,28 @@ class Enclosure:
         """Return the power that whoever changes the volumes puts in [W]."""
         rate = self.swell(time)[1]
         return float((self.pressures(time, position) * self.drawn).sum()) * rate
+
+    # --- for the engine ---------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return press
+
+    @property
+    def changes(self) -> list[tuple[float, Course]]:
+        """Return the relative changes of volume."""
+        return [(swelling.amount, swelling.course) for swelling in self.swellings]
+
+    def table(self, place: Indices, acts: Acts, position: Floats) -> "Cells":
+        """Return all that is within the faces of cells: what grows by more is kept by less."""
+        return Cells(
+            acts=acts,
+            corners=np.ascontiguousarray(place[self.corners]),
+            first=self.first.astype(np.int64),
+            drawn=self.drawn / self.share,
+            modulus=np.full(self.cell_count, self.share * self.modulus),
+        )
 
 
 def open_edges(corners: Indices) -> Indices:
@@ -388,3 +427,64 @@ _TURNS = (
     )
     / 24.0
 )
+
+
+class Cells(NamedTuple):
+    """The cells of a body, whose faces have four corners and face outwards."""
+
+    acts: Acts  # the relative change of volume is the first component of the only one
+    corners: IntegerRows  # nodes of the faces, shape (face, 4)
+    first: Integers  # faces of a cell are first[cell]:first[cell + 1], shape (cell + 1,)
+    drawn: Floats  # volumes [m³], shape (cell,)
+    modulus: Floats  # [Pa], shape (cell,)
+
+
+def press(time: float, x: Floats, v: Floats, f: Floats, power: Floats, cells: Cells) -> None:
+    """Add the forces of enclosed volumes to those on nodes, and the power of pumps."""
+    corners = cells.corners
+    swell, _, _, rate, _, _ = total(0, time, cells.acts)
+    for cell in range(cells.drawn.size):
+        start, stop = cells.first[cell], cells.first[cell + 1]
+        o = 3 * corners[start, 0]
+        z0, z1, z2 = x[o], x[o + 1], x[o + 2]
+        volume = 0.0
+        for face in range(start, stop):
+            i, j = 3 * corners[face, 0], 3 * corners[face, 1]
+            k, m = 3 * corners[face, 2], 3 * corners[face, 3]
+            s0 = (x[i] - z0) + (x[j] - z0) + (x[k] - z0) + (x[m] - z0)
+            s1 = (x[i + 1] - z1) + (x[j + 1] - z1) + (x[k + 1] - z1) + (x[m + 1] - z1)
+            s2 = (x[i + 2] - z2) + (x[j + 2] - z2) + (x[k + 2] - z2) + (x[m + 2] - z2)
+            p0, p1, p2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
+            q0, q1, q2 = x[m] - x[j], x[m + 1] - x[j + 1], x[m + 2] - x[j + 2]
+            volume += s0 * (p1 * q2 - p2 * q1)
+            volume += s1 * (p2 * q0 - p0 * q2)
+            volume += s2 * (p0 * q1 - p1 * q0)
+        drawn = cells.drawn[cell]
+        due = drawn * (1.0 + swell)
+        pressure = cells.modulus[cell] * (due - volume / 24.0) / drawn
+        power[0] += pressure * drawn * rate
+        share = pressure / 24.0
+        for face in range(start, stop):
+            i, j = 3 * corners[face, 0], 3 * corners[face, 1]
+            k, m = 3 * corners[face, 2], 3 * corners[face, 3]
+            s0 = (x[i] - z0) + (x[j] - z0) + (x[k] - z0) + (x[m] - z0)
+            s1 = (x[i + 1] - z1) + (x[j + 1] - z1) + (x[k + 1] - z1) + (x[m + 1] - z1)
+            s2 = (x[i + 2] - z2) + (x[j + 2] - z2) + (x[k + 2] - z2) + (x[m + 2] - z2)
+            p0, p1, p2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
+            q0, q1, q2 = x[m] - x[j], x[m + 1] - x[j + 1], x[m + 2] - x[j + 2]
+            # By the sum of the corners, and by one diagonal and the other.
+            a0, a1, a2 = p1 * q2 - p2 * q1, p2 * q0 - p0 * q2, p0 * q1 - p1 * q0
+            b0, b1, b2 = q1 * s2 - q2 * s1, q2 * s0 - q0 * s2, q0 * s1 - q1 * s0
+            c0, c1, c2 = s1 * p2 - s2 * p1, s2 * p0 - s0 * p2, s0 * p1 - s1 * p0
+            f[i] += share * (a0 - b0)
+            f[i + 1] += share * (a1 - b1)
+            f[i + 2] += share * (a2 - b2)
+            f[j] += share * (a0 - c0)
+            f[j + 1] += share * (a1 - c1)
+            f[j + 2] += share * (a2 - c2)
+            f[k] += share * (a0 + b0)
+            f[k + 1] += share * (a1 + b1)
+            f[k + 2] += share * (a2 + b2)
+            f[m] += share * (a0 + c0)
+            f[m + 1] += share * (a1 + c1)
+            f[m + 2] += share * (a2 + c2)

@@ -1,17 +1,17 @@
-"""Shapes on nodes, as scalar loops; what they do stands in ``tissuec.contact``.
+"""Shapes on nodes, as scalar loops; what they do stands in ``tissuec.forces.contact``.
 
 Of each pair that touches, a row of ``met`` keeps what is needed of it more than once.
 """
 
 from math import sqrt
 
-from tissuec.kernels.records import Floats, Net, Touches
+from tissuec.kernels.records import Floats, Touches
 
 CAPSULE, PLANE = 0, 1
 SHARPNESS = 8
 LARGEST = 2.0
 LEAST = 1e-3
-FLAT = 1e-12
+FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 
 # Columns of ``met``.
 STEADY = 0  # pressure at rest, with the sign of the weight; 0 where nothing touches
@@ -29,12 +29,13 @@ Meeting = tuple[float, float, float, float, float, float, float, float, float, f
 OUTSIDE = (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def touch(time: float, x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> None:
+def touch(
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, touches: Touches
+) -> None:
     """Add the forces of shapes to those on nodes, and what damping and friction take out.
 
     The rates of bristles are set aside.
     """
-    touches = net.touches
     bends = 0.0
     for k in range(touches.nodes.size):
         first, last = int(touches.first[k]), int(touches.first[k + 1])

@@ -27,7 +27,7 @@ plane and has no corner in common with it. V falls from 1 to 0 while the sum ris
 to ``DARK``. Forces have continuous derivatives by all places.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -37,24 +37,31 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.enclosures import open_edges
+from tissuec.forces.jets_kernel import (
+    CUT,
+    DARK,
+    DEEP,
+    FLAT,
+    GRID,
+    LIT,
+    NEAR,
+    SLACK,
+    STEEP,
+    TINY,
+    JetTable,
+    blow,
+)  # fmt: skip
+from tissuec.forces.volume import open_edges
+from tissuec.kernels.records import Acts
 from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.strands import Edges, Strands
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
 FINE = 1.0  # parts of an edge for each width b0 of it
 MOST = 16  # parts of an edge; jets that would need more are widened
 BLUR, THIN = 0.4, 0.35  # of b0, and of the height of a triangle: how far its shade is blurred
-DEEP = 0.5  # of that: how far behind a triangle its shade is full
-LIT, DARK = 0.3, 0.7  # covered parts of the jet
-STEEP = 0.2  # cos θ below which the shades of triangles fade
-NEAR = 0.5  # bores in front of the opening within which the jet sets in
-FLAT = 1e-6  # of what is blurred: what is no further than this behind a plane is in it
-SLACK = 2.0  # elements may be further off in ξ than the corners of their triangle
-TINY = 1e-200  # added to a length before dividing
 SLIGHT = 1e-6  # of an edge: step of differences
 AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
 
@@ -435,6 +442,11 @@ class Jet:
         """Return the power that is lost [W]: none, what fluid loses is not looked at."""
         return 0.0
 
+    def stiffening(self, position: Floats) -> None:
+        """Return None: a jet resists nothing."""
+
+    braking = stiffening
+
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         return 0.0
@@ -447,6 +459,48 @@ class Jet:
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
         """Return how far below zero the jet may bring an eigenvalue [N/m]."""
         return float(abs(self.matrix(time, position, number, size)).sum(axis=1).max())
+
+    # --- for the engine ---------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return blow
+
+    @property
+    def changes(self) -> tuple[tuple[float, Course], ...]:
+        """Return the flow."""
+        return ((self.flow, self.course),)
+
+    def table(self, place: Indices, acts: Acts, position: Floats) -> JetTable:
+        """Return the jet with triangles that are not torn."""
+        whole, skin = self.skin.whole, self.skin
+        parts, count = skin.parts[whole], skin.count[whole]
+        sizes, of = np.unique(parts, return_inverse=True)
+        starts = np.concatenate([[0], np.cumsum(3 * sizes**2)])[of.reshape(-1)]
+        triangles = len(parts)
+        return JetTable(
+            acts=acts,
+            opening=place[self.opening],
+            bore=self.bore,
+            density=self.density,
+            growth=self.growth,
+            width=self.width,
+            corners=np.ascontiguousarray(place[skin.corners[whole]]),
+            side=skin.side[whole],
+            struck=skin.struck[whole].astype(np.int64),
+            blur=skin.blur[whole],
+            shares=np.concatenate([np.zeros((0, 3)), *(shares(int(n)) for n in sizes)]),
+            shares_start=starts.astype(np.int64),
+            shares_end=(starts + count).astype(np.int64),
+            frame=np.zeros(12),
+            faces=np.zeros((triangles, 17)),
+            points=np.zeros((count.max(initial=0), 7)),
+            met=np.zeros(triangles, dtype=np.int64),
+            link=np.zeros(triangles, dtype=np.int64),
+            shades=np.zeros(triangles, dtype=np.int64),
+            head=np.zeros(GRID * GRID, dtype=np.int64),
+        )
 
 
 def _squares(vectors: Floats) -> Floats:

@@ -30,7 +30,7 @@ Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -39,6 +39,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.courses import Course
+from tissuec.forces.contact_kernel import COLUMNS, FLAT, touch
+from tissuec.kernels.records import Acts, Touches
 from tissuec.network import Floats, Indices
 from tissuec.shapes.inclusion import weights
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, cross, dot, or_one, places
@@ -47,7 +50,6 @@ from tissuec.strands import Edges
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 FEW = 12  # faces up to which all pairs are looked at
 MOST_LISTED = 64  # states that one list of pairs is made for
 MOST_TOGETHER = 4096  # pairs that are looked at at once
@@ -205,16 +207,6 @@ class Contact:
             alive: Springs that are there, shape (spring,).
         """
         return _with_whole(self, np.asarray(alive, dtype=bool).tobytes())
-
-    def renumbered(self, place: Indices) -> "Contact":
-        """Return the same with other numbers of nodes: node i becomes ``place[i]``."""
-        return replace(
-            self,
-            nodes=place[self.nodes],
-            points=place[self.points],
-            joined=place[self.joined],
-            memory=place[self.memory],
-        )
 
     # --- what is near ---------------------------------------------------------------------
 
@@ -420,10 +412,9 @@ class Contact:
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        for state, touch in zip(
-            np.ndindex(to.shape[:-2]), self._touches_in(position, velocity), strict=True
-        ):
-            self.push(touch, to[state])
+        states = np.ndindex(to.shape[:-2])
+        for state, each in zip(states, self._touches_in(position, velocity), strict=True):
+            self.push(each, to[state])
 
     def push(self, touch: Touch, to: Floats) -> None:
         """Add the forces of one state on all nodes [N], shape (node, 3)."""
@@ -437,7 +428,7 @@ class Contact:
 
     def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return the power that damping and friction take out [W], shape (…)."""
-        lost = [self.loss(touch) for touch in self._touches_in(position, velocity)]
+        lost = [self.loss(each) for each in self._touches_in(position, velocity)]
         return np.reshape(lost, position.shape[:-2])
 
     def loss(self, touch: Touch) -> float:
@@ -587,9 +578,62 @@ class Contact:
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
         return float(total.max(initial=0.0))
 
+    def stiffening(self, position: Floats) -> Callable[[Floats, Floats], None]:
+        """Return what may be touched at all, lest every touch changes a bound [N/m]."""
+
+        def resist(moved: Floats, to: Floats) -> None:
+            to[self.nodes] += self.stiffness[:, None] * moved[self.nodes]
+
+        return resist
+
+    def braking(self, position: Floats) -> None:
+        """Return None: damping of contact is a part of its pressure, and changes no bound."""
+
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that is put in beside that of moving nodes [W]: none."""
         return 0.0
+
+    # --- for the engine ---------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return touch
+
+    @property
+    def changes(self) -> tuple[tuple[float, Course], ...]:
+        """Return nothing: what touches is moved by others."""
+        return ()
+
+    def table(self, place: Indices, acts: Acts, position: Floats) -> Touches:
+        """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""
+        pairs = self.near(position, 2.0 * self.stride)
+        counts, home = np.bincount(pairs.node, minlength=len(self.nodes)), position[self.memory]
+        listed = np.empty_like(position)
+        listed[place] = position
+        return Touches(
+            nodes=place[self.nodes],
+            first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            shape=pairs.shape,
+            weight=pairs.weight,
+            radius=pairs.radius,
+            kind=self.kind,
+            points=np.ascontiguousarray(place[self.points]),
+            surface=self.surface,
+            met=np.zeros((int(counts.max(initial=0)), COLUMNS)),
+            memory=place[self.memory],
+            home=home,
+            bent=np.zeros_like(home),
+            bends=np.zeros(3, dtype=np.int64),
+            listed=listed.ravel(),
+            squares=np.zeros(len(position)),
+            stride=self.stride,
+            stiffness=self.stiffness,
+            layer=self.layer,
+            damping=self.damping,
+            friction=self.friction,
+            rate=self.rate,
+        )
 
 
 @lru_cache(maxsize=8)

@@ -1,0 +1,243 @@
+"""What all fields have in common: kernels, balances of force and power, derivatives, bounds."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.contact.scenes import contact_with
+from tests.derivatives import slopes
+from tests.engine.running import Bench
+from tests.hand_net import make_net
+from tests.test_enclosures import ball as breathing
+from tests.test_hinges import shell
+from tests.test_jets import jet_in, net_of, plate
+from tissuec.compiled.calls import Kernel
+from tissuec.courses import Course
+from tissuec.engine.acts import Change, pack_acts
+from tissuec.kernels.records import Floats
+from tissuec.shapes.nearest import TRIANGLE
+from tissuec.situation import Situation
+
+RISING = Course("smooth", 0.0, 2.0)
+NOW = 1.2  # [s]
+
+
+@dataclass(frozen=True)
+class Example:
+    """A field in a state in which it does something.
+
+    Attributes:
+        size: Of the state [m].
+        stores: Whether its forces come from an energy where nothing moves.
+        balances: Whether they cancel.
+        is_bounded: Whether the bound of what resists counts its carriers, too.
+    """
+
+    field: object
+    position: Floats
+    size: float
+    stores: bool = True
+    balances: bool = True
+    is_bounded: bool = True
+
+    @property
+    def velocity(self):
+        return np.random.default_rng(5).normal(size=self.position.shape)
+
+
+def enclosed():
+    net, found = breathing()
+    noise = np.random.default_rng(1).normal(size=net.position.shape)
+    return Example(found.swollen(0.2, RISING), net.position * (1.0 + 0.1 * noise), 0.02)
+
+
+def bent():
+    net = shell(damping=1e-5)
+    noise = np.random.default_rng(2).normal(size=net.position.shape)
+    return Example(net.hinges, net.position + 1e-3 * noise, 0.01)
+
+
+def touching():
+    points = np.random.default_rng(3).uniform(size=(12, 3))
+    faces = np.array([[9, 10, 11]])
+    found = contact_with(TRIANGLE, faces, 9, radius=0.4, damping=0.05)
+    return Example(found, points, 1.0, is_bounded=False)
+
+
+def blowing():
+    net = net_of(plate(6, 4e-3, jitter=0.2))
+    return Example(jet_in(net, course=RISING), net.position, 0.02, stores=False, balances=False)
+
+
+EXAMPLES = {each.__name__: each for each in (enclosed, bent, touching, blowing)}
+
+
+@pytest.fixture(params=EXAMPLES)
+def example(request):
+    return EXAMPLES[request.param]()
+
+
+def forces(field, position, velocity=None):
+    total = np.zeros_like(position)
+    still = np.zeros_like(position) if velocity is None else velocity
+    field.add_forces(NOW, position, still, total)
+    return total
+
+
+def by_kernel(example, call=None):
+    """Return the forces and powers of the kernel, with nodes in another order."""
+    field, count = example.field, len(example.position)
+    place = np.random.default_rng(4).permutation(count)
+    acts = pack_acts([], [Change.of(field.changes)], place, 0.0, 2.0)
+    table = field.table(place, acts, example.position)
+    x, v = np.zeros((2, count, 3))
+    x[place], v[place] = example.position, example.velocity
+    f, power = np.zeros(3 * count), np.zeros(2)
+    (call or field.kernel)(NOW, x.ravel(), v.ravel(), f, power, table)
+    return f.reshape(-1, 3)[place], power
+
+
+def test_kernels_do_the_same_as_arrays(example):
+    found, power = by_kernel(example)
+    field, state = example.field, (example.position, example.velocity)
+    expected = forces(field, *state)
+    scale = np.abs(expected).max()
+    assert scale > 0.0
+    assert found == pytest.approx(expected, abs=1e-12 * scale)
+    booked = field.pumping(NOW, *state), float(field.dissipated(NOW, *state))
+    assert power == pytest.approx(booked, rel=1e-10, abs=1e-12 * scale)
+
+
+def test_forces_come_from_the_energy(example):
+    if not example.stores:
+        assert not example.field.energy(NOW, example.position)
+        return
+    nodes = range(0, len(example.position), 4)
+    energy, step = partial(example.field.energy, NOW), 1e-6 * example.size
+    expected = slopes(energy, example.position, nodes, step)
+    found = forces(example.field, example.position)
+    assert found[nodes] == pytest.approx(expected, abs=1e-6 * np.abs(found).max())
+
+
+def test_forces_cancel_and_turn_nothing(example):
+    found = forces(example.field, example.position, example.velocity)
+    scale = np.abs(found).sum()
+    cancels = np.abs(found.sum(axis=0)).max() < 1e-12 * scale
+    torque = np.cross(example.position, found).sum(axis=0)
+    assert cancels == example.balances
+    assert (np.abs(torque).max() < 1e-12 * scale * example.size) == example.balances
+
+
+def test_what_is_lost_is_not_negative(example):
+    assert example.field.dissipated(NOW, example.position, example.velocity) >= 0.0
+
+
+@pytest.mark.parametrize("shift", [0, 1])
+def test_batches_are_as_single_states(example, shift):
+    states = np.stack([example.position, 1.01 * example.position])
+    both, times = forces(example.field, states), np.full(2, NOW)
+    assert np.array_equal(both[shift], forces(example.field, states[shift]))
+    energies = np.broadcast_to(example.field.energy(times, states), 2)
+    assert energies[shift] == pytest.approx(
+        float(example.field.energy(NOW, states[shift])), rel=1e-14
+    )
+
+
+def test_bounds_are_above_what_resists(example):
+    """The operator that bounds frequencies is the matrix, or stiffer."""
+    position, field = example.position, example.field
+    resist, number = field.stiffening(position), np.arange(len(position))
+    assert (resist is None) == (not example.stores)
+    if resist is None or not example.is_bounded:
+        return
+    matrix = field.matrix(NOW, position, number, len(position), exact=False)
+    for seed in range(3):
+        way = np.random.default_rng(seed).normal(size=position.shape)
+        image = np.zeros_like(way)
+        resist(way, image)
+        work = way.ravel() @ (matrix @ way.ravel())
+        assert 0.0 < work <= np.vdot(way, image) * (1.0 + 1e-9)
+
+
+# --- a field that is not shipped --------------------------------------------------------------
+
+
+class Attraction(NamedTuple):
+    """Springs of no length from all nodes to one place; the kernel is given the same."""
+
+    stiffness: float
+
+    @property
+    def kernel(self):
+        return pull_home
+
+    @property
+    def changes(self):
+        return ()
+
+    def table(self, place, acts, position):
+        return self
+
+    def stiffening(self, position):
+        def resist(moved, to):
+            to += self.stiffness * moved
+
+        return resist
+
+    def braking(self, position):
+        return None
+
+    def add_forces(self, time, position, velocity, to):
+        to -= self.stiffness * position
+
+    def energy(self, time, position):
+        return 0.5 * self.stiffness * np.square(position).sum(axis=(-2, -1))
+
+
+def pull_home(time, x, v, f, power, home):
+    f -= home.stiffness * x
+
+
+@pytest.fixture
+def hung(monkeypatch):
+    """Return two masses that a field draws to one place."""
+    monkeypatch.setattr(Situation, "fields", property(lambda self: (Attraction(8.0),)))
+    net = make_net([[0.01, 0.0, 0.0], [0.0, 0.02, 0.0]], np.zeros((0, 2)), mass=0.5)
+    return Bench(net, 1.0, tolerance=1e-9, times=np.linspace(0.0, 1.0, 21))
+
+
+def test_a_field_that_is_not_shipped_runs_as_python(hung):
+    ran = hung.run()
+    swing = np.cos(4.0 * ran.time)[:, None, None] * ran.position[0]
+    assert ran.position == pytest.approx(swing, abs=1e-9 * 0.02)
+
+
+def test_an_error_in_such_a_field_ends_the_run_as_it_is(hung, monkeypatch):
+    def fails(time, x, v, f, power, given):
+        raise ZeroDivisionError("no centre")
+
+    monkeypatch.setattr(Attraction, "kernel", property(lambda self: fails))
+    with pytest.raises(ZeroDivisionError, match="no centre"):
+        hung.run()
+
+
+def test_a_kernel_called_back_gets_what_it_is_given(example):
+    """Compiled or as Python: the same numbers at the same places."""
+    kernel = example.field.kernel
+
+    def back(*arguments):
+        *plain, record = arguments
+        called = Kernel(kernel, record)
+        operate = called._called
+        words = []
+        for array in plain[1:]:
+            words += [0, 0, array.size, 8, array.ctypes.data, array.size, 8]
+        operate(plain[0], *words, None)
+        assert called.failure is None
+
+    found, power = by_kernel(example, back)
+    expected, booked = by_kernel(example)
+    assert np.array_equal(found, expected) and np.array_equal(power, booked)
