@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 CourseKind = Literal["constant", "ramp", "smooth", "sine", "table"]
 COURSE_KINDS: tuple[CourseKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
 
+POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
+
 
 def _empty() -> Floats:
     return np.zeros(0)
@@ -68,6 +70,44 @@ class Course:
                 p = since / length
                 value = p * p * p * (10.0 + p * (6.0 * p - 15.0))
                 return value, 30.0 * p * p * (1.0 - p) ** 2 / length
+
+    def curve(self, start: float, until: float) -> tuple[float, Floats, float]:
+        """Return the one curve that this is in a stretch of time without knots inside.
+
+        Returns:
+            Origin of its time u [s], coefficients of the powers of u, shape (6,), and the
+            angular frequency of a sine of u [1/s], 0 without one.
+        """
+        power = np.zeros(POWERS)
+        middle = start + 0.5 * (until - start)
+        if self.kind == "constant" or not self.start < middle < self.stop:
+            power[0] = self.at(middle)[0]
+            return start, power, 0.0
+        if self.kind == "sine":
+            return self.start, power, 2.0 * np.pi * self.frequency
+        if self.kind == "table":
+            return self._piece(middle, power)
+        length = self.stop - self.start
+        if self.kind == "ramp":
+            power[1] = 1.0 / length
+        else:
+            power[3:] = np.array([10.0, -15.0, 6.0]) / length ** np.arange(3.0, 6.0)
+        return self.start, power, 0.0
+
+    def _piece(self, middle: float, power: Floats) -> tuple[float, Floats, float]:
+        """Return the cubic of a table around a time."""
+        times = self.times
+        if not self.start + times[0] < middle < self.start + times[-1]:
+            power[0] = self.at(middle)[0]
+            return middle, power, 0.0
+        i = int(np.searchsorted(times, middle - self.start, side="right")) - 1
+        h = times[i + 1] - times[i]
+        a, b = self.values[i], self.values[i + 1]
+        ma, mb = self.slopes[i], self.slopes[i + 1]
+        power[0], power[1] = a, ma
+        power[2] = (3.0 * (b - a) / h - 2.0 * ma - mb) / h
+        power[3] = (2.0 * (a - b) / h + ma + mb) / (h * h)
+        return self.start + times[i], power, 0.0
 
     def begin(self, at: float, *, until: float = np.inf) -> "Course":
         """Return this course, written to begin at 0 s, as it is when it begins ``at`` a time.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.contact.scenes import bodies, by_loops, contact_with, gap_of_balance, play
+from tests.contact.scenes import bodies, contact_with, gap_of_balance, play
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
 
 BALLS = """language 1
@@ -32,20 +32,6 @@ def random_contact(kind, rng, *, nodes=40, friction=0.4):
     position, velocity = rng.uniform(-1.0, 1.0, (2, 2 * nodes + 3 * shapes, 3))
     velocity[contact.memory] *= 0.1 * contact.rate
     return contact, position, velocity
-
-
-@pytest.mark.parametrize("kind", [CAPSULE, PLANE, TRIANGLE])
-@pytest.mark.parametrize("seed", range(5))
-def test_loops_and_numpy_agree_in_forces_and_losses(kind, seed):
-    contact, position, velocity = random_contact(kind, np.random.default_rng(seed))
-    assert len(contact.near(position, 0.2).node)
-    expected = np.zeros_like(position)
-    contact.add_forces(0.0, position, velocity, expected)
-    forces, lost, _ = by_loops(contact, position, velocity)
-    # Rounding of sums in another order.
-    scale = np.abs(expected).max()
-    assert forces == pytest.approx(expected, abs=1e-12 * scale)
-    assert lost == pytest.approx(float(contact.dissipated(0.0, position, velocity)), rel=1e-10)
 
 
 @pytest.mark.parametrize("kind", [CAPSULE, TRIANGLE])

@@ -137,7 +137,7 @@ def test_what_is_lost_is_what_is_done_by_all_and_not_stored(friction):
             float(contact.energy(0.0, position + sign * h * moving)) for sign in (1.0, -1.0)
         )
         stored = (ahead - behind) / (2.0 * h)
-        lost = float(contact.dissipated(0.0, position, velocity))
+        lost = contact.powers(0.0, position, velocity)[1]
         assert done + stored == pytest.approx(-lost, abs=1e-6 * abs(lost))
 
 
@@ -150,7 +150,7 @@ def test_damping_alone_only_ever_loses_and_never_pulls(tool):
     for seed in range(10):
         position, velocity = state(network, seed)
         steady, moving = forces(contact, position), forces(contact, position, velocity)
-        assert contact.dissipated(0.0, position, velocity) >= 0.0
+        assert contact.powers(0.0, position, velocity)[1] >= 0.0
         outwards = np.einsum("nk,nk->n", steady[body], moving[body])
         assert outwards.min() == 0.0  # leaving at 0.2 m/s takes all pressure away
         pushed += (outwards > 0.0).sum()
@@ -165,12 +165,12 @@ def test_a_batch_of_moments_is_each_of_them(friction):
     )
     total = forces(contact, positions, velocities)
     energies = contact.energy(0.0, positions)
-    lost = contact.dissipated(0.0, positions, velocities)
+    lost = contact.powers(0.0, positions, velocities)[:, 1]
     for i, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
         assert total[i] == pytest.approx(forces(contact, position, velocity), abs=1e-12)
         assert energies[i] == pytest.approx(contact.energy(0.0, position), rel=1e-12)
         assert lost[i] == pytest.approx(
-            contact.dissipated(0.0, position, velocity), rel=1e-9, abs=1e-12
+            contact.powers(0.0, position, velocity)[1], rel=1e-9, abs=1e-12
         )
 
 

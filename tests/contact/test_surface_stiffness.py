@@ -39,7 +39,7 @@ def pressed(mesh, depth):
     contact, x = compiled.plan.contact, compiled.network.position.copy()
     x[: compiled.network.body_nodes, 2] -= 0.1e-3 + depth
     force = np.zeros_like(x)
-    contact.push(contact.touches(x, np.zeros_like(x)), force)
+    contact.add_forces(0.0, x, np.zeros_like(x), force)
     return force[: compiled.network.body_nodes, 2].sum()
 
 

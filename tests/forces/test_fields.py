@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.sparse import eye_array
 
 from tests.contact.scenes import contact_with
 from tests.derivatives import slopes
@@ -14,9 +15,9 @@ from tests.hand_net import make_net
 from tests.test_enclosures import ball as breathing
 from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
-from tissuec.compiled.calls import Kernel
+from tissuec.compiled.calls import kernel_on
 from tissuec.courses import Course
-from tissuec.engine.acts import Change, pack_acts
+from tissuec.forces import Field, acts_of
 from tissuec.kernels.records import Floats
 from tissuec.shapes.nearest import TRIANGLE
 from tissuec.situation import Situation
@@ -87,28 +88,42 @@ def forces(field, position, velocity=None):
     return total
 
 
-def by_kernel(example, call=None):
+def called(kernel, table, time, *vectors):
+    kernel(time, *vectors, table)
+
+
+def by_kernel(example, *, compiled=True):
     """Return the forces and powers of the kernel, with nodes in another order."""
     field, count = example.field, len(example.position)
     place = np.random.default_rng(4).permutation(count)
-    acts = pack_acts([], [Change.of(field.changes)], place, 0.0, 2.0)
-    table = field.table(place, acts, example.position)
+    table = field.table(place, acts_of(field.changes, 0.0, 2.0), example.position)
     x, v = np.zeros((2, count, 3))
     x[place], v[place] = example.position, example.velocity
     f, power = np.zeros(3 * count), np.zeros(2)
-    (call or field.kernel)(NOW, x.ravel(), v.ravel(), f, power, table)
+    call = kernel_on(field.kernel, table) if compiled else partial(called, field.kernel, table)
+    call(NOW, x.ravel(), v.ravel(), f, power)
     return f.reshape(-1, 3)[place], power
 
 
-def test_kernels_do_the_same_as_arrays(example):
+def test_numbers_of_nodes_do_not_matter(example):
     found, power = by_kernel(example)
     field, state = example.field, (example.position, example.velocity)
     expected = forces(field, *state)
     scale = np.abs(expected).max()
     assert scale > 0.0
     assert found == pytest.approx(expected, abs=1e-12 * scale)
-    booked = field.pumping(NOW, *state), float(field.dissipated(NOW, *state))
+    booked = field.powers(NOW, *state)
     assert power == pytest.approx(booked, rel=1e-10, abs=1e-12 * scale)
+
+
+def test_power_is_put_in_stored_or_lost(example):
+    """What forces do to nodes comes out of the energy, or from outside."""
+    field, (x, v) = example.field, (example.position, example.velocity)
+    done, (given, lost) = np.vdot(forces(field, x, v), v), field.powers(NOW, x, v)
+    h = 1e-6 * example.size
+    later, sooner = (float(field.energy(NOW + s * h, x + s * h * v)) for s in (1.0, -1.0))
+    stored = (later - sooner) / (2.0 * h)
+    assert done + stored == pytest.approx(given - lost, abs=1e-6 * abs(done))
 
 
 def test_forces_come_from_the_energy(example):
@@ -132,7 +147,7 @@ def test_forces_cancel_and_turn_nothing(example):
 
 
 def test_what_is_lost_is_not_negative(example):
-    assert example.field.dissipated(NOW, example.position, example.velocity) >= 0.0
+    assert example.field.powers(NOW, example.position, example.velocity)[1] >= 0.0
 
 
 @pytest.mark.parametrize("shift", [0, 1])
@@ -165,21 +180,21 @@ def test_bounds_are_above_what_resists(example):
 # --- a field that is not shipped --------------------------------------------------------------
 
 
-class Attraction(NamedTuple):
-    """Springs of no length from all nodes to one place; the kernel is given the same."""
-
+class Home(NamedTuple):
     stiffness: float
+
+
+class Attraction(Field):
+    """Springs of no length from all nodes to one place."""
+
+    stiffness = 8.0  # [N/m]
 
     @property
     def kernel(self):
         return pull_home
 
-    @property
-    def changes(self):
-        return ()
-
     def table(self, place, acts, position):
-        return self
+        return Home(self.stiffness)
 
     def stiffening(self, position):
         def resist(moved, to):
@@ -187,14 +202,20 @@ class Attraction(NamedTuple):
 
         return resist
 
-    def braking(self, position):
-        return None
-
-    def add_forces(self, time, position, velocity, to):
-        to -= self.stiffness * position
-
     def energy(self, time, position):
         return 0.5 * self.stiffness * np.square(position).sum(axis=(-2, -1))
+
+    def matrix(self, time, position, number, size, *, exact=True):
+        return self.stiffness * eye_array(3 * size, format="coo")
+
+    def weakening(self, time, position, number, size):
+        return 0.0
+
+    def spread(self, time, position):
+        return float(self.energy(time, position))
+
+    def noise(self, position):
+        return self.stiffness * float(np.abs(position).max())
 
 
 def pull_home(time, x, v, f, power, home):
@@ -204,7 +225,7 @@ def pull_home(time, x, v, f, power, home):
 @pytest.fixture
 def hung(monkeypatch):
     """Return two masses that a field draws to one place."""
-    monkeypatch.setattr(Situation, "fields", property(lambda self: (Attraction(8.0),)))
+    monkeypatch.setattr(Situation, "fields", property(lambda self: (Attraction(),)))
     net = make_net([[0.01, 0.0, 0.0], [0.0, 0.02, 0.0]], np.zeros((0, 2)), mass=0.5)
     return Bench(net, 1.0, tolerance=1e-9, times=np.linspace(0.0, 1.0, 21))
 
@@ -224,20 +245,9 @@ def test_an_error_in_such_a_field_ends_the_run_as_it_is(hung, monkeypatch):
         hung.run()
 
 
-def test_a_kernel_called_back_gets_what_it_is_given(example):
-    """Compiled or as Python: the same numbers at the same places."""
-    kernel = example.field.kernel
-
-    def back(*arguments):
-        *plain, record = arguments
-        called = Kernel(kernel, record)
-        operate = called._called
-        words = []
-        for array in plain[1:]:
-            words += [0, 0, array.size, 8, array.ctypes.data, array.size, 8]
-        operate(plain[0], *words, None)
-        assert called.failure is None
-
-    found, power = by_kernel(example, back)
-    expected, booked = by_kernel(example)
-    assert np.array_equal(found, expected) and np.array_equal(power, booked)
+def test_kernels_are_the_same_compiled_and_as_python(example):
+    found, power = by_kernel(example)
+    expected, booked = by_kernel(example, compiled=False)
+    scale = np.abs(expected).max()
+    assert found == pytest.approx(expected, abs=1e-13 * scale)
+    assert power == pytest.approx(booked, rel=1e-12, abs=1e-13 * scale)

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.compiled.loading import address
+from tissuec.compiled.bundles import of_field
+from tissuec.compiled.loading import address, is_shipped
 from tissuec.compiled.tables import Field, RecordTable, place_of, signature
 from tissuec.kernels import banded, scalar
 from tissuec.kernels.records import Net, Operations
@@ -123,7 +124,18 @@ def _kinds(field: Field) -> list[Any]:
     return [{float: ctypes.c_double, int: ctypes.c_int64}.get(field.kind, pointer)]
 
 
-class Kernel:
+OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}
+
+
+# --- kernels of fields -----------------------------------------------------------------------
+
+_VECTOR = Field(0, np.ndarray, np.dtype(float), 1)
+_OF_FIELDS = ctypes.CFUNCTYPE(
+    None, ctypes.c_double, *(4 * _kinds(_VECTOR)), ctypes.c_void_p
+)  # fmt: skip
+
+
+class InPython:
     """The kernel of a field that is not shipped, for compiled code to call it as Python.
 
     It is slow, but needs no compiler. An error in it cannot pass through compiled code: forces
@@ -131,7 +143,7 @@ class Kernel:
 
     Args:
         made_from: See ``tissuec.forces.Field.kernel``.
-        table: What it is given.
+        record: What it is given.
 
     Attributes:
         address: Where it is.
@@ -140,16 +152,13 @@ class Kernel:
     def __init__(self, made_from: Callable[..., None], record: Any):
         self._made_from, self._record = made_from, record
         self.failure: Exception | None = None
-        array = _kinds(Field(0, np.ndarray, np.dtype(float), 1))
-        kind = ctypes.CFUNCTYPE(None, ctypes.c_double, *(4 * array), ctypes.c_void_p)
-        self._called = kind(self._call)
+        self._called = _OF_FIELDS(self._call)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value or 0
 
     def _call(self, time: float, *words: Any) -> None:
-        places, counts = words[4::7], words[2::7]
         x, v, f, power = (
             np.frombuffer((ctypes.c_double * count).from_address(place))
-            for place, count in zip(places, counts, strict=False)
+            for place, count in zip(words[4::7], words[2::7], strict=False)
         )
         try:
             self._made_from(time, x, v, f, power, self._record)
@@ -158,4 +167,31 @@ class Kernel:
             f[:] = np.nan
 
 
-OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}
+def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
+    """Return where the kernel of a field is: compiled, or as Python if it is not shipped.
+
+    Args:
+        table: What it will be given; it keeps what has to be kept.
+    """
+    bundle = of_field(kernel)
+    if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
+        return address(bundle, kernel.__name__)
+    table.called = InPython(kernel, table.record)
+    return table.called.address
+
+
+def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
+    """Return the kernel of a field of all arguments but the last one, a record."""
+    table = RecordTable(record)
+    function = _OF_FIELDS(kernel_address(kernel, table))
+
+    def call(time: float, *vectors: Any) -> None:
+        words: list[int] = []
+        for vector in vectors:
+            place = place_of(vector, _VECTOR, f"a vector of {kernel.__name__}")
+            words += (0, 0, vector.size, vector.itemsize, place, vector.size, vector.itemsize)
+        function(time, *words, table.address)
+        if table.called is not None and table.called.failure is not None:
+            raise table.called.failure
+
+    return call

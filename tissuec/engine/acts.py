@@ -2,43 +2,27 @@
 
 from collections.abc import Iterable, Sequence
 from math import inf
-from typing import NamedTuple, Self
 
 import numpy as np
 
-from tissuec.courses import Course
+from tissuec.courses import POWERS, Course
 from tissuec.inelastic import Inelastic
 from tissuec.kernels.records import Acts, Internal, Reels
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term
 
-POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
 LOOKS = (
     32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
 )
 
 
-class Change(NamedTuple):
-    """What changes in time by itself, as a load on no node: kernels evaluate it as such.
-
-    Attributes:
-        nodes: None of them, shape (0,).
-        terms: Their first components are the change.
-    """
-
-    nodes: Indices
-    terms: tuple[Term, ...]
-
-    @classmethod
-    def of(cls, parts: Iterable[tuple[float, Course]]) -> Self:
-        """Return a sum of amounts times courses."""
-        terms = (Term(np.array([amount, 0.0, 0.0]), course) for amount, course in parts)
-        return cls(np.zeros(0, dtype=np.int64), tuple(terms))
-
-
-def lengths(situation: Situation) -> list[Change]:
-    """Return how the lengths of threads change."""
-    return [Change.of([(1.0, reeling.course)]) for reeling in situation.reelings.values()]
+def lengths(situation: Situation) -> list[Load]:
+    """Return how lengths of threads change, as loads on no node, to be evaluated as these."""
+    along, none = np.array([1.0, 0.0, 0.0]), np.zeros(0, dtype=np.int64)
+    return [
+        Load(none, (Term(along, reeling.course),), reeling.span)
+        for reeling in situation.reelings.values()
+    ]
 
 
 def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int) -> Reels:
@@ -101,18 +85,20 @@ def pack_internal(
     )
 
 
-def knots(motions: Iterable[Motion], loads: Iterable[Load | Change]) -> Floats:
-    """Return the times at which a course passes into another curve [s], ascending."""
-    terms = [term for motion in motions for term in motion.shifts]
-    terms += [term for load in loads for term in load.terms]
-    courses = [term.course for term in terms]
-    courses += [motion.turn.course for motion in motions if motion.turn is not None]
-    return np.unique(np.concatenate([*(course.knots for course in courses), np.zeros(0)]))
+def knots(motions: Iterable[Motion], courses: Iterable[Course]) -> Floats:
+    """Return the times at which a course passes into another curve [s], ascending.
+
+    Args:
+        courses: Of all but motions.
+    """
+    found = [*courses, *(term.course for motion in motions for term in motion.shifts)]
+    found += [motion.turn.course for motion in motions if motion.turn is not None]
+    return np.unique(np.concatenate([*(course.knots for course in found), np.zeros(0)]))
 
 
 def longest_step(
     motions: Iterable[Motion],
-    loads: Iterable[Load | Change],
+    courses: Iterable[Course],
     start: float,
     until: float,
     looks: int,
@@ -124,15 +110,15 @@ def longest_step(
     in each of its periods.
 
     Args:
-        motions, loads: All of them.
+        motions: All of them.
+        courses: Of all else.
         start, until: The stretch, without knots inside [s].
         looks: How often a step is looked into.
     """
     middle = start + 0.5 * (until - start)
     longest = inf
-    for load in loads:
-        for term in load.terms:
-            longest = min(longest, _feature(term.course, middle))
+    for course in courses:
+        longest = min(longest, _feature(course, middle))
     for motion in motions:
         for term in motion.shifts:
             longest = min(longest, _feature(term.course, middle))
@@ -164,7 +150,7 @@ def _fastest(course: Course, start: float, until: float) -> float:
 
 def pack_acts(
     motions: Sequence[Motion],
-    loads: Sequence[Load | Change],
+    loads: Sequence[Load],
     place: Indices,
     start: float,
     until: float,
@@ -198,7 +184,7 @@ def pack_acts(
         np.zeros((len(load.nodes), 3)) for load in loads
     ]
     term_curve = len(courses) + np.arange(len(flat))
-    curves = [_curve(course, start, until) for course in (*courses, *(t.course for t in flat))]
+    curves = [course.curve(start, until) for course in (*courses, *(t.course for t in flat))]
     return Acts(
         motions=len(motions),
         first=_offsets([len(group) for group in nodes]),
@@ -216,41 +202,6 @@ def pack_acts(
         amplitude=np.array([1.0 if angular else 0.0 for _, _, angular in curves]),
         angular=np.array([angular for _, _, angular in curves], dtype=float),
     )
-
-
-def _curve(course: Course, start: float, until: float) -> tuple[float, Floats, float]:
-    """Return origin [s], coefficients and angular frequency [1/s] of a course in a stretch."""
-    power = np.zeros(POWERS)
-    middle = start + 0.5 * (until - start)
-    if course.kind == "constant" or not course.start < middle < course.stop:
-        power[0] = course.at(middle)[0]
-        return start, power, 0.0
-    if course.kind == "sine":
-        return course.start, power, 2.0 * np.pi * course.frequency
-    if course.kind == "table":
-        return _piece(course, middle, power)
-    length = course.stop - course.start
-    if course.kind == "ramp":
-        power[1] = 1.0 / length
-    else:
-        power[3:] = np.array([10.0, -15.0, 6.0]) / length ** np.arange(3.0, 6.0)
-    return course.start, power, 0.0
-
-
-def _piece(course: Course, middle: float, power: Floats) -> tuple[float, Floats, float]:
-    """Return the cubic of a table around a time."""
-    times = course.times
-    if not course.start + times[0] < middle < course.start + times[-1]:
-        power[0] = course.at(middle)[0]
-        return middle, power, 0.0
-    i = int(np.searchsorted(times, middle - course.start, side="right")) - 1
-    h = times[i + 1] - times[i]
-    a, b = course.values[i], course.values[i + 1]
-    ma, mb = course.slopes[i], course.slopes[i + 1]
-    power[0], power[1] = a, ma
-    power[2] = (3.0 * (b - a) / h - 2.0 * ma - mb) / h
-    power[3] = (2.0 * (a - b) / h + ma + mb) / (h * h)
-    return course.start + times[i], power, 0.0
 
 
 def _offsets(sizes: Sequence[int]) -> Indices:

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.tables import RecordTable
+from tissuec.courses import Course
 from tissuec.engine.acts import (
-    Change,
     knots,
     lengths,
     longest_step,
@@ -22,9 +23,9 @@ from tissuec.engine.acts import (
 )
 from tissuec.engine.numbering import node_order
 from tissuec.engine.runs import RunPlaces, packed, places_of
-from tissuec.engine.tiers import Features, field_address
+from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
-from tissuec.forces import Field
+from tissuec.forces import Field, acts_of
 from tissuec.inelastic import Inelastic, tightened
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Acts, Fields, Internal, Net, Reels, Runs, Solver, Touches
@@ -326,26 +327,27 @@ class Layout:
         return pack_acts(motions, self._loads, self.place, self.start, self.until)
 
     @property
-    def _loads(self) -> list[Load | Change]:
+    def _loads(self) -> list[Load]:
         """Return the loads that change in time, and behind them how lengths of threads do."""
         return [*self.timed, *lengths(self.situation)]
 
     @property
-    def _courses(self) -> list[Load | Change]:
-        """Return all that changes in time but motions."""
-        fields = (Change.of(field.changes) for field in self.situation.fields)
-        return [*self._loads, *fields]
+    def _courses(self) -> list[Course]:
+        """Return the courses of all that changes in time but motions."""
+        found = [term.course for load in self._loads for term in load.terms]
+        found += [course for field in self.situation.fields for _, course in field.changes]
+        return found
 
     @property
     def is_changing(self) -> bool:
         """Return whether what acts depends on the time, or on where nodes were listed."""
         moving = self.situation.motions or self.situation.contact is not None
-        return bool(moving) or any(load.terms for load in self._courses)
+        return bool(moving) or bool(self._courses)
 
     def fields(self) -> Fields:
         """Return what acts on nodes beside springs, around the positions ``around``."""
         found = [(field.kernel, self._table_of(field)) for field in self.situation.fields]
-        places = [field_address(kernel, table) for kernel, table in found]
+        places = [kernel_address(kernel, table) for kernel, table in found]
         tables = [table.address for _, table in found]
         return Fields(
             np.array(places, dtype=np.int64),
@@ -355,7 +357,7 @@ class Layout:
 
     def _table_of(self, field: Field) -> RecordTable:
         """Return what the kernel of a field is given."""
-        acts = pack_acts([], [Change.of(field.changes)], self.place, self.start, self.until)
+        acts = acts_of(field.changes, self.start, self.until)
         return RecordTable(field.table(self.place, acts, self.around))
 
     def reels(self) -> Reels:

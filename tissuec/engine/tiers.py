@@ -169,23 +169,6 @@ def _operation(name: str, features: Features) -> int:
     return address(BUNDLE_OF[name], name)
 
 
-def field_address(kernel: Callable[..., Any], table: Any) -> int:
-    """Return where the kernel of a field is: compiled, or as Python if it is not shipped.
-
-    Args:
-        table: What it will be given; it keeps what has to be kept.
-    """
-    from tissuec.compiled.bundles import of_field
-    from tissuec.compiled.calls import Kernel
-    from tissuec.compiled.loading import address, is_shipped
-
-    bundle = of_field(kernel)
-    if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
-        return address(bundle, kernel.__name__)
-    table.called = Kernel(kernel, table.record)
-    return table.called.address
-
-
 def _form_of_springs(features: Features) -> str:
     """Return which form of the forces of springs a scene needs."""
     name = "springs_in_runs" if features.in_runs else "springs"

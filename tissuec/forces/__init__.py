@@ -1,16 +1,20 @@
 """Forces on nodes by where these are: volumes, walls that bend, contact, jets.
 
-Springs have their own way; everything else that acts on nodes is a ``Field``. Each file has
-the numbers of one effect, what it does to nodes, and all that the rest of the program wants to
-know of it; a file whose name ends in ``kernel`` has the same forces as scalar loops, for the
-engine. Beside ``situation``, which holds fields, and the reference, which has formulas of its
-own, nothing knows them by more than ``Field``.
+Springs have their own way; everything else that acts on nodes is a ``Field``. Each file has the
+numbers of one effect, its scalar loops, and all that the rest of the program wants to know of
+it; long loops have a file of their own whose name ends in ``kernel``. Beside ``situation``,
+which holds fields, and the reference, which has formulas of its own, nothing knows them by more
+than ``Field``.
 """
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from math import inf
+from typing import TYPE_CHECKING, Any
 
-from tissuec.courses import Course
+import numpy as np
+
+from tissuec.courses import POWERS, Course
 from tissuec.kernels.records import Acts
 from tissuec.network import Floats, Indices
 
@@ -21,7 +25,7 @@ if TYPE_CHECKING:
 Resisting = Callable[[Floats, Floats], None]
 
 
-class Field(Protocol):
+class Field(ABC):
     """What acts on nodes beside springs; arrays stand in the order of the scene.
 
     Arguments have the same meaning in all functions: ``time`` [s] of shape (…); ``position``
@@ -30,69 +34,138 @@ class Field(Protocol):
     and the ``size`` of these, so that matrices are of shape (3 size, 3 size).
     """
 
+    __slots__ = ()
+
     @property
+    @abstractmethod
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops: of time, positions, velocities, forces, powers and a table.
 
         They add forces [N] and the powers that are put in from outside and lost [W].
         """
-        ...
 
+    @abstractmethod
     def table(self, place: Indices, acts: Acts, position: Floats) -> Any:
         """Return what the kernel is given, a record of arrays.
 
         Args:
-            place: Where the engine keeps each node, shape (node,).
+            place: Where nodes stand for it, shape (node,).
             acts: The sum of ``changes``, as the first component of its only act.
-            position: Around which it holds.
+            position: Around which it holds: while no node has gone by more than ``reach``.
         """
-        ...
 
     @property
-    def changes(self) -> Iterable[tuple[float, Course]]:
+    def reach(self) -> float:
+        """Return how far from where a table was made it holds [m]."""
+        return inf
+
+    @property
+    def changes(self) -> Sequence[tuple[float, Course]]:
         """Return what changes in time by itself: amounts, and the courses they follow."""
-        ...
+        return ()
+
+    @abstractmethod
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+
+    @abstractmethod
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return minus the derivative of the forces [N/m]; none that weakens unless exact."""
+
+    @abstractmethod
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
+        """Return how far below zero an eigenvalue of the matrix may be [N/m]."""
+
+    def stiffening(self, position: Floats) -> Resisting | None:
+        """Return what resists displacements at most [N/m], None if nothing does."""
+        return None
+
+    def braking(self, position: Floats) -> Resisting | None:
+        """Return what resists velocities at most [N s/m], None if nothing does."""
+        return None
+
+    @abstractmethod
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+
+    @abstractmethod
+    def noise(self, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+
+    # --- what the kernel says of any state ------------------------------------------------
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        ...
+        for state, forces, _ in self._evaluated(time, position, velocity):
+            to[state] += forces
 
-    def energy(self, time: Floats | float, position: Floats) -> Any:
-        """Return the stored energy [J], shape (…)."""
-        ...
+    def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
+        """Return the powers that are put in from outside and lost [W], shape (…, 2).
 
-    def dissipated(self, time: Any, position: Floats, velocity: Floats) -> Any:
-        """Return the power that is lost [W]."""
-        ...
+        What moves nodes on prescribed paths puts in more.
+        """
+        found = np.zeros((*position.shape[:-2], 2))
+        for state, _, power in self._evaluated(time, position, velocity):
+            found[state] = power
+        return found
 
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside, beside that of moving nodes [W]."""
-        ...
+    def _evaluated(
+        self, time: Floats | float, position: Floats, velocity: Floats
+    ) -> Iterator[tuple[tuple[int, ...], Floats, Floats]]:
+        """Yield the index of each state, with forces of shape (node, 3), and powers."""
+        from tissuec.compiled.calls import kernel_on
 
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
-    ) -> "coo_matrix":
-        """Return minus the derivative of the forces [N/m]; none that weakens unless exact."""
-        ...
+        place = np.arange(position.shape[-2])
+        times = np.broadcast_to(np.asarray(time, dtype=float), position.shape[:-2])
+        call, made, listed = None, inf, position
+        for state in np.ndindex(times.shape):
+            now = float(times[state])
+            x = np.array(position[state], dtype=float)
+            v = np.array(velocity[state], dtype=float)
+            old = self.changes and now != made
+            if call is None or old or not _gone(x, listed) <= self.reach:
+                made, listed = now, x
+                table = self.table(place, acts_of(self.changes, now, now), x)
+                call = kernel_on(self.kernel, table)
+            forces, power = np.zeros_like(x), np.zeros(2)
+            call(now, x.reshape(-1), v.reshape(-1), forces.reshape(-1), power)
+            yield state, forces, power
 
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero an eigenvalue of the matrix may be [N/m]."""
-        ...
 
-    def stiffening(self, position: Floats) -> Resisting | None:
-        """Return what resists displacements at most [N/m], None if nothing does."""
-        ...
+def _gone(position: Floats, since: Floats) -> float:
+    """Return how far a node has gone at most [m]."""
+    return float(np.sqrt(np.square(position - since).sum(axis=-1).max(initial=0.0)))
 
-    def braking(self, position: Floats) -> Resisting | None:
-        """Return what resists velocities at most [N s/m], None if nothing does."""
-        ...
 
-    def spread(self, time: float, position: Floats) -> float:
-        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
-        ...
+def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float) -> Acts:
+    """Return amounts times courses as tables, as the first component of one act on no node.
 
-    def noise(self, position: Floats) -> float:
-        """Return a force whose digits rounding spoils [N]."""
-        ...
+    Args:
+        start, until: The stretch that they are for, without knots inside [s].
+    """
+    count, none = len(changes), np.zeros(0, dtype=np.int64)
+    curves = [course.curve(start, until) for _, course in changes]
+    vector = np.zeros((count, 3))
+    vector[:, 0] = [amount for amount, _ in changes]
+    angular = np.array([angular for _, _, angular in curves], dtype=float)
+    return Acts(
+        motions=0,
+        first=np.zeros(2, dtype=np.int64),
+        nodes=none,
+        base=np.zeros((0, 3)),
+        term_first=np.array([0, count], dtype=np.int64),
+        term_vector=vector,
+        term_curve=np.arange(count, dtype=np.int64),
+        turn_curve=np.full(1, -1),
+        turn_centre=np.zeros((1, 3)),
+        turn_axis=np.zeros((1, 3)),
+        turn_angle=np.zeros(1),
+        origin=np.array([origin for origin, _, _ in curves], dtype=float),
+        power=np.array([power for _, power, _ in curves], dtype=float).reshape(-1, POWERS),
+        amplitude=np.where(angular != 0.0, 1.0, 0.0),
+        angular=angular,
+    )

@@ -23,12 +23,12 @@ a0 and b0 being the drawn ones; so w is 1 as drawn, and hardly changes while tri
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.courses import Course
+from tissuec.forces import Field, Resisting
 from tissuec.kernels.records import Acts, Floats, IntegerRows, Rows
 from tissuec.network import Indices
 
@@ -43,7 +43,7 @@ _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hinges:
+class Hinges(Field):
     """The hinges of a network.
 
     Attributes:
@@ -124,23 +124,6 @@ class Hinges:
         """Return ∂θ/∂x [1/m], shape (…, hinge, 4, 3); ``position`` is that of ``folded``."""
         return _slopes(*_normals(position[..., self.nodes, :]))
 
-    def pulling(self, position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return the forces on the nodes of each hinge [N], and the power that it loses [W].
-
-        Of shapes (…, hinge, 4, 3) and (…, hinge).
-        """
-        parts = _normals(position[..., self.nodes, :])
-        slopes, more = _slopes(*parts), _angle(*parts) - self.drawn
-        weight, by_a, by_b = self._weight(*parts[3:])
-        moment, lost = weight * self.stiffness * np.sin(more), np.zeros(1)
-        if self.damping.any():
-            folding = np.einsum("...hkc,...hkc->...h", slopes, velocity[..., self.nodes, :])
-            braking = weight * self.damping * folding
-            moment, lost = moment + braking, braking * folding
-        held = 2.0 * self.stiffness * np.sin(0.5 * more) ** 2
-        swelling = _swelling(*parts[:3], held * by_a, held * by_b)
-        return -moment[..., None, None] * slopes - swelling, lost
-
     def _weight(self, a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
         """Return w, and its derivatives by a² and b² [1/m⁴], shape (…, hinge) each."""
         first, second = self.squares.T
@@ -150,15 +133,6 @@ class Hinges:
         by_a = lower * rise / ((u + COLLAPSE) ** 2 * first)
         by_b = upper * rise / ((v + COLLAPSE) ** 2 * second)
         return upper * lower, by_a, by_b
-
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N], shape (…, node, 3)."""
-        forces, _ = self.pulling(position, velocity)
-        for corner in range(4):
-            where: Any = (..., self.nodes[:, corner], slice(None))
-            np.add.at(to, where, forces[..., corner, :])
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
@@ -246,23 +220,15 @@ class Hinges:
         )
         return float(np.asarray(abs(whole - positive).sum(axis=1)).max(initial=0.0))
 
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]."""
-        return float(self.pulling(position, velocity)[1].sum())
-
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]: none."""
-        return 0.0
-
-    def stiffening(self, position: Floats) -> Callable[[Floats, Floats], None]:
+    def stiffening(self, position: Floats) -> Resisting:
         """Return what resists folding, Σ k ∂θ/∂x ∂θ/∂xᵀ [N/m]; see ``Field``."""
         return self._turning(self.stiffness, position)
 
-    def braking(self, position: Floats) -> Callable[[Floats, Floats], None] | None:
+    def braking(self, position: Floats) -> Resisting | None:
         """Return what brakes it, Σ d ∂θ/∂x ∂θ/∂xᵀ [N s/m]."""
         return self._turning(self.damping, position) if self.damping.any() else None
 
-    def _turning(self, part: Floats, position: Floats) -> Callable[[Floats, Floats], None]:
+    def _turning(self, part: Floats, position: Floats) -> Resisting:
         slopes = self.gradient(position)
 
         def resist(moved: Floats, to: Floats) -> None:
@@ -277,11 +243,6 @@ class Hinges:
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
         return fold
-
-    @property
-    def changes(self) -> tuple[tuple[float, Course], ...]:
-        """Return nothing: walls are bent by nobody."""
-        return ()
 
     def table(self, place: Indices, acts: Acts, position: Floats) -> "Folds":
         """Return the hinges with other numbers of nodes."""

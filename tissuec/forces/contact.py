@@ -39,12 +39,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.courses import Course
-from tissuec.forces.contact_kernel import COLUMNS, FLAT, touch
+from tissuec.forces import Field, Resisting
+from tissuec.forces.contact_kernel import COLUMNS, touch
 from tissuec.kernels.records import Acts, Touches
 from tissuec.network import Floats, Indices
 from tissuec.shapes.inclusion import weights
-from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE, Place, cross, dot, or_one, places
+from tissuec.shapes.nearest import PLANE, TRIANGLE, Place, places
 from tissuec.strands import Edges
 
 if TYPE_CHECKING:
@@ -75,74 +75,8 @@ class Pairs(NamedTuple):
         return Pairs(*(part[which] for part in self))
 
 
-class Touch(NamedTuple):
-    """What shapes do to nodes, for each pair that touches.
-
-    Attributes:
-        pairs: Which.
-        place: Where they are.
-        rate: Velocity along the normal, minus the rate of the depth [m/s], shape (pair,).
-        steady: W k φ, the pressure at rest [N], shape (pair,).
-        group: Pairs of one node and one surface have one number, ascending, shape (pair,).
-        node: Number of the node of each group, shape (group,).
-        surface: Pressure of the surface of each group at rest [N], shape (group,).
-        factor: By which contact damping changes that, shape (group,).
-        rubbing: Friction; None without.
-    """
-
-    pairs: Pairs
-    place: Place
-    rate: Floats
-    steady: Floats
-    group: Indices
-    node: Indices
-    surface: Floats
-    factor: Floats
-    rubbing: "Rubbing | None" = None
-
-    @property
-    def pressure(self) -> Floats:
-        """Return N [N], shape (pair,)."""
-        return self.factor[self.group] * self.steady
-
-    @property
-    def arm(self) -> Floats:
-        """Return what leads from the nearest points to the nodes [m], shape (pair, 3)."""
-        return (self.pairs.radius - self.place.depth)[:, None] * self.place.normal
-
-
-class Rubbing(NamedTuple):
-    """Friction.
-
-    Attributes:
-        force: On the node of each pair [N], shape (pair, 3).
-        back: On the points of each shape [N], shape (pair, 3, 3).
-        power: What it takes out [W].
-    """
-
-    force: Floats
-    back: Floats
-    power: float
-
-
-class Turning(NamedTuple):
-    """How the faces of a surface take up couples, for each pair.
-
-    Attributes:
-        arm: From the mean of the points to each of them [m], zero for those that are no corner,
-            shape (pair, 3, 3).
-        inverse: Of the moment of inertia of unit masses on the corners [1/m²], without what is
-            along the line of a capsule, shape (pair, 3, 3).
-        share: Of the couple of the surface, shape (pair,).
-    """
-
-    arm: Floats
-    inverse: Floats
-    share: Floats
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Contact:
+class Contact(Field):
     """Which nodes can be touched by which shapes, and how hard that is.
 
     The first shapes are faces (triangles, capsules, planes), the others elements that these
@@ -305,36 +239,17 @@ class Contact:
 
     # --- what it does -----------------------------------------------------------------------
 
-    def touches(self, position: Floats, velocity: Floats) -> Touch:
-        """Return what shapes do to nodes.
+    def touched(self, position: Floats) -> NDArray[np.bool_]:
+        """Return which nodes it acts on, shape (node,).
 
         Args:
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+            position: Of all nodes [m], shape (node, 3).
         """
-        return self._touch(position, velocity, *self._pressed(position))
-
-    def _touch(self, position: Floats, velocity: Floats, pairs: Pairs, place: Place) -> Touch:
-        """Return what shapes do to nodes, given the pairs that touch."""
-        v, ends = velocity[self.nodes[pairs.node]], velocity[self.points[pairs.shape]]
-        # Along the normal exactly as the depth changes, of turning planes as well.
-        rate = dot(place.normal, v) + np.einsum("npk,npk->n", place.pressing, ends)
-        steady, group = pairs.weight * self.pressure(pairs, place.depth), self._groups(pairs)
-        _, first = np.unique(group, return_index=True)
-        # Never less than that of the nearest face, as where a surface closes around a node.
-        surface = np.zeros(len(first))
-        np.maximum.at(surface, group, steady)
-        surface = np.maximum(_sums(group, steady, len(first)), surface)
-        closing = -_sums(group, steady * rate, len(first)) / or_one(surface)
-        factor = np.maximum(1.0 + self.damping * closing, 0.0)
-        node = pairs.node[first]
-        touch = Touch(pairs, place, rate, steady, group, node, surface, factor)
-        return touch if not len(self.memory) else self._rubbed(touch, position, velocity)
-
-    def _touches_in(self, position: Floats, velocity: Floats) -> Iterator[Touch]:
-        """Yield what shapes do in each state, of arrays of shape (…, node, 3)."""
-        x, v = _in_line(position), _in_line(velocity)
-        for state, (pairs, place) in enumerate(self._pressed_in(x)):
-            yield self._touch(x[state], v[state], pairs, place)
+        pairs, _ = self._pressed(position)
+        pairs, found = pairs.some(pairs.weight != 0.0), np.zeros(len(position), dtype=bool)
+        found[self.nodes[pairs.node]] = True
+        found[self.points[pairs.shape]] = True
+        return found
 
     def _pressed(self, position: Floats) -> tuple[Pairs, Place]:
         """Return the pairs that touch, and where they are."""
@@ -379,12 +294,6 @@ class Contact:
         stop = start + 1 + int(far[0]) if len(far) else start + len(ahead)
         return self.near(ahead[0], 2.0 * self.stride), stop
 
-    def _groups(self, pairs: Pairs) -> Indices:
-        """Return one number for all pairs of one node and one surface, ascending from 0."""
-        surface = self.surface[pairs.shape]
-        new = (np.diff(pairs.node) != 0) | (np.diff(surface) != 0)
-        return np.concatenate([np.zeros(min(len(surface), 1), dtype=np.int64), np.cumsum(new)])
-
     def pressure(self, pairs: Pairs, depth: Floats) -> Floats:
         """Return k φ(δ) [N], shape (pair,)."""
         w, d = self.layer, np.maximum(depth, 0.0)
@@ -407,103 +316,6 @@ class Contact:
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
             total.append(self.stiffness[pairs.node] @ each)
         return np.reshape(total, position.shape[:-2])
-
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N], shape (…, node, 3)."""
-        states = np.ndindex(to.shape[:-2])
-        for state, each in zip(states, self._touches_in(position, velocity), strict=True):
-            self.push(each, to[state])
-
-    def push(self, touch: Touch, to: Floats) -> None:
-        """Add the forces of one state on all nodes [N], shape (node, 3)."""
-        pressure = touch.pressure
-        ahead = pressure[:, None] * touch.place.normal
-        back = pressure[:, None, None] * touch.place.pressing
-        if touch.rubbing is not None:
-            ahead, back = ahead + touch.rubbing.force, back + touch.rubbing.back
-        np.add.at(to, self.nodes[touch.pairs.node], ahead)
-        np.add.at(to, self.points[touch.pairs.shape], back)
-
-    def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
-        """Return the power that damping and friction take out [W], shape (…)."""
-        lost = [self.loss(each) for each in self._touches_in(position, velocity)]
-        return np.reshape(lost, position.shape[:-2])
-
-    def loss(self, touch: Touch) -> float:
-        """Return the power that damping and friction take out of one state [W]."""
-        damped = float(((touch.steady - touch.pressure) * touch.rate).sum())
-        return damped + (touch.rubbing.power if touch.rubbing is not None else 0.0)
-
-    # --- friction ---------------------------------------------------------------------------
-
-    def _rubbed(self, touch: Touch, position: Floats, velocity: Floats) -> Touch:
-        """Return the same with friction.
-
-        Shapes share the force of a bristle as they press, each along its own surface: so none
-        pulls along its normal, and what a bristle feels is what its force does work on.
-        """
-        normal, node = touch.place.normal, touch.pairs.node
-        count, turning = len(self.nodes), self._turning(touch, position)
-        total = _sums(touch.node, touch.factor * touch.surface, count)
-        share = touch.pressure / or_one(total)[node]
-        slide = share[:, None] * _along(self._sliding(touch, turning, velocity), normal)
-        u = np.stack([np.bincount(node, part, count) for part in slide.T], axis=1)
-        z = velocity[self.memory] / self.rate
-        force = self._bristles(total, z)
-        each = share[:, None] * _along(force[node], normal)
-        back = -touch.place.weights[:, :, None] * each[:, None, :]
-        couple = np.zeros((len(touch.node), 3))
-        np.add.at(couple, touch.group, -cross(touch.arm, each))
-        twist = turning.share[:, None] * couple[touch.group]
-        twist = np.einsum("nij,nj->ni", turning.inverse, twist)
-        back += cross(twist[:, None, :], turning.arm)
-        power = -float((force * u).sum())
-        return touch._replace(rubbing=Rubbing(each, back, power))
-
-    def _bristles(self, total: Floats, z: Floats) -> Floats:
-        """Return the forces of bristles [N], shape (m, 3).
-
-        Args:
-            total: Pressure on each node [N], shape (m,).
-            z: Bristles [m], shape (m, 3).
-        """
-        length = np.linalg.norm(z, axis=1)
-        reach = total / self.stiffness + 0.5 * self.layer
-        slips = length > self.friction * reach
-        bears = np.where(slips, self.friction * total / or_one(length), total / reach)
-        return -bears[:, None] * z
-
-    def _sliding(self, touch: Touch, turning: Turning, velocity: Floats) -> Floats:
-        """Return velocities of nodes against what turns with the surface [m/s], (pair, 3)."""
-        ends = velocity[self.points[touch.pairs.shape]]
-        spin = np.einsum("nij,nj->ni", turning.inverse, cross(turning.arm, ends).sum(axis=1))
-        whole = np.zeros((len(touch.node), 3))
-        np.add.at(whole, touch.group, turning.share[:, None] * spin)
-        there = np.einsum("np,npk->nk", touch.place.weights, ends)
-        there += cross(whole[touch.group], touch.arm)
-        return velocity[self.nodes[touch.pairs.node]] - there
-
-    def _turning(self, touch: Touch, position: Floats) -> Turning:
-        """Return how faces turn: those that count, as hard as they press."""
-        points, kind = position[self.points[touch.pairs.shape]], self.kind[touch.pairs.shape]
-        corner = np.ones((len(kind), 3))
-        corner[kind != TRIANGLE, 2] = 0.0
-        middle = np.einsum("np,npk->nk", corner, points) / corner.sum(axis=1)[:, None]
-        arm = corner[:, :, None] * (points - middle[:, None])
-        square = (arm**2).sum(axis=(1, 2))
-        inertia = square[:, None, None] * np.eye(3) - np.einsum("npi,npj->nij", arm, arm)
-        # Two points do not turn about the line between them.
-        line = kind == CAPSULE
-        inertia[line] += np.einsum("ni,nj->nij", arm[line, 0], arm[line, 0])
-        size = np.linalg.det(inertia)
-        turns = (touch.pairs.weight > 0.0) & (kind != PLANE) & (size > FLAT * square**3)
-        inertia[~turns] = np.eye(3)
-        inverse = np.linalg.inv(inertia) * turns[:, None, None]
-        presses = touch.steady * turns
-        every = or_one(_sums(touch.group, presses, len(touch.node)))
-        return Turning(arm, inverse, presses / every[touch.group])
 
     # --- its second derivative --------------------------------------------------------------
 
@@ -578,20 +390,13 @@ class Contact:
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
         return float(total.max(initial=0.0))
 
-    def stiffening(self, position: Floats) -> Callable[[Floats, Floats], None]:
+    def stiffening(self, position: Floats) -> Resisting:
         """Return what may be touched at all, lest every touch changes a bound [N/m]."""
 
         def resist(moved: Floats, to: Floats) -> None:
             to[self.nodes] += self.stiffness[:, None] * moved[self.nodes]
 
         return resist
-
-    def braking(self, position: Floats) -> None:
-        """Return None: damping of contact is a part of its pressure, and changes no bound."""
-
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in beside that of moving nodes [W]: none."""
-        return 0.0
 
     # --- for the engine ---------------------------------------------------------------------
 
@@ -601,9 +406,9 @@ class Contact:
         return touch
 
     @property
-    def changes(self) -> tuple[tuple[float, Course], ...]:
-        """Return nothing: what touches is moved by others."""
-        return ()
+    def reach(self) -> float:
+        """Return how far nodes may go before others are near shapes [m]."""
+        return self.stride
 
     def table(self, place: Indices, acts: Acts, position: Floats) -> Touches:
         """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""
@@ -661,11 +466,6 @@ def _sums(row: Indices, values: Floats, count: int) -> Floats:
 def _in_line(states: Floats) -> Floats:
     """Return states, shape (…, node, 3), one after the other."""
     return states.reshape(-1, *states.shape[-2:])
-
-
-def _along(vector: Floats, normal: Floats) -> Floats:
-    """Return the part of vectors along a surface."""
-    return vector - dot(vector, normal)[:, None] * normal
 
 
 def _square(vector: Floats) -> Floats:

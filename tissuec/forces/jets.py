@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.forces import Field
 from tissuec.forces.jets_kernel import (
     CUT,
     DARK,
@@ -223,7 +224,7 @@ class Elements(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Jet:
+class Jet(Field):
     """The jet of one nozzle.
 
     Attributes:
@@ -289,27 +290,6 @@ class Jet:
         within &= np.linalg.norm(way.beside, axis=1) * way.width < CUT * furthest + reach
         return np.flatnonzero(within & self.skin.whole)
 
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N], shape (…, node, 3); the opening gets the recoil."""
-        times = np.broadcast_to(time, position.shape[:-2])
-        for at in np.ndindex(times.shape):
-            self._push(float(times[at]), position[at], velocity[at], to[at])
-
-    def _push(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        thrust = self.thrust(time)
-        if not thrust > 0.0:
-            return
-        axis, met = self.axis(position), self.met(position)
-        to[self.opening[0]] -= thrust * axis.along
-        corners = self.skin.corners[met]
-        elements = _elements(self.skin.parts[met])
-        pushed = self._pushed(thrust, axis, met, elements, position[corners], velocity[corners])
-        pushed *= self._lit(axis, met, elements, position[corners])[:, None]
-        shared = elements.weights[:, :, None] * pushed[:, None, :]
-        np.add.at(to, corners[elements.owner], shared)
-
     def _pushed(
         self,
         thrust: float,
@@ -317,20 +297,19 @@ class Jet:
         met: Indices,
         elements: Elements,
         corners: Floats,
-        velocity: Floats,
     ) -> Floats:
-        """Return the forces on elements that nothing shades [N], shape (element, 3).
+        """Return the forces on elements at rest that nothing shades [N], shape (element, 3).
 
         Args:
             met: The triangles.
-            corners, velocity: Theirs [m], [m/s], shape (triangle, 3, 3).
+            corners: Theirs [m], shape (triangle, 3, 3).
         """
         area, normal, slope = _facing(corners, axis.along)
         part = area / self.skin.count[met] * self._turned(met, slope) * slope * slope
         way = self.way(elements.at(corners), axis)
         speed = np.sqrt(2.0 * thrust / (np.pi * self.density)) / way.width
         speed *= np.exp(-_squares(way.beside))
-        flux = self.density * _left(speed, elements.at(velocity) @ axis.along)
+        flux = self.density * speed * speed
         flux *= _rise(way.ahead / (NEAR * self.bore)) * part[elements.owner]
         return flux[:, None] * _along(normal, slope)[elements.owner]
 
@@ -409,14 +388,14 @@ class Jet:
         nodes = self.skin.corners[met]
         corners, elements = position[nodes], _elements(self.skin.parts[met])
         lit = self._lit(axis, met, elements, corners)
-        still, edge = np.zeros_like(corners), np.ptp(corners, axis=(0, 1)).max(initial=1e-12)
+        edge = np.ptp(corners, axis=(0, 1)).max(initial=1e-12)
         blocks = np.zeros((len(met), 9, 9))
         for column in range(9):
             step = np.zeros((3, 3))
             step.flat[column] = SLIGHT * edge
             for sign in (1.0, -1.0):
                 there = corners + sign * step
-                force = self._pushed(thrust, axis, met, elements, there, still) * lit[:, None]
+                force = self._pushed(thrust, axis, met, elements, there) * lit[:, None]
                 shared = elements.weights[:, :, None] * force[:, None, :]
                 each = np.zeros((len(met), 3, 3))
                 np.add.at(each, elements.owner, shared)
@@ -428,24 +407,9 @@ class Jet:
         moves = (rows >= 0) & (columns >= 0)
         return coo_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
 
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that the jet puts into all nodes [W]."""
-        forces = np.zeros_like(position)
-        self._push(time, position, velocity, forces)
-        return float(np.vdot(forces, velocity))
-
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…): none."""
         return np.zeros(position.shape[:-2])
-
-    def dissipated(self, time: Floats | float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none, what fluid loses is not looked at."""
-        return 0.0
-
-    def stiffening(self, position: Floats) -> None:
-        """Return None: a jet resists nothing."""
-
-    braking = stiffening
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
@@ -557,15 +521,6 @@ def _left_of(edge: Floats, seen: Floats) -> Floats:
     """Return how far points are to the left of edges; both are of shape (…, 2)."""
     twice = edge[..., 0] * seen[..., 1] - edge[..., 1] * seen[..., 0]
     return twice / (np.hypot(edge[..., 0], edge[..., 1]) + TINY)
-
-
-def _left(speed: Floats, away: Floats) -> Floats:
-    """Return the square of the speed that is left for what goes away [m²/s²].
-
-    What comes towards the jet meets what there is of it: beside a jet nothing is met.
-    """
-    slower = np.minimum(away, speed)
-    return speed * (speed - 2.0 * slower) + np.maximum(slower, 0.0) ** 2
 
 
 def _rise(part: Floats) -> Floats:

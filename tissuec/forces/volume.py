@@ -25,13 +25,14 @@ solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.forces import Field, Resisting
 from tissuec.kernels.acts import total
 from tissuec.kernels.records import Acts, IntegerRows, Integers
 from tissuec.network import BodyPart, Floats, Indices, Network
@@ -51,7 +52,7 @@ class Swelling:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Enclosure:
+class Enclosure(Field):
     """The enclosed volumes of one body.
 
     Attributes:
@@ -174,16 +175,6 @@ class Enclosure:
         parts = (by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q)
         return np.stack(parts, axis=-2) * (self.share / 24.0)
 
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N], shape (…, node, 3)."""
-        each = self.pressures(time, position)[..., self.owner]
-        forces = each[..., None, None] * self.gradient(position)
-        for corner in range(4):
-            where: Any = (..., self.corners[:, corner], slice(None))
-            np.add.at(to, where, forces[..., corner, :])
-
     def resistance(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
         """Return √(K/V0) ∂V/∂x of each cell [(N/m)^½], shape (3 size, cell).
 
@@ -253,7 +244,7 @@ class Enclosure:
         """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
         return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())
 
-    def stiffening(self, position: Floats) -> Callable[[Floats, Floats], None]:
+    def stiffening(self, position: Floats) -> Resisting:
         """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
         sides, owner = self.gradient(position), self.owner
         modulus = self.modulus / self.drawn
@@ -264,18 +255,6 @@ class Enclosure:
             np.add.at(to, self.corners, pressure[owner, None, None] * sides)
 
         return resist
-
-    def braking(self, position: Floats) -> None:
-        """Return None: volumes brake nothing."""
-
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]: none."""
-        return 0.0
-
-    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that whoever changes the volumes puts in [W]."""
-        rate = self.swell(time)[1]
-        return float((self.pressures(time, position) * self.drawn).sum()) * rate
 
     # --- for the engine ---------------------------------------------------------------------
 

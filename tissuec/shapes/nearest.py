@@ -60,12 +60,6 @@ def dot(one: Floats, two: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, two)
 
 
-def cross(one: Floats, two: Floats) -> Floats:
-    """Return the vector products along the last axis, of few in a fifth of NumPy's time."""
-    ahead, behind = [1, 2, 0], [2, 0, 1]
-    return one[..., ahead] * two[..., behind] - one[..., behind] * two[..., ahead]
-
-
 def or_one(values: Floats) -> Floats:
     """Return what can be divided by: values above zero, and 1 for others."""
     return np.where(values > 0.0, values, 1.0)

@@ -116,13 +116,9 @@ class Balance:
         Args:
             position: Of all nodes of the scene [m], shape (node, 3).
         """
-        found = np.zeros(len(position), dtype=bool)
-        if self._contact is not None:
-            touch = self._contact.touches(position, np.zeros_like(position))
-            acts = touch.pressure != 0.0
-            found[self._contact.nodes[touch.pairs.node[acts]]] = True
-            found[self._contact.points[touch.pairs.shape[acts]]] = True
-        return found[self.free]
+        if self._contact is None:
+            return np.zeros(len(self.free), dtype=bool)
+        return self._contact.touched(position)[self.free]
 
     def bars(self, x: Floats) -> Bars:
         """Return what the springs do with the free nodes at x [m], shape (free, 3)."""

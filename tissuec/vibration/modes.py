@@ -217,7 +217,7 @@ def _resisted(net: _Net, phi: Floats) -> float:
     if (hinges := net.situation.folding) is not None:
         moving = np.zeros_like(net.bars.position)
         moving[net.balance.free] = phi
-        braked += hinges.dissipated(0.0, net.bars.position, moving)
+        braked += float(hinges.powers(0.0, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked
 
 
