@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import cross
 from tissuec.forces import Field, Resisting
 from tissuec.kernels.records import Acts, Floats, IntegerRows, Rows
 from tissuec.network import Indices
@@ -269,11 +270,11 @@ def _normals(corners: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return e, x_k - x_i, x_l - x_i, a and b, shape (…, hinge, 3) each."""
     i, j, k, x = (corners[..., corner, :] for corner in range(4))
     e, q, r = j - i, k - i, x - i
-    return e, q, r, _cross(e, q), _cross(r, e)
+    return e, q, r, cross(e, q), cross(r, e)
 
 
 def _angle(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
-    along = _dot(_cross(b, a), e) / np.sqrt(_dot(e, e))
+    along = _dot(cross(b, a), e) / np.sqrt(_dot(e, e))
     return np.arctan2(along, _dot(a, b))
 
 
@@ -341,14 +342,7 @@ def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
 
 def _crossing(c: Floats) -> Floats:
     """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
-    return np.cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
-
-
-def _cross(one: Floats, other: Floats) -> Floats:
-    """Return the products of vectors, shape (…, 3); a third of the time of NumPy's."""
-    x, y, z = (one[..., k] for k in range(3))
-    u, v, w = (other[..., k] for k in range(3))
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+    return cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 def _dot(one: Floats, other: Floats) -> Floats:

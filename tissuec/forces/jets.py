@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.vectors import cross
 from tissuec.courses import Course
 from tissuec.forces import Field
 from tissuec.forces.jets_kernel import (
@@ -139,7 +140,7 @@ def _height(network: Network, corners: Indices) -> Floats:
     one, other = (
         network.position[corners[:, k]] - network.position[corners[:, 0]] for k in (1, 2)
     )
-    twice = np.linalg.norm(np.cross(one, other), axis=1)
+    twice = np.linalg.norm(cross(one, other), axis=1)
     longest = _longest(network, corners)
     return twice / np.where(longest > 0.0, longest, 1.0)
 
@@ -150,7 +151,7 @@ def _sides(network: Network, corners: Indices) -> Indices:
     for _, own in _closed(network, corners):
         place = network.position[corners[own]]
         a, b, c = (place - place[0, 0]).swapaxes(0, 1)
-        side[own] = np.sign(np.einsum("tk,tk->", a, np.cross(b, c)))
+        side[own] = np.sign(np.einsum("tk,tk->", a, cross(b, c)))
     return side
 
 
@@ -267,9 +268,9 @@ class Jet(Field):
         """Return where the opening is now, and which way the jet goes."""
         start, ahead = position[self.opening]
         along = (ahead - start) / np.linalg.norm(ahead - start)
-        one = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+        one = cross(along, np.eye(3)[np.argmin(np.abs(along))])
         one /= np.linalg.norm(one)
-        return Axis(start, along, np.stack([one, np.cross(along, one)]))
+        return Axis(start, along, np.stack([one, cross(along, one)]))
 
     def way(self, points: Floats, axis: Axis) -> Way:
         """Return where points, shape (…, 3) [m], are in the jet."""
@@ -473,7 +474,7 @@ def _squares(vectors: Floats) -> Floats:
 
 def _facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
     """Return areas [m²], unit normals and their components along the jet, of triangles."""
-    normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = 0.5 * cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     normal = normal / np.maximum(area, TINY)[:, None]
     return area, normal, normal @ along

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.vectors import cross
 from tissuec.courses import Course
 from tissuec.forces import Field, Resisting
 from tissuec.kernels.acts import total
@@ -171,7 +172,7 @@ class Enclosure(Field):
     def gradient(self, position: Floats) -> Floats:
         """Return ∂V/∂x of each cell by its corners [m²], shape (…, face, 4, 3)."""
         s, p, q = _spans(position, self.corners, self.first)
-        by_s, by_p, by_q = np.cross(p, q), np.cross(q, s), np.cross(s, p)
+        by_s, by_p, by_q = cross(p, q), cross(q, s), cross(s, p)
         parts = (by_s - by_p, by_s - by_q, by_s + by_p, by_s + by_q)
         return np.stack(parts, axis=-2) * (self.share / 24.0)
 
@@ -342,7 +343,7 @@ def _patches(
         return None
     nodes = part.tetrahedra.astype(np.int64) + part.nodes.start
     a, b, c, d = network.position[nodes].swapaxes(0, 1)
-    turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) < 0.0
+    turned = np.einsum("ij,ij->i", cross(b - a, c - a), d - a) < 0.0
     nodes[turned] = nodes[turned][:, [0, 2, 1, 3]]
     opposite = nodes[:, _OPPOSITE].reshape(-1, 3)
     _, where, count = np.unique(
@@ -389,13 +390,13 @@ def _spans(position: Floats, corners: Indices, first: Indices) -> Sequence[Float
 
 def _volumes(position: Floats, corners: Indices, first: Indices) -> Floats:
     s, p, q = _spans(position, corners, first)
-    parts = np.einsum("...k,...k->...", s, np.cross(p, q)) / 24.0
+    parts = np.einsum("...k,...k->...", s, cross(p, q)) / 24.0
     return np.add.reduceat(parts, first[:-1], axis=-1)
 
 
 def _turning(c: Floats) -> Floats:
     """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
-    return np.cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
+    return cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 # How s, p and q depend on the four corners, and from it how [q], [p] and [s] enter between two.

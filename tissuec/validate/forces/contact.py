@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import cross
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:
@@ -209,7 +210,7 @@ class _Turning:
         middle = (touched.corners * there).sum(axis=1) / count
         self._arm = (touched.corners - middle[:, None]) * there
         square = (self._arm**2).sum(axis=(1, 2))
-        twice = np.linalg.norm(np.cross(self._arm[:, 0], self._arm[:, 1]), axis=1)
+        twice = np.linalg.norm(cross(self._arm[:, 0], self._arm[:, 1]), axis=1)
         # Neither a point nor a triangle without area.
         wide = np.where(touched.kind == CAPSULE, square, twice) > 1e-6 * square
         takes = wide & (touched.weight > 0.0) & (touched.kind != PLANE)
@@ -225,19 +226,19 @@ class _Turning:
     def sliding(self, velocity: Floats) -> Floats:
         """Return s [m/s], shape (touch, 3)."""
         touched, ends = self._touched, velocity[self._touched.carriers]
-        spins = np.einsum("tij,tj->ti", self._inverse, np.cross(self._arm, ends).sum(axis=1))
+        spins = np.einsum("tij,tj->ti", self._inverse, cross(self._arm, ends).sum(axis=1))
         spin = self._added(self._share[:, None] * spins)
         there = np.einsum("ta,tak->tk", touched.share, ends)
-        return velocity[touched.at] - there - np.cross(spin, touched.arm)
+        return velocity[touched.at] - there - cross(spin, touched.arm)
 
     def drag(self, drags: Floats, force: Floats) -> None:
         """Add forces along the surface on nodes [N], shape (touch, 3), and their reactions."""
         touched = self._touched
         np.add.at(force, touched.at, drags)
         touched.carry(drags, force)
-        couple = self._added(-np.cross(touched.arm, drags))
+        couple = self._added(-cross(touched.arm, drags))
         turned = self._share[:, None] * np.einsum("tij,tj->ti", self._inverse, couple)
-        np.add.at(force, touched.carriers, np.cross(turned[:, None], self._arm))
+        np.add.at(force, touched.carriers, cross(turned[:, None], self._arm))
 
     def _added(self, vectors: Floats) -> Floats:
         """Return the sum over the surface of each element, shape (touch, 3)."""
@@ -267,10 +268,10 @@ def nearest(x: Floats, corners: Floats) -> Floats:
         found[nearer, i], found[nearer, j] = 1.0 - part[nearer], part[nearer]
     if count == 3:
         # By the areas that a point above the face spans with its edges.
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         square = (normal**2).sum(axis=1)
         to = corners - x[:, None]
-        areas = [np.cross(to[:, (a + 1) % 3], to[:, (a + 2) % 3]) for a in range(3)]
+        areas = [cross(to[:, (a + 1) % 3], to[:, (a + 2) % 3]) for a in range(3)]
         inner = np.stack([(area * normal).sum(axis=1) for area in areas], axis=1)
         above = (square > 0.0) & (inner >= 0.0).all(axis=1)
         found[above] = inner[above] / square[above, None]

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.core.vectors import cross
+
 if TYPE_CHECKING:
     from tissuec.forces.bending import Hinges
 
@@ -51,7 +53,7 @@ class Folding:
             part = _dot(reach, axis)
             away = reach - part[:, None] * axis
             height = np.sqrt(_dot(away, away))
-            normal = sign * np.cross(axis, away) / height[:, None]
+            normal = sign * cross(axis, away) / height[:, None]
             normals.append(normal)
             lift, share = normal / height[:, None], (part / length)[:, None]
             slopes[:, tip] += lift
@@ -63,11 +65,11 @@ class Folding:
             # d ln((1 + ε) a²/(a² + ε a0²)) = 2 ε a0² / (a (a² + ε a0²)) da
             rate = (2.0 * PART * drawn / (double * whole))[:, None]
             upwards = sign * normal
-            growing[:, tip] += rate * np.cross(upwards, along)
-            growing[:, 1] += rate * np.cross(reach, upwards)
-            growing[:, 0] -= rate * np.cross(reach - along, upwards)
+            growing[:, tip] += rate * cross(upwards, along)
+            growing[:, 1] += rate * cross(reach, upwards)
+            growing[:, 0] -= rate * cross(reach - along, upwards)
         upper, lower = normals
-        sine, cosine = _dot(np.cross(lower, upper), axis), _dot(upper, lower)
+        sine, cosine = _dot(cross(lower, upper), axis), _dot(upper, lower)
         fold = np.arctan2(np.real(sine), np.real(cosine)) - self._drawn
         # d atan2(s, c) = c ds - s dc, for s² + c² = 1
         turned = fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)

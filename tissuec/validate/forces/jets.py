@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.core.vectors import cross
+
 if TYPE_CHECKING:
     from tissuec.forces.jets import Jet
     from tissuec.network import Network
@@ -77,9 +79,9 @@ class JetForce:
         start, ahead = position[self._jet.opening]
         along = (ahead - start) / np.sqrt(((ahead - start) ** 2).sum())
         helper = np.eye(3)[int(np.argmin(np.abs(along)))]
-        first = np.cross(along, helper)
+        first = cross(along, helper)
         first /= np.sqrt((first**2).sum())
-        return Beam(start, along, first, np.cross(along, first))
+        return Beam(start, along, first, cross(along, first))
 
     def _seen(self, points: Floats, beam: Beam) -> tuple[Floats, Floats, Floats]:
         """Return distance ahead [m], width b [m] and ξ of points, shape (…,), (…,), (…, 2)."""
@@ -219,7 +221,7 @@ class JetForce:
 def facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
     """Return areas [m²], unit normals and cos θ of triangles."""
     a, b, c = corners.swapaxes(0, 1)
-    twice = np.cross(a, b) + np.cross(b, c) + np.cross(c, a)
+    twice = cross(a, b) + cross(b, c) + cross(c, a)
     length = np.sqrt((twice**2).sum(axis=1))
     normal = twice / np.maximum(length, 1e-300)[:, None]
     return 0.5 * length, normal, normal @ along

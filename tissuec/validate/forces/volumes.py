@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.core.vectors import cross
+
 if TYPE_CHECKING:
     from tissuec.forces.volume import Enclosure
 
@@ -46,7 +48,7 @@ class Volume:
     def volumes(self, position: Floats) -> Floats:
         """Return the enclosed volumes [m³], shape (cell,)."""
         a, b, c = self._edges(position)
-        each = np.einsum("tk,tk->t", a, np.cross(b, c)) * (self._share / 12.0)
+        each = np.einsum("tk,tk->t", a, cross(b, c)) * (self._share / 12.0)
         return np.bincount(self._cell, each, len(self._drawn))
 
     def _swell(self, time: float) -> tuple[float, float]:
@@ -62,7 +64,7 @@ class Volume:
         """Add the forces on all nodes [N], shape (node, 3)."""
         a, b, c = self._edges(position)
         push = self._pressures(time, position)[self._cell, None] * (self._share / 12.0)
-        slopes = push * np.cross(b, c), push * np.cross(c, a), push * np.cross(a, b)
+        slopes = push * cross(b, c), push * cross(c, a), push * cross(a, b)
         for corner, slope in zip(self._corners.T, slopes, strict=True):
             np.add.at(to, corner, slope)
         np.subtract.at(to, self._apex, sum(slopes))
@@ -95,7 +97,7 @@ class Volume:
         nodes = number[np.column_stack([self._corners, self._apex])]  # (triangle, 4)
         place = 3 * nodes[:, :, None] + np.arange(3)
         moves = np.broadcast_to(nodes[:, :, None] >= 0, place.shape)
-        slopes = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        slopes = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
         slopes *= self._share / 12.0
         slopes = np.concatenate([slopes, -slopes.sum(axis=1, keepdims=True)], axis=1)
         cells = np.broadcast_to(self._cell[:, None, None], place.shape)
@@ -123,4 +125,4 @@ _ENDS = np.array([[1.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, -1.0], [0.0, 0.0, 1.0, 
 
 def _cross_matrix(vector: Floats) -> Floats:
     """Return the matrices M of M y = vector × y, shape (…, 3, 3)."""
-    return np.cross(vector[..., None, :], np.eye(3)).swapaxes(-1, -2)
+    return cross(vector[..., None, :], np.eye(3)).swapaxes(-1, -2)
