@@ -35,6 +35,7 @@ simulate { duration = 1 ms }
 """
 KINDS = ("sodium chloride", "caesium chloride", "tetrahedra")
 CELLS = (4, 6, 8)  # across a section
+ROUNDS = 20  # until it is known which nodes a ball touches
 Held = dict[int, float]
 
 
@@ -205,12 +206,13 @@ def against_elements(sides: tuple[float, float, float], axis: int, along: int) -
 def hertz(kind: str, cell: float) -> tuple[float, float]:
     """A ball that is pressed into a half space to the depth a²/R: F = 4/3 E a³ / R (1 - ν²).
 
-    A quarter of the space is a block of 4 a; its outer faces move as Boussinesq's solution for
-    the whole force says, and nodes within the radius a of the contact as the ball does.
+    Cells are half as large as given, so that there are some below the ball. A quarter of the
+    space is a block of 4 a, whose outer faces move as Boussinesq's solution for the whole force
+    says. No node is within the ball, and it pulls at none.
     """
     a, ball = SIDE / 4.0, SIDE
     size = 4.0 * a
-    network = block(kind, (size, size, size), cell)
+    network = block(kind, (size, size, size), 0.5 * cell)
     x = network.position
     r = np.hypot(x[:, 0], x[:, 1])
     depth = size - x[:, 2]
@@ -228,10 +230,19 @@ def hertz(kind: str, cell: float) -> tuple[float, float]:
         )
         at |= {3 * node + axis: out * x[node, axis] / max(r[node], 1e-9) for axis in (0, 1)}
         at[3 * node + 2] = -down
-    pressed = [node for node in faces(x, 2)[1] if r[node] <= a * (1.0 + 1e-9)]
-    at |= {3 * node + 2: -(a**2 / ball - r[node] ** 2 / (2.0 * ball)) for node in pressed}
-    _, found = moved(matrix(network), at)
-    return -4.0 * float(found[pressed, 2].sum()), force
+    top = np.array(faces(x, 2)[1])
+    surface = r[top] ** 2 / (2.0 * ball) - a**2 / ball  # of the ball, above that of the block
+    touches = r[top] <= a
+    stiffness = matrix(network)
+    for _ in range(ROUNDS):
+        pressed = {3 * top[k] + 2: surface[k] for k in np.flatnonzero(touches)}
+        way, found = moved(stiffness, at | pressed)
+        pushed, inside = found[top, 2] < 0.0, way[top, 2] > surface
+        kept = np.where(touches, pushed, inside) & ~np.isin(top, list(outer))
+        if (kept == touches).all():
+            break
+        touches = kept
+    return -4.0 * float(found[top[touches], 2].sum()), force
 
 
 def wave(kind: str, cell: float) -> tuple[float, float]:

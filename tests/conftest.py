@@ -1,9 +1,12 @@
 """What tests share: where the repository is, and a browser."""
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy; workers share processors
 
 import pytest
 

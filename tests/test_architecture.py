@@ -38,9 +38,9 @@ def test_light_commands_import_no_heavy_library(name, repository):
 #: What a run imports only if its scene needs it.
 RARE = (
     "tissuec.forces.contact", "tissuec.forces.jets", "tissuec.compiling.lessons",
-    "tissuec.learn",
-    "tissuec.validate", "tissuec.bench", "tissuec.plots", "tissuec.drawing", "tissuec.player",
-    "tissuec.report", "tissuec.editor", "tissuec.comparing", "scipy.sparse.csgraph", "numba",
+    "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.plots", "tissuec.drawing",
+    "tissuec.player", "tissuec.report", "tissuec.editor", "tissuec.comparing",
+    "scipy.sparse.csgraph", "numba",
 )  # fmt: skip
 PLAIN = """language 1
 tissue cord { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 g }

@@ -119,6 +119,6 @@ def test_an_array_that_is_not_as_the_operation_says_is_refused(net, wrong):
 
 
 def test_what_a_net_has_nothing_of_is_refused(net):
-    x, v = state(net)
-    with pytest.raises(TypeError, match="nothing that blow is needed for"):
-        OPERATIONS["blow"](0.0, x, v, x.copy(), np.zeros(2), table(net))
+    solver = RecordTable(net.solver())
+    with pytest.raises(TypeError, match="nothing that solve is needed for"):
+        OPERATIONS["solve"](np.zeros(3 * NODES), table(net), solver)

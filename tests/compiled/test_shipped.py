@@ -40,7 +40,8 @@ def test_what_is_shipped_is_made_of_these_sources():
 def test_every_operation_and_every_method_is_shipped():
     names = {path.name.removesuffix(ENDING) for path in SHIPPED.glob(f"*{ENDING}")}
     methods = {of_method(integrator) for integrator in INTEGRATORS.values()}
-    assert names == {*BUNDLES, *methods}
+    fields = {f"field_{name}" for name in ("bending", "contact", "jets", "volume")}
+    assert names == {*BUNDLES, *methods, *fields}
     assert all("force" in called_by(name) for name in methods)
     assert INDEX.is_file()
 

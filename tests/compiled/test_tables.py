@@ -80,7 +80,7 @@ def test_an_array_that_is_not_as_its_record_says_is_refused(wrong):
 
 
 def test_what_a_scene_has_nothing_of_is_none():
-    made = filled(records.Net, np.random.default_rng(6))._replace(jets=None)
+    made = filled(records.Net, np.random.default_rng(6))._replace(touches=None)
 
     @numba.njit
     def read(net):

@@ -1,5 +1,6 @@
 """The command line: one file per command; only here anything is printed or exits."""
 
+import os
 import sys
 from importlib import import_module
 
@@ -9,6 +10,10 @@ from tissuec import __version__
 from tissuec.cli.common import Group, Settings
 from tissuec.cli.guard import run_guarded
 from tissuec.core.errors import alternatives
+
+# Matrices are small or sparse: threads of BLAS, which start with NumPy, cost more than they
+# bring, and their sums would depend on how many processors there are.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 #: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
 COMMANDS = {

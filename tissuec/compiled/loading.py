@@ -9,6 +9,7 @@ import json
 import lzma
 import os
 import tempfile
+import time as clock
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -33,6 +34,7 @@ CALLED = (
 LEVEL = 1
 _DIGEST = 32  # bytes before what is kept, lest a damaged file is run
 translating = False  # whether something is, which takes a second
+translated = 0.0  # time of the processor that it has taken so far [s]
 _KEPT: list[Any] = []  # what owns machine code, which must outlive all that calls it
 
 
@@ -119,12 +121,13 @@ def _add_mathematics() -> None:
 
 def _translated(text: str, machine: Any) -> bytes:
     """Return the object file of a module, optimised."""
-    global translating
-    translating = True
+    global translating, translated
+    translating, began = True, clock.process_time()
     try:
         return _optimised(text, machine)
     finally:
         translating = False
+        translated += clock.process_time() - began
 
 
 def _optimised(text: str, machine: Any) -> bytes:

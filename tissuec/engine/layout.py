@@ -203,8 +203,6 @@ class Layout:
             watched=self.watched,
             crushed=self._crushed,
             ledger=self.ledger,
-            moved=bool(self.situation.motions),
-            loaded=bool(self.timed),
             banded=self._solver is not None and not self._solver.scratch.size,
             # Whatever may be drawn in, lest a second variant is compiled when it is.
             reeled=self.situation.network.can_be_drawn_in,

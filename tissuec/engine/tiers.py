@@ -42,8 +42,6 @@ class Features:
     watched: bool
     crushed: bool
     ledger: bool
-    moved: bool
-    loaded: bool
     banded: bool = False
     reeled: bool = False
     touched: bool = False
