@@ -261,7 +261,7 @@ def as_python() -> None:
 
     tables = {}
 
-    def field_address(kernel, table):
+    def kernel_address(kernel, table):
         tables[table.address] = kernel, table
         return 0
 
@@ -269,7 +269,7 @@ def as_python() -> None:
         kernel, given = tables[table]
         kernel(time, x, v, f, power, given.record)
 
-    layout.field_address, scalar.add_field = field_address, add_field
+    layout.kernel_address, scalar.add_field = kernel_address, add_field
     engine.loop_operations = operations
     engine.bound_drive = lambda integrator, tier: bound(integrator, tiers.loop.drive)
     engine.bound_inside = lambda integrator: tiers.Inside(
