@@ -4,6 +4,7 @@ A course is a plain record of numbers, so that kernels, the reference and the fi
 it; the value before ``start`` is that at ``start``, after ``stop`` that at ``stop``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -124,6 +125,18 @@ class Course:
         ends = [t for t in (self.start, self.stop) if np.isfinite(t)]
         inner = self.start + self.times
         return np.unique(np.concatenate([ends, inner[inner <= self.stop]]))
+
+
+def tabulated(courses: Sequence[Course], start: float, until: float) -> dict[str, Floats]:
+    """Return the curves of courses in a stretch of time, as ``Acts`` has them in arrays."""
+    curves = [course.curve(start, until) for course in courses]
+    angular = np.array([angular for _, _, angular in curves], dtype=float)
+    return {
+        "origin": np.array([origin for origin, _, _ in curves], dtype=float),
+        "power": np.array([power for _, power, _ in curves]).reshape(-1, POWERS),
+        "amplitude": np.where(angular != 0.0, 1.0, 0.0),
+        "angular": angular,
+    }
 
 
 def _hermite(times: Floats, values: Floats, slopes: Floats, t: float) -> tuple[float, float]:

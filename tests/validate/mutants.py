@@ -59,7 +59,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.kernels.scalar": ("force", "springs", "reeled", "pull_at", "pull_of"),
     "tissuec.kernels.acts": None,
     "tissuec.forces.bending": ("fold",),
-    "tissuec.forces.volume": ("press",),
+    "tissuec.forces.volume": ("press", "spans"),
     "tissuec.kernels.reeling": None,
     "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
     "tissuec.forces.jets_kernel": None,

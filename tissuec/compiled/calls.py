@@ -191,7 +191,12 @@ def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
             place = place_of(vector, _VECTOR, f"a vector of {kernel.__name__}")
             words += (0, 0, vector.size, vector.itemsize, place, vector.size, vector.itemsize)
         function(time, *words, table.address)
-        if table.called is not None and table.called.failure is not None:
-            raise table.called.failure
+        raise_failure(table)
 
     return call
+
+
+def raise_failure(table: RecordTable) -> None:
+    """Raise the error of a kernel that was called back as Python, if there was one."""
+    if table.called is not None and table.called.failure is not None:
+        raise table.called.failure

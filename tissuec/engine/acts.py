@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 
-from tissuec.courses import POWERS, Course
+from tissuec.courses import Course, tabulated
 from tissuec.inelastic import Inelastic
 from tissuec.kernels.records import Acts, Internal, Reels
 from tissuec.network import Floats, Indices
@@ -184,7 +184,6 @@ def pack_acts(
         np.zeros((len(load.nodes), 3)) for load in loads
     ]
     term_curve = len(courses) + np.arange(len(flat))
-    curves = [course.curve(start, until) for course in (*courses, *(t.course for t in flat))]
     return Acts(
         motions=len(motions),
         first=_offsets([len(group) for group in nodes]),
@@ -197,10 +196,7 @@ def pack_acts(
         turn_centre=turn_centre,
         turn_axis=turn_axis,
         turn_angle=turn_angle,
-        origin=np.array([origin for origin, _, _ in curves], dtype=float),
-        power=np.array([power for _, power, _ in curves], dtype=float).reshape(-1, POWERS),
-        amplitude=np.array([1.0 if angular else 0.0 for _, _, angular in curves]),
-        angular=np.array([angular for _, _, angular in curves], dtype=float),
+        **tabulated([*courses, *(term.course for term in flat)], start, until),
     )
 
 

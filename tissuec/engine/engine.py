@@ -12,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from tissuec import mechanics
+from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
@@ -542,8 +543,7 @@ class Engine:
         drive = bound_drive(self._integrator, tier)
         reason, progress = drive(self._progress, task, work, net, buffer)
         for table in net.fields.kept:
-            if table.called is not None and table.called.failure is not None:
-                raise table.called.failure
+            raise_failure(table)
         self._progress = Progress(*progress)
         return reason
 

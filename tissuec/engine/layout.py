@@ -339,8 +339,8 @@ class Layout:
     @property
     def is_changing(self) -> bool:
         """Return whether what acts depends on the time, or on where nodes were listed."""
-        moving = self.situation.motions or self.situation.contact is not None
-        return bool(moving) or bool(self._courses)
+        moving = self.situation.motions or self._courses
+        return bool(moving) or self.situation.contact is not None
 
     def fields(self) -> Fields:
         """Return what acts on nodes beside springs, around the positions ``around``."""

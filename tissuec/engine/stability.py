@@ -68,8 +68,8 @@ def spectral_radius(situation: Situation) -> float:
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
-    found = [field.stiffening(situation.position) for field in situation.fields]
-    fields = tuple(resist for resist in found if resist is not None)
+    each = (field.stiffening(situation.position) for field in situation.fields)
+    fields = tuple(filter(None, each))
     sideways = across if across.any() else None
     low, high = _coordinates(low), _coordinates(high)
     operator = _Operator(low, high, direction, stiffness, sideways, root, uniform, fields)
@@ -85,8 +85,8 @@ def damping_radius(situation: Situation) -> float:
     elongation = elongated(situation.memory(alive), stretch, velocity)
     damping = behaviour.sluggishness(elongation, _closing(situation, low, high, direction))
     giving = _giving(situation)  # both together may be as fast as their sum, and are no faster
-    found = [field.braking(situation.position) for field in situation.fields]
-    fields = tuple(resist for resist in found if resist is not None)
+    each = (field.braking(situation.position) for field in situation.fields)
+    fields = tuple(filter(None, each))
     braking = situation.braking
     if not damping.any() and not braking.any() and not fields:
         return giving

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tissuec.courses import POWERS, Course
+from tissuec.courses import Course, tabulated
 from tissuec.kernels.records import Acts
 from tissuec.network import Floats, Indices
 
@@ -119,26 +119,41 @@ class Field(ABC):
         """Yield the index of each state, with forces of shape (node, 3), and powers."""
         from tissuec.compiled.calls import kernel_on
 
-        place = np.arange(position.shape[-2])
-        times = np.broadcast_to(np.asarray(time, dtype=float), position.shape[:-2])
-        call, made, listed = None, inf, position
-        for state in np.ndindex(times.shape):
-            now = float(times[state])
-            x = np.array(position[state], dtype=float)
-            v = np.array(velocity[state], dtype=float)
-            old = self.changes and now != made
-            if call is None or old or not _gone(x, listed) <= self.reach:
-                made, listed = now, x
-                table = self.table(place, acts_of(self.changes, now, now), x)
-                call = kernel_on(self.kernel, table)
-            forces, power = np.zeros_like(x), np.zeros(2)
-            call(now, x.reshape(-1), v.reshape(-1), forces.reshape(-1), power)
-            yield state, forces, power
+        shape, place = position.shape[:-2], np.arange(position.shape[-2])
+        times = np.broadcast_to(np.asarray(time, dtype=float), shape)
+        states, times = list(np.ndindex(shape)), times.ravel()
+        x, v = (in_line(each).astype(float) for each in (position, velocity))
+        for part in stretches(x, self.reach):
+            made = None
+            for k in range(part.start, part.stop):
+                if made is None or (self.changes and times[k] != made):
+                    made = times[k]
+                    table = self.table(place, acts_of(self.changes, made, made), x[part.start])
+                    call = kernel_on(self.kernel, table)
+                forces, power = np.zeros_like(x[k]), np.zeros(2)
+                call(times[k], x[k].reshape(-1), v[k].reshape(-1), forces.reshape(-1), power)
+                yield states[k], forces, power
 
 
-def _gone(position: Floats, since: Floats) -> float:
-    """Return how far a node has gone at most [m]."""
-    return float(np.sqrt(np.square(position - since).sum(axis=-1).max(initial=0.0)))
+def in_line(states: Floats) -> Floats:
+    """Return states of shape (…, node, 3) one after the other, shape (state, node, 3)."""
+    return states.reshape(-1, *states.shape[-2:])
+
+
+def stretches(position: Floats, reach: float) -> Iterator[slice]:
+    """Yield states in turn among which no node is further than a reach [m] from the first.
+
+    Args:
+        position: Of all nodes [m], shape (state, node, 3).
+    """
+    start = 0
+    for k in range(1, len(position)):
+        gone = np.square(position[k] - position[start]).sum(axis=-1).max(initial=0.0)
+        if not gone <= reach * reach:
+            yield slice(start, k)
+            start = k
+    if len(position):
+        yield slice(start, len(position))
 
 
 def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float) -> Acts:
@@ -148,10 +163,8 @@ def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float)
         start, until: The stretch that they are for, without knots inside [s].
     """
     count, none = len(changes), np.zeros(0, dtype=np.int64)
-    curves = [course.curve(start, until) for _, course in changes]
     vector = np.zeros((count, 3))
     vector[:, 0] = [amount for amount, _ in changes]
-    angular = np.array([angular for _, _, angular in curves], dtype=float)
     return Acts(
         motions=0,
         first=np.zeros(2, dtype=np.int64),
@@ -164,8 +177,5 @@ def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float)
         turn_centre=np.zeros((1, 3)),
         turn_axis=np.zeros((1, 3)),
         turn_angle=np.zeros(1),
-        origin=np.array([origin for origin, _, _ in curves], dtype=float),
-        power=np.array([power for _, power, _ in curves], dtype=float).reshape(-1, POWERS),
-        amplitude=np.where(angular != 0.0, 1.0, 0.0),
-        angular=angular,
+        **tabulated([course for _, course in changes], start, until),
     )

@@ -245,9 +245,9 @@ class Hinges(Field):
         """Return the scalar loops."""
         return fold
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> "Folds":
+    def table(self, place: Indices, acts: Acts, position: Floats) -> "HingeTable":
         """Return the hinges with other numbers of nodes."""
-        return Folds(
+        return HingeTable(
             np.ascontiguousarray(place[self.nodes]),
             self.stiffness,
             self.damping,
@@ -349,7 +349,7 @@ def _dot(one: Floats, other: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, other)
 
 
-class Folds(NamedTuple):
+class HingeTable(NamedTuple):
     """Hinges as the engine has them."""
 
     nodes: IntegerRows  # both ends of the edge, and the tips beside it, shape (hinge, 4)
@@ -360,7 +360,9 @@ class Folds(NamedTuple):
     squares: Rows  # of drawn normals [m⁴], shape (hinge, 2)
 
 
-def fold(time: float, x: Floats, v: Floats, f: Floats, power: Floats, folds: Folds) -> None:
+def fold(
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, folds: HingeTable
+) -> None:
     """Add the forces of hinges to those on nodes, and the power that they lose."""
     for h in range(folds.stiffness.size):
         i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]

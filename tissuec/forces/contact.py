@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Field, Resisting
+from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.contact_kernel import COLUMNS, touch
 from tissuec.kernels.records import Acts, Touches
 from tissuec.network import Floats, Indices
@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
 FEW = 12  # faces up to which all pairs are looked at
-MOST_LISTED = 64  # states that one list of pairs is made for
 MOST_TOGETHER = 4096  # pairs that are looked at at once
 
 
@@ -261,11 +260,13 @@ class Contact(Field):
         Args:
             position: Of all nodes [m], shape (state, node, 3).
         """
-        start = 0
-        while start < len(position):
-            pairs, stop = self._listed(position, start)
+        for part in stretches(position, self.stride):
+            states = position[part]
+            # Pairs hold for all of a stretch.
+            margin = 2.0 * self.stride if len(states) > 1 else 0.0
+            pairs = self.near(states[0], margin) if self.pairs is None else self.pairs
             count = max(1, MOST_TOGETHER // max(1, len(pairs.node)))
-            for some in np.split(position[start:stop], range(count, stop - start, count)):
+            for some in np.split(states, range(count, len(states), count)):
                 # States one after the other, as if each pair had been met in each of them.
                 node, shape = np.tile(pairs.node, len(some)), np.tile(pairs.shape, len(some))
                 row = np.arange(len(some)).repeat(len(pairs.node))
@@ -276,23 +277,6 @@ class Contact(Field):
                 for state, here in enumerate(depth):
                     inside = np.flatnonzero(here > 0.0)
                     yield pairs.some(inside), place.some(inside + state * len(here))
-            start = stop
-
-    def _listed(self, position: Floats, start: int) -> tuple[Pairs, int]:
-        """Return the pairs near in states from one on, and the first one they do not hold for.
-
-        Args:
-            position: Of all nodes [m], shape (state, node, 3).
-        """
-        if self.pairs is not None:
-            return self.pairs, len(position)
-        ahead = position[start : start + MOST_LISTED]
-        if len(ahead) == 1:
-            return self.near(ahead[0], 0.0), start + 1
-        gone = np.square(ahead - ahead[0]).sum(axis=2).max(axis=1)
-        far = np.flatnonzero(~(gone[1:] <= self.stride**2))
-        stop = start + 1 + int(far[0]) if len(far) else start + len(ahead)
-        return self.near(ahead[0], 2.0 * self.stride), stop
 
     def pressure(self, pairs: Pairs, depth: Floats) -> Floats:
         """Return k φ(δ) [N], shape (pair,)."""
@@ -310,7 +294,7 @@ class Contact(Field):
             position: Of all nodes [m], shape (…, node, 3).
         """
         total = []
-        for pairs, place in self._pressed_in(_in_line(position)):
+        for pairs, place in self._pressed_in(in_line(position)):
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
@@ -461,11 +445,6 @@ def _all_pairs(node: Indices, face: Indices) -> tuple[Indices, Indices]:
 def _sums(row: Indices, values: Floats, count: int) -> Floats:
     """Return the sums of values by rows; without any, NumPy would count in integers."""
     return np.bincount(row, values, count).astype(float, copy=False)
-
-
-def _in_line(states: Floats) -> Floats:
-    """Return states, shape (…, node, 3), one after the other."""
-    return states.reshape(-1, *states.shape[-2:])
 
 
 def _square(vector: Floats) -> Floats:

@@ -6,11 +6,11 @@ Of each pair that touches, a row of ``met`` keeps what is needed of it more than
 from math import sqrt
 
 from tissuec.kernels.records import Floats, Touches
+from tissuec.shapes.nearest import CAPSULE, PLANE
 
-CAPSULE, PLANE = 0, 1
-SHARPNESS = 8
-LARGEST = 2.0
-LEAST = 1e-3
+SHARPNESS = 8  # power of r with which a bristle slips
+LARGEST = 2.0  # r that counts
+LEAST = 1e-3  # part of the pressure at the depth of the layer, where contact begins
 FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 
 # Columns of ``met``.

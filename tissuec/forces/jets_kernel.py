@@ -13,11 +13,11 @@ from tissuec.kernels.acts import total
 from tissuec.kernels.records import Acts, Floats, IntegerRows, Integers, Rows
 
 CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
-DEEP = 0.5  # of that: how far behind a triangle its shade is full
+DEEP = 0.5  # of the blur of a shade: how far behind its triangle it is full
 LIT, DARK = 0.3, 0.7  # covered parts of the jet
 STEEP = 0.2  # cos θ below which the shades of triangles fade
 NEAR = 0.5  # bores in front of the opening within which the jet sets in
-FLAT = 1e-6  # of what is blurred: what is no further than this behind a plane is in it
+FLAT = 1e-6  # of the blur: what is no further than this behind a plane is in it
 SLACK = 2.0  # elements may be further off in ξ than the corners of their triangle
 TINY = 1e-200  # added to a length before dividing
 GRID = 32  # cells along each side of the field in which triangles are sorted

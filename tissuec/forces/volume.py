@@ -269,9 +269,9 @@ class Enclosure(Field):
         """Return the relative changes of volume."""
         return [(swelling.amount, swelling.course) for swelling in self.swellings]
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> "Cells":
+    def table(self, place: Indices, acts: Acts, position: Floats) -> "CellTable":
         """Return all that is within the faces of cells: what grows by more is kept by less."""
-        return Cells(
+        return CellTable(
             acts=acts,
             corners=np.ascontiguousarray(place[self.corners]),
             first=self.first.astype(np.int64),
@@ -409,7 +409,7 @@ _TURNS = (
 )
 
 
-class Cells(NamedTuple):
+class CellTable(NamedTuple):
     """The cells of a body, whose faces have four corners and face outwards."""
 
     acts: Acts  # the relative change of volume is the first component of the only one
@@ -419,23 +419,19 @@ class Cells(NamedTuple):
     modulus: Floats  # [Pa], shape (cell,)
 
 
-def press(time: float, x: Floats, v: Floats, f: Floats, power: Floats, cells: Cells) -> None:
+def press(
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, cells: CellTable
+) -> None:
     """Add the forces of enclosed volumes to those on nodes, and the power of pumps."""
     corners = cells.corners
     swell, _, _, rate, _, _ = total(0, time, cells.acts)
     for cell in range(cells.drawn.size):
         start, stop = cells.first[cell], cells.first[cell + 1]
-        o = 3 * corners[start, 0]
-        z0, z1, z2 = x[o], x[o + 1], x[o + 2]
-        volume = 0.0
+        o, volume = 3 * corners[start, 0], 0.0
         for face in range(start, stop):
             i, j = 3 * corners[face, 0], 3 * corners[face, 1]
             k, m = 3 * corners[face, 2], 3 * corners[face, 3]
-            s0 = (x[i] - z0) + (x[j] - z0) + (x[k] - z0) + (x[m] - z0)
-            s1 = (x[i + 1] - z1) + (x[j + 1] - z1) + (x[k + 1] - z1) + (x[m + 1] - z1)
-            s2 = (x[i + 2] - z2) + (x[j + 2] - z2) + (x[k + 2] - z2) + (x[m + 2] - z2)
-            p0, p1, p2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
-            q0, q1, q2 = x[m] - x[j], x[m + 1] - x[j + 1], x[m + 2] - x[j + 2]
+            s0, s1, s2, p0, p1, p2, q0, q1, q2 = spans(i, j, k, m, o, x)
             volume += s0 * (p1 * q2 - p2 * q1)
             volume += s1 * (p2 * q0 - p0 * q2)
             volume += s2 * (p0 * q1 - p1 * q0)
@@ -447,11 +443,7 @@ def press(time: float, x: Floats, v: Floats, f: Floats, power: Floats, cells: Ce
         for face in range(start, stop):
             i, j = 3 * corners[face, 0], 3 * corners[face, 1]
             k, m = 3 * corners[face, 2], 3 * corners[face, 3]
-            s0 = (x[i] - z0) + (x[j] - z0) + (x[k] - z0) + (x[m] - z0)
-            s1 = (x[i + 1] - z1) + (x[j + 1] - z1) + (x[k + 1] - z1) + (x[m + 1] - z1)
-            s2 = (x[i + 2] - z2) + (x[j + 2] - z2) + (x[k + 2] - z2) + (x[m + 2] - z2)
-            p0, p1, p2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
-            q0, q1, q2 = x[m] - x[j], x[m + 1] - x[j + 1], x[m + 2] - x[j + 2]
+            s0, s1, s2, p0, p1, p2, q0, q1, q2 = spans(i, j, k, m, o, x)
             # By the sum of the corners, and by one diagonal and the other.
             a0, a1, a2 = p1 * q2 - p2 * q1, p2 * q0 - p0 * q2, p0 * q1 - p1 * q0
             b0, b1, b2 = q1 * s2 - q2 * s1, q2 * s0 - q0 * s2, q0 * s1 - q1 * s0
@@ -468,3 +460,19 @@ def press(time: float, x: Floats, v: Floats, f: Floats, power: Floats, cells: Ce
             f[m] += share * (a0 + c0)
             f[m + 1] += share * (a1 + c1)
             f[m + 2] += share * (a2 + c2)
+
+
+def spans(i: int, j: int, k: int, m: int, o: int, x: Floats) -> tuple[float, ...]:
+    """Return s, p and q of a face [m], as seen from a node of its cell.
+
+    Args:
+        i, j, k, m, o: Where its corners, and that node, begin in ``x``.
+    """
+    z0, z1, z2 = x[o], x[o + 1], x[o + 2]
+    return (
+        (x[i] - z0) + (x[j] - z0) + (x[k] - z0) + (x[m] - z0),
+        (x[i + 1] - z1) + (x[j + 1] - z1) + (x[k + 1] - z1) + (x[m + 1] - z1),
+        (x[i + 2] - z2) + (x[j + 2] - z2) + (x[k + 2] - z2) + (x[m + 2] - z2),
+        x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2],
+        x[m] - x[j], x[m + 1] - x[j + 1], x[m + 2] - x[j + 2],
+    )  # fmt: skip

@@ -80,7 +80,7 @@ def add_field(
 ) -> None:
     """Call the kernel of a field with its table; see ``tissuec.forces``.
 
-    Compiled code calls the address; this is what stands there as Python.
+    In compiled code a call of the address stands in its place; as Python it cannot be called.
     """
     raise NotImplementedError
 

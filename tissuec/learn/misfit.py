@@ -60,7 +60,7 @@ def too_coarse(error: float) -> str:
         return ""
     return (
         f"halving the step changes predictions by {percent(error)} of their range: write a "
-        "smaller step, or none at all, so that one is chosen"
+        "smaller step, or leave it out so that one is chosen"
     )
 
 
