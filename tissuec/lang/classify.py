@@ -23,6 +23,7 @@ _STARTERS = frozenset(word.upper() for word in STARTING) - _TIMES
 _BINDERS = frozenset({"PARAM", "LET", "SET"})
 _NAMING = _KEYWORDS - {"IS"} | {"WORD", "STRING"}
 _NUMBERS = frozenset({"NUMBER", "QUANTITY"})
+_PER_SECOND = re.compile(r"1/s\b")
 
 #: What may follow behind a unit to make it a larger one.
 _FURTHER_UNITS = re.compile(r"([*/·][^\W\d_]+(\^-?[0-9]+)?)*")
@@ -357,6 +358,10 @@ def _special(m: Mistake) -> str:
     if found == CHARACTER:
         return _sign(m, value)
     if found in _NUMBERS and m.previous == "NUMBER":
+        start = m.span(m.found).start
+        if per_second := _PER_SECOND.match(m.source.text, start):
+            place = Span(m.source, start, per_second.end())
+            return Hint('the unit 1/s is written "Hz"', Edit("Hz", place))
         whole = f"{m.before[-1]}{m.found}"
         return Hint(f'digits are not grouped: write "{whole}"', Edit("", m.blank))
     if found == "COMMA" and m.previous in _NUMBERS and m.can_end:
