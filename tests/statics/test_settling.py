@@ -12,6 +12,7 @@ from tissuec.statics import newton
 from tissuec.statics.balance import Balance
 from tissuec.statics.newton import greatest
 from tissuec.statics.relaxation import Layers, relax
+from tissuec.statics.rigid import NeutralMotions
 from tissuec.statics.settling import Unsettled, settle
 from tissuec.validate.resting import rest
 
@@ -313,6 +314,14 @@ def test_a_pressed_column_buckles_and_says_so():
     assert remarks[0].node == 1
     # Both springs are as long as they want to be.
     assert np.hypot(*situation.position[1, 1:]) == pytest.approx(np.sqrt(1.2**2 - 1.0))
+
+
+def test_a_single_node_turns_about_the_line_through_its_anchors():
+    net = make_net([[0, 0, 0], [1, 0.3, 0.4], [2, 0, 0]], [[0, 1], [1, 2]], stiffness=1.0)
+    situation = held(net, [0, 2])
+    balance = Balance(situation, every(situation))
+    (freedom,) = NeutralMotions.of(balance, balance.start).freedoms
+    assert np.abs(freedom.motion[:, 0]) == pytest.approx([0.0, 0.8, 0.6], abs=1e-12)
 
 
 def test_springs_that_are_dead_or_of_no_length_do_not_hinder():

@@ -12,6 +12,7 @@ flowed. K has, for each spring of direction u and tension T = f(L - L0),
 both of whose parts are clamped at zero where the exact one would not be positive.
 """
 
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -240,24 +241,20 @@ class Balance:
         turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
         return float(total.max(initial=0.0)) + turning
 
-    def matrix(self, bars: Bars, *, exact: bool, shift: float = 0.0) -> "csc_matrix":
+    def matrix(self, bars: Bars, *, exact: bool) -> "csc_matrix":
         """Return K [N/m], shape (3 free, 3 free).
 
         Args:
             exact: Whether pressed springs weaken the net; otherwise K is positive semidefinite.
-            shift: Added to the diagonal [N/m].
         """
         from scipy.sparse import coo_matrix, csc_matrix
 
         size = 3 * len(self.free)
-        values, rows, columns = self.entries(bars, exact=exact, shift=shift)
+        values, rows, columns = self.entries(bars, exact=exact)
         return csc_matrix(coo_matrix((values, (rows, columns)), shape=(size, size)))
 
-    def entries(
-        self, bars: Bars, *, exact: bool, shift: float = 0.0
-    ) -> tuple[Floats, Indices, Indices]:
+    def entries(self, bars: Bars, *, exact: bool) -> tuple[Floats, Indices, Indices]:
         """Return summands of K [N/m] with their rows and columns; arguments as ``matrix``."""
-        size = 3 * len(self.free)
         has_direction = bars.length > 0.0
         steep = self.behaviour.slope(bars.length - self.rest)
         if not exact:
@@ -270,14 +267,9 @@ class Balance:
         along = np.where(has_direction, steep - across, 0.0)
         block = along[:, None, None] * np.einsum("si,sj->sij", bars.direction, bars.direction)
         block += across[:, None, None] * np.eye(3)
-        rows, columns, values = [np.arange(size)], [np.arange(size)], [np.full(size, shift)]
-        for one, other, sign in ((0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0)):
-            moves = (self.ends[:, [one, other]] >= 0).all(axis=1)
-            row = 3 * self.ends[moves, one][:, None, None] + np.arange(3)[:, None]
-            column = 3 * self.ends[moves, other][:, None, None] + np.arange(3)
-            rows.append(np.broadcast_to(row, (*row.shape[:2], 3)).ravel())
-            columns.append(np.broadcast_to(column, (len(column), 3, 3)).ravel())
-            values.append((sign * block[moves]).ravel())
+        moves, sign, row, column = self._blocks
+        values = [(sign[:, None, None] * block[moves]).ravel()]
+        rows, columns = [row], [column]
         for acting in self._fields:
             pressed = acting.matrix(
                 self._time, bars.position, self._number, len(self.free), exact=exact
@@ -286,3 +278,19 @@ class Balance:
             columns.append(pressed.col)
             values.append(pressed.data)
         return np.concatenate(values), np.concatenate(rows), np.concatenate(columns)
+
+    @cached_property
+    def _blocks(self) -> tuple[Indices, Floats, Indices, Indices]:
+        """Return blocks of K: the spring and the sign of each, and where its entries stand."""
+        pairs = ((0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0))
+        moves = [np.flatnonzero((self.ends[:, pair[:2]] >= 0).all(axis=1)) for pair in pairs]
+        counts = [len(each) for each in moves]
+        one, other = (
+            np.concatenate([self.ends[m, p[k]] for m, p in zip(moves, pairs, strict=True)])
+            for k in (0, 1)
+        )
+        shape = len(one), 3, 3
+        row = np.broadcast_to(3 * one[:, None, None] + np.arange(3)[:, None], shape)
+        column = np.broadcast_to(3 * other[:, None, None] + np.arange(3), shape)
+        sign = np.repeat([pair[2] for pair in pairs], counts)
+        return np.concatenate(moves), sign, row.ravel(), column.ravel()

@@ -8,7 +8,7 @@ left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, chap
 """
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, diags_array
 from scipy.sparse.linalg import splu
 
 from tissuec.network import Floats
@@ -68,11 +68,14 @@ def direction(
 
     None if no matrix gives one.
     """
-    top, force = balance.top(bars), neutral.balanced(force)
-    support = neutral.grounding(top)
-    step = _solved(balance.matrix(bars, exact=True) + support, force) if exact else None
+    clamped, force = balance.matrix(bars, exact=False), neutral.balanced(force)
+    top = float(clamped.diagonal().max(initial=0.0))
+    held = neutral.supports(top)
+    step = None
+    if exact:
+        step = _solved(balance.matrix(bars, exact=True) + csc_matrix(diags_array(held)), force)
     if step is None:
-        step = _solved(balance.matrix(bars, exact=False, shift=SHIFT * top) + support, force)
+        step = _solved(clamped + csc_matrix(diags_array(held + SHIFT * top)), force)
     return None if step is None else neutral.without(step)
 
 

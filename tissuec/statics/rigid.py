@@ -166,18 +166,18 @@ class NeutralMotions:
             return force
         return force - (self._weighted @ (self.basis.T @ force.ravel())).reshape(-1, 3)
 
-    def grounding(self, size: float) -> csc_matrix:
-        """Return a matrix that holds each piece just so that it stays [N/m].
+    def supports(self, size: float) -> Floats:
+        """Return springs to the ground that just hold each piece [N/m], shape (3 free,).
 
-        Added to K, it changes no solution of K u = F but by a neutral motion if F is balanced:
-        each of its springs to the ground is one of a determinate support, and carries nothing.
+        On the diagonal of K, they change no solution of K u = F but by a neutral motion if F is
+        balanced: each is one of a determinate support, and carries nothing.
 
         Args:
-            size: Of its entries [N/m].
+            size: Of those that are there [N/m].
         """
         held = np.zeros(self.basis.shape[0])
         held[self._supports] = size
-        return csc_matrix(diags_array(held))
+        return held
 
     @cached_property
     def _weighted(self) -> csr_matrix:
@@ -240,7 +240,9 @@ def _freedom(
 def _neutral_twists(x: Floats, anchors: Floats, load: Floats) -> Floats:
     """Return the twists (v, ω) of a piece that cost no energy, shape (6, motion)."""
     middle = x.mean(axis=0)
-    size = max(float(np.abs(x - middle).max()), 1e-300)
+    # A single node has no size: its anchors say what is far.
+    sizes = (float(np.abs(part - middle).max(initial=0.0)) for part in (x, anchors))
+    size = next(filter(None, sizes), 1.0)
     stays = _velocities((anchors - middle) / size)
     twists = _null_space(stays, INDEPENDENT)
     # What does not move the piece is no motion of it, such as a turn about its own line.
