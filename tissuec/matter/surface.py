@@ -30,7 +30,8 @@ from tissuec.shapes.sharing import area_shares, grid_areas, node_areas
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 _SHEAR = 3.0 / 8.0  # μ / (E t)
 _ALIKE = 1e-4  # how much it counts that springs are alike, beside what they make up
-_ROUNDS = 20  # in which the lateral stiffness is found that springs can have
+_ROUNDS = 20  # in which the lateral stiffness is found that springs can have, at most
+_SAME = 1e-15  # change of it that is rounding
 _ISOTROPIC = np.array([[3.0, 1.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 1.0]])  # μ = 1
 _LEAST = 0.1  # of an even share: what any spring has in a tube with springs inside
 _SHARE = 3.0**0.5 / 2.0  # k / (E t) of a spring with the share 1
@@ -139,10 +140,13 @@ def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:
         weight: w, shape (k,).
         least: Least k, as a part of what it is if all springs are alike.
     """
-    found, wanted = np.zeros(len(weight)), _ISOTROPIC
+    found, wanted, before = np.zeros(len(weight)), _ISOTROPIC, np.nan
     for _ in range(_ROUNDS):
         found = _made_of(stretch, weight, wanted, least)
         lateral = float(stretch[:, 0] * stretch[:, 1] * weight @ found)
+        if abs(lateral - before) <= _SAME * abs(lateral):
+            break
+        before = lateral
         straight = 4.0 / 3.0 + np.hypot(4.0 / 3.0, lateral)  # for which E t is 8/3 μ
         wanted = np.diag([straight, straight, 1.0])
         wanted[0, 1] = wanted[1, 0] = lateral
