@@ -6,7 +6,7 @@ it; the value before ``start`` is that at ``start``, after ``stop`` that at ``st
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,20 @@ class Course:
     values: Floats = field(default_factory=_empty)
     slopes: Floats = field(default_factory=_empty)
 
-    def at(self, time: float) -> tuple[float, float]:
-        """Return the factor and its rate [1/s] at a time [s]."""
+    @overload
+    def at(self, time: float) -> tuple[float, float]: ...
+
+    @overload
+    def at(self, time: Floats | float) -> tuple[Floats | float, Floats | float]: ...
+
+    def at(self, time: Floats | float) -> tuple[Floats | float, Floats | float]:
+        """Return the factor and its rate [1/s] at each time [s]."""
+        if not isinstance(time, np.ndarray):
+            return self._at(time)
+        found = np.array([self._at(t) for t in time.ravel().tolist()]).reshape(-1, 2)
+        return found[:, 0].reshape(time.shape), found[:, 1].reshape(time.shape)
+
+    def _at(self, time: float) -> tuple[float, float]:
         since = min(max(time, self.start), self.stop) - self.start
         moving = self.start <= time <= self.stop
         match self.kind:

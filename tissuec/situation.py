@@ -42,12 +42,12 @@ class Turn:
     angle: float  # [rad]
     course: Course
 
-    def apply(self, base: Floats, time: float) -> tuple[Floats, Floats]:
-        """Return the turned points and their velocities, each of shape (point, 3).
+    def apply(self, base: Floats, time: Floats | float) -> tuple[Floats, Floats]:
+        """Return the turned points and their velocities, each of shape (…, point, 3).
 
         Rodrigues' formula: R r = r cos θ + (n × r) sin θ + n (n·r)(1 - cos θ).
         """
-        factor, rate = self.course.at(time)
+        factor, rate = (np.asarray(part)[..., None, None] for part in self.course.at(time))
         theta = self.angle * factor
         arm = base - self.centre
         along = np.outer(arm @ self.axis, self.axis)
@@ -78,12 +78,12 @@ class Motion:
     turn: Turn | None
     span: Span
 
-    def at(self, time: float) -> tuple[Floats, Floats]:
-        """Return positions [m] and velocities [m/s] of the nodes, each of shape (driven, 3)."""
+    def at(self, time: Floats | float) -> tuple[Floats, Floats]:
+        """Return positions [m] and velocities [m/s] of the nodes, of shape (…, driven, 3)."""
         position, velocity = self.base, np.zeros_like(self.base)
         if self.turn is not None:
             position, velocity = self.turn.apply(self.base, time)
-        shift, speed = _total(self.shifts, time)
+        shift, speed = (part[..., None, :] for part in _total(self.shifts, time))
         return position + shift, velocity + speed
 
 
@@ -95,18 +95,18 @@ class Load:
     terms: tuple[Term, ...]
     span: Span
 
-    def at(self, time: float) -> Floats:
-        """Return the force on each of the nodes [N], shape (3,)."""
+    def at(self, time: Floats | float) -> Floats:
+        """Return the force on each of the nodes [N], shape (…, 3)."""
         return _total(self.terms, time)[0]
 
 
-def _total(terms: tuple[Term, ...], time: float) -> tuple[Floats, Floats]:
-    """Return the sum of the terms and of their rates, each of shape (3,)."""
-    value, rate = np.zeros(3), np.zeros(3)
+def _total(terms: tuple[Term, ...], time: Floats | float) -> tuple[Floats, Floats]:
+    """Return the sum of the terms and of their rates, each of shape (…, 3)."""
+    value, rate = np.zeros((2, *np.shape(time), 3))
     for term in terms:
         factor, slope = term.course.at(time)
-        value += factor * term.vector
-        rate += slope * term.vector
+        value += np.multiply.outer(factor, term.vector)
+        rate += np.multiply.outer(slope, term.vector)
     return value, rate
 
 

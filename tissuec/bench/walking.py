@@ -65,6 +65,5 @@ def _held(situation: Situation, times: Floats) -> Floats:
     """Return where held and driven nodes are at times within a stretch, (row, node, 3)."""
     position = np.repeat(situation.position[None], len(times), axis=0)
     for motion in situation.motions.values():
-        for row, time in enumerate(times):
-            position[row, motion.nodes] = motion.at(float(time))[0]
+        position[:, motion.nodes] = motion.at(times)[0]
     return position

@@ -53,17 +53,17 @@ class Shipped:
         # Of the byte, one bit is the answer, and the others may be anything.
         return bool(result & 1) if self._result is bool else result
 
-    def of_first(self, *values: Any) -> Callable[[int], Any]:
-        """Return the function of its first argument, given all others.
+    def of_first(self, *values: Any) -> Callable[..., Any]:
+        """Return the function of its first arguments, which are numbers, given all others.
 
         That spares looking where arrays are each time, which may take longer than the function.
         """
-        _, *fields = self._fields.items()
+        fields = list(self._fields.items())[-len(values) :]
         words, kept = self._words(fields, values)
         function = self._function(values)
 
-        def call(first: int, _kept: object = (values, kept)) -> Any:
-            return function(first, *words)
+        def call(*first: float, _kept: object = (values, kept)) -> Any:
+            return function(*first, *words)
 
         return call
 

@@ -179,7 +179,8 @@ def explicit_back(
 
 
 def explicit_change(
-    row: int,
+    first: int,
+    last: int,
     laws: Laws,
     times: Floats,
     trail_x: Rows,
@@ -199,46 +200,48 @@ def explicit_change(
     moved_v: Rows,
     known: Stack,
 ) -> None:
-    """Carry many changes of the state over the step before a row of a trail.
+    """Carry many changes of the state over the steps from one row of a trail to a later one.
 
     Args:
+        first, last: The rows.
         tx, tv: Changes, shape (3 node, change); set anew.
         moved_x, moved_v: Room, shape (3 node, change).
         known: Room for the changes of accelerations, shape (stage, 3 node, change).
     """
-    stages, count, step = a.shape[0], part.size, row - 1
-    h, x, v = times[row] - times[step], trail_x[step], trail_v[step]
-    explicit_stages(laws, step, x, v, h, table, given, links, values, at_x, at_v, a)
-    for i in range(stages + 1):
-        for node in range(links.inverse.size):
-            free = links.inverse[node] > 0.0
-            for k in range(3 * node, 3 * node + 3):
-                for m in range(count):
-                    moved_x[k, m], moved_v[k, m] = tx[k, m], 0.0
-                if free:
+    stages, count = a.shape[0], part.size
+    for step in range(first, last):
+        h, x, v = times[step + 1] - times[step], trail_x[step], trail_v[step]
+        explicit_stages(laws, step, x, v, h, table, given, links, values, at_x, at_v, a)
+        for i in range(stages + 1):
+            for node in range(links.inverse.size):
+                free = links.inverse[node] > 0.0
+                for k in range(3 * node, 3 * node + 3):
                     for m in range(count):
-                        moved_x[k, m] += h * table.nodes[i] * tv[k, m]
-                        moved_v[k, m] = tv[k, m]
-                    for j in range(i):
-                        of_x, of_v = h * h * table.for_x[i, j], h * table.for_v[i, j]
-                        if of_x != 0.0 or of_v != 0.0:
-                            for m in range(count):
-                                moved_x[k, m] += of_x * known[j, k, m]
-                                moved_v[k, m] += of_v * known[j, k, m]
-        if i < stages:
-            push_forward(
-                laws,
-                at_x[i],
-                at_v[i],
-                a[i],
-                moved_x,
-                moved_v,
-                links,
-                values,
-                seeds,
-                part,
-                known[i],
-            )
-    for k in range(tx.shape[0]):
-        for m in range(count):
-            tx[k, m], tv[k, m] = moved_x[k, m], moved_v[k, m]
+                        moved_x[k, m], moved_v[k, m] = tx[k, m], 0.0
+                    if free:
+                        for m in range(count):
+                            moved_x[k, m] += h * table.nodes[i] * tv[k, m]
+                            moved_v[k, m] = tv[k, m]
+                        for j in range(i):
+                            of_x, of_v = h * h * table.for_x[i, j], h * table.for_v[i, j]
+                            if of_x != 0.0 or of_v != 0.0:
+                                for m in range(count):
+                                    moved_x[k, m] += of_x * known[j, k, m]
+                                    moved_v[k, m] += of_v * known[j, k, m]
+            if i < stages:
+                push_forward(
+                    laws,
+                    at_x[i],
+                    at_v[i],
+                    a[i],
+                    moved_x,
+                    moved_v,
+                    links,
+                    values,
+                    seeds,
+                    part,
+                    known[i],
+                )
+        for k in range(tx.shape[0]):
+            for m in range(count):
+                tx[k, m], tv[k, m] = moved_x[k, m], moved_v[k, m]

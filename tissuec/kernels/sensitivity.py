@@ -441,7 +441,8 @@ def verlet_back(
 
 
 def verlet_change(
-    row: int,
+    first: int,
+    last: int,
     laws: Laws,
     trail_x: Rows,
     trail_v: Rows,
@@ -458,30 +459,34 @@ def verlet_change(
     predicted: Rows,
     ta_end: Rows,
 ) -> None:
-    """Carry many changes of the state over the step before a row of a trail.
+    """Carry many changes of the state over the steps from one row of a trail to a later one.
 
     Args:
+        first, last: The rows.
         guess: Room for the predicted velocity [m/s], shape (3 node,).
         tx, tv, ta: Changes, shape (3 node, change); set anew.
         predicted, ta_end: Room, shape (3 node, change).
     """
     count, half = part.size, 0.5 * h * h
-    x_end, a_end = trail_x[row], trail_a[row]
-    for node in range(links.inverse.size):
-        free = links.inverse[node] > 0.0
-        for i in range(3 * node, 3 * node + 3):
-            guess[i] = trail_v[row, i]
-            if free:
-                guess[i] = trail_v[row - 1, i] + h * trail_a[row - 1, i]
-            for m in range(count):
-                predicted[i, m] = 0.0
+    for row in range(first + 1, last + 1):
+        x_end, a_end = trail_x[row], trail_a[row]
+        for node in range(links.inverse.size):
+            free = links.inverse[node] > 0.0
+            for i in range(3 * node, 3 * node + 3):
+                guess[i] = trail_v[row, i]
                 if free:
-                    tx[i, m] += h * tv[i, m] + half * ta[i, m]
-                    predicted[i, m] = tv[i, m] + h * ta[i, m]
-    push_forward(laws, x_end, guess, a_end, tx, predicted, links, values, seeds, part, ta_end)
-    for node in range(links.inverse.size):
-        free = links.inverse[node] > 0.0
-        for i in range(3 * node, 3 * node + 3):
-            for m in range(count):
-                tv[i, m] = tv[i, m] + 0.5 * h * (ta[i, m] + ta_end[i, m]) if free else 0.0
-                ta[i, m] = ta_end[i, m]
+                    guess[i] = trail_v[row - 1, i] + h * trail_a[row - 1, i]
+                for m in range(count):
+                    predicted[i, m] = 0.0
+                    if free:
+                        tx[i, m] += h * tv[i, m] + half * ta[i, m]
+                        predicted[i, m] = tv[i, m] + h * ta[i, m]
+        push_forward(
+            laws, x_end, guess, a_end, tx, predicted, links, values, seeds, part, ta_end
+        )
+        for node in range(links.inverse.size):
+            free = links.inverse[node] > 0.0
+            for i in range(3 * node, 3 * node + 3):
+                for m in range(count):
+                    tv[i, m] = tv[i, m] + 0.5 * h * (ta[i, m] + ta_end[i, m]) if free else 0.0
+                    ta[i, m] = ta_end[i, m]

@@ -141,13 +141,11 @@ class Leg:
         inside = np.clip(times, *self._inside)
         for motion in self.motions:
             where = np.searchsorted(driven, motion.nodes)
-            for k, time in enumerate(inside):
-                place[k, where], speed[k, where] = motion.at(time)
+            place[:, where], speed[:, where] = motion.at(inside)
         for acting in self.loads:
             nodes = acting.nodes[~self.held[acting.nodes]]
             where = np.searchsorted(loaded, nodes)
-            for k, time in enumerate(inside):
-                np.add.at(load[k], where, acting.at(time))
+            load[:, where] += acting.at(inside)[:, None]
         shape = len(times), -1
         return Paths(place.reshape(shape), speed.reshape(shape), load.reshape(shape))
 

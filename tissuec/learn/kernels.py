@@ -15,7 +15,7 @@ from tissuec.laws.partial import ARGUMENTS
 class Kernels:
     """What both modules have, under the same names.
 
-    Changes over steps are functions of the row behind the step, once the rest is given.
+    Changes over steps are functions of the first and the last row, once the rest is given.
 
     Args:
         laws: The first is the linear one.
@@ -30,7 +30,7 @@ class Kernels:
         def bound(function: Callable[..., None]) -> Callable[..., None]:
             return partial(_shipped(function), table)
 
-        def by_rows(function: Callable[..., None]) -> Callable[..., Callable[[int], None]]:
+        def by_rows(function: Callable[..., None]) -> Callable[..., Callable[[int, int], None]]:
             return partial(_shipped(function).of_first, table)
 
         self.acceleration = bound(sensitivity.acceleration)

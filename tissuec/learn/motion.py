@@ -239,18 +239,15 @@ class Motion:
         self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit: Visit
     ) -> State:
         """Return the changes at the end of a stretch; tell those of the samples on it."""
-        waiting: dict[int, tuple[Floats, Floats]] = {}
-
-        def at(row: int, now: State) -> None:
+        rows = np.unique([*between.rows, *(between.rows + 1), len(trail.times) - 1])
+        rows = rows[rows > 0]
+        before = state.x.copy(), state.v.copy()
+        changes = self.stepping.change(act, trail, seeds, state, rows)
+        for row, state in zip(rows.tolist(), changes, strict=True):
             for k in np.flatnonzero(between.rows == row - 1).tolist():
-                before = waiting[row - 1]
-                visit(int(between.samples[k]), *_mixed(between, k, before, (now.x, now.v)))
-            waiting.pop(row - 1, None)
-            if (between.rows == row).any():
-                waiting[row] = now.x.copy(), now.v.copy()
-
-        at(0, state)
-        return self.stepping.change(act, trail, seeds, state, at)
+                visit(int(between.samples[k]), *_mixed(between, k, before, (state.x, state.v)))
+            before = state.x.copy(), state.v.copy()
+        return state
 
 
 def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Between:

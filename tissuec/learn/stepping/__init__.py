@@ -4,7 +4,7 @@ A member steps a leg over rows of times. Every one of its methods gives exactly 
 of what ``run`` computes, discretisation included.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 from tissuec.compiled.tables import RecordTable
 from tissuec.kernels.sensitivity import Links, Seeds, Values
 from tissuec.learn.course import Leg
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 
 
 class Trail(NamedTuple):
@@ -101,18 +101,13 @@ class Stepping(Protocol):
         ...
 
     def change(
-        self,
-        act: Act,
-        trail: Trail,
-        seeds: Seeds,
-        change: State,
-        visit: Callable[[int, State], None],
-    ) -> State:
-        """Return the changes of the last row that follow from changes of the first row.
+        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+    ) -> Iterator[State]:
+        """Yield the changes of some rows that follow from changes of the first row.
 
         Args:
             seeds: How numbers change.
             change: Of the first row, shape (3 node, change); may be overwritten.
-            visit: Told the changes of every further row.
+            rows: Which ones, ascending, of those behind the first one.
         """
         ...

@@ -3,7 +3,7 @@
 (W. W. Hager, Numer. Math. 87:247, 2000, for the adjoint of Runge-Kutta methods.)
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Act, State, Trail
 from tissuec.learn.stepping.onestep import OneStep
 from tissuec.learn.stepping.tableau import Tableau
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 
 
 class Explicit(OneStep):
@@ -48,10 +48,9 @@ class Explicit(OneStep):
         return State(lx, lv, np.zeros_like(lx))
 
     def change(
-        self, act: Act, trail: Trail, seeds: Seeds, change: State,
-        visit: Callable[[int, State], None],
-    ) -> State:  # fmt: skip
-        """Return the changes of the last row that follow from those of the first one."""
+        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+    ) -> Iterator[State]:
+        """Yield the changes of some rows that follow from those of the first one."""
         tx, tv, _ = change
         room, part = self._room(len(tx)), np.empty(tx.shape[1])
         moved = np.empty_like(tx), np.empty_like(tv)
@@ -60,10 +59,11 @@ class Explicit(OneStep):
             *trail[:3], self.table, self._given(act, trail.times), *act.tables,
             seeds, tx, tv, *room, part, *moved, known,
         )  # fmt: skip
-        for row in range(1, len(trail.times)):
-            step(row)
-            visit(row, change)
-        return change
+        before = 0
+        for row in rows.tolist():
+            step(before, row)
+            before = row
+            yield change
 
     def _room(self, size: int) -> tuple[Floats, Floats, Floats]:
         """Return arrays for the stages: places, velocities and accelerations."""

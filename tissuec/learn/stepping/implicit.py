@@ -11,7 +11,7 @@ Backwards, from the last stage to the first, the derivatives α_i by a_i give μ
 (W. W. Hager, Numer. Math. 87:247, 2000, for the adjoint of Runge-Kutta methods.)
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -86,14 +86,14 @@ class Implicit(OneStep):
         return State(lx, lv, np.zeros_like(lx))
 
     def change(
-        self, act: Act, trail: Trail, seeds: Seeds, change: State,
-        visit: Callable[[int, State], None],
-    ) -> State:  # fmt: skip
-        """Return the changes of the last row that follow from those of the first one."""
+        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+    ) -> Iterator[State]:
+        """Yield the changes of some rows that follow from those of the first one."""
+        looked_at = set(rows.tolist())
         for row in range(len(trail.times) - 1):
             change = self._step_change(act, trail, row, seeds, change)
-            visit(row + 1, change)
-        return change
+            if row + 1 in looked_at:
+                yield change
 
     # --- one step -----------------------------------------------------------------------------
 

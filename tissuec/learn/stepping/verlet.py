@@ -1,13 +1,13 @@
 """Velocity Verlet with predicted velocity, as in ``integrators.verlet``, with derivatives."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 
 import numpy as np
 
 from tissuec.kernels.sensitivity import Seeds, Values
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Act, State, Trail
-from tissuec.network import Floats
+from tissuec.network import Floats, Indices
 
 
 class Verlet:
@@ -65,10 +65,9 @@ class Verlet:
         return State(lx, lv, la)
 
     def change(
-        self, act: Act, trail: Trail, seeds: Seeds, change: State,
-        visit: Callable[[int, State], None],
-    ) -> State:  # fmt: skip
-        """Return the changes of the last row that follow from those of the first one."""
+        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+    ) -> Iterator[State]:
+        """Yield the changes of some rows that follow from those of the first one."""
         tx, tv, ta = change
         part, guess = np.empty(tx.shape[1]), np.empty(len(tx))
         predicted, ta_end = np.empty_like(tx), np.empty_like(tx)
@@ -76,10 +75,11 @@ class Verlet:
             *trail[1:], _step(trail.times), *act.tables, seeds, guess, part,
             tx, tv, ta, predicted, ta_end,
         )  # fmt: skip
-        for row in range(1, len(trail.times)):
-            step(row)
-            visit(row, change)
-        return change
+        before = 0
+        for row in rows.tolist():
+            step(before, row)
+            before = row
+            yield change
 
 
 def _step(times: Floats) -> float:
