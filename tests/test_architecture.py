@@ -37,7 +37,8 @@ def test_light_commands_import_no_heavy_library(name, repository):
 
 #: What a run imports only if its scene needs it.
 RARE = (
-    "tissuec.forces.contact", "tissuec.forces.jets", "tissuec.compiling.lessons",
+    "tissuec.forces.contact", "tissuec.forces.jets", "tissuec.forces.foundation",
+    "tissuec.compiling.forces", "tissuec.compiling.lessons",
     "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.plots", "tissuec.drawing",
     "tissuec.player", "tissuec.report", "tissuec.editor", "tissuec.comparing",
     "scipy.sparse.csgraph", "numba",

@@ -32,6 +32,7 @@ import pytest
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.forces import FORCES
 from tissuec.formats import FORMATS
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
@@ -43,6 +44,7 @@ from tissuec.pipeline import Request, check_request
 from tissuec.plots import PLOTS
 from tissuec.reference.pages import outdated, unused
 from tissuec.surfaces import SURFACES
+from tissuec.validate.forces import FORMULAS
 from tissuec.verbs import VERBS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -237,7 +239,7 @@ def families_stay():
     """Undo what a page adds to the families."""
     families = (
         MESHES, FORMATS, INSTRUMENTS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
-        PLOTS,
+        PLOTS, FORCES, FORMULAS,
     )  # fmt: skip
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]

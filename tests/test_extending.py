@@ -22,6 +22,7 @@ FAMILIES = {
     "formats": ("tests/imports/test_imported.py", "organ.off"),
     "instruments": ("tests/contact/test_instruments.py", "spatula"),
     "measures": ("tests/measures", "spread"),
+    "forces": ("tests/forces/test_fields.py", "magnet"),
     "spring": ("tests/laws", "saturating"),
     "surfaces": ("tests/surfaces", "local"),
     "plots": ("tests/plots/test_kinds.py", "phases and not every_format"),
@@ -95,7 +96,14 @@ def test_tables_list_the_examples_once_they_are_regenerated(extended):
     tables = ("tests/test_docs.py", "tests/editor/test_colours.py")
     run_tests(extended, "up_to_date or generated", *tables)
     language = (extended / "docs" / "language.md").read_text(encoding="utf-8")
-    for member in ("is ring`", "is spatula`", "shrink SET", "spread(A)", "is saturating`"):
+    for member in (
+        "is ring`",
+        "is spatula`",
+        "shrink SET",
+        "spread(A)",
+        "is magnet`",
+        "is saturating`",
+    ):
         assert member in language, member
 
 

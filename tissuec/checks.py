@@ -495,9 +495,7 @@ def situation_at_start(compiled: Compiled, *, settles: bool = False) -> Situatio
         SimulationError: It ``settles``, and a run would end here.
     """
     plan = compiled.plan
-    situation = Situation.start(
-        compiled.network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
-    )
+    situation = plan.start(compiled.network)
     for event in plan.events:
         if event.time > 0.0 or (isinstance(event.action, Settle) and not settles):
             continue

@@ -27,6 +27,7 @@ from tissuec.compiling.touching import contact_of, with_tools
 from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
+from tissuec.forces import Imposed
 from tissuec.forces.bending import Hinges
 from tissuec.integrators import INTEGRATORS
 from tissuec.lang.syntax import Expect
@@ -349,6 +350,11 @@ def _plan(
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         contact = contact_of(network, tools, scene.environment, findings)
+    forces: tuple[Imposed, ...] = ()
+    if scene.forces and is_whole:
+        from tissuec.compiling.forces import imposed_forces  # where there are any
+
+        forces = imposed_forces(scene, network, groups, findings)
     ties = (event.action for event in _events(script) if isinstance(event.action, Tie))
     outputs = OutputReader(
         groups, conditions, scene.constants,
@@ -371,4 +377,5 @@ def _plan(
         expectations=tuple(expectations),
         needs_ledger=conditions.needs_ledger or _adds_energy(scene.simulation),
         breakable=_can_break(network, script),
+        forces=forces,
     )

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.forces import Imposed
 from tissuec.measures import Measure, Subject
 from tissuec.measures.moment import Moment
-from tissuec.network import Floats, Indices
+from tissuec.network import Floats, Indices, Network
+from tissuec.situation import Situation
 from tissuec.verbs import Action
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
@@ -149,6 +151,17 @@ class Plan:
     expectations: tuple[Expectation, ...]
     needs_ledger: bool  # whether work and dissipation must be integrated
     breakable: bool  # whether any spring can rupture
+    forces: tuple[Imposed, ...] = ()  # of force blocks
+
+    def start(self, network: Network) -> Situation:
+        """Return the situation at 0 s, before any event."""
+        return Situation.start(
+            network,
+            gravity=self.gravity,
+            drag=self.drag,
+            contact=self.contact,
+            forces=self.forces,
+        )
 
 
 def times_every(step: float, duration: float) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.forces import Field
+from tissuec.forces import Field, Imposed
 from tissuec.forces.bending import Hinges
 from tissuec.forces.volume import Enclosure
 from tissuec.inelastic import Inelastic
@@ -124,6 +124,7 @@ class Situation:
         enclosures: Volumes that are kept by pressure, by the name of the body.
         contact: What instruments and threads touch, None where they touch nothing.
         jets: Of fluid, by the name of the nozzle.
+        forces: What ``force`` blocks describe.
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
         inelastic: What springs remember, None where none does; the network's own until a
@@ -154,6 +155,7 @@ class Situation:
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
     contact: "Contact | None" = None
     jets: "dict[str, Jet]" = field(default_factory=dict)
+    forces: tuple[Imposed, ...] = ()
     reelings: dict[str, Reeling] = field(default_factory=dict)
     knots: dict[str, Knot] = field(default_factory=dict)
     inelastic: Inelastic | None = None
@@ -161,7 +163,13 @@ class Situation:
 
     @classmethod
     def start(
-        cls, network: Network, *, gravity: Floats, drag: float, contact: "Contact | None" = None
+        cls,
+        network: Network,
+        *,
+        gravity: Floats,
+        drag: float,
+        contact: "Contact | None" = None,
+        forces: tuple[Imposed, ...] = (),
     ) -> "Situation":
         """Return the situation at 0 s, before any event: all is free, no knot is tied."""
         tools = {
@@ -183,6 +191,7 @@ class Situation:
             drag=drag,
             holders=tools,
             contact=contact,
+            forces=forces,
             inelastic=network.inelastic,
         )
 
@@ -351,7 +360,8 @@ class Situation:
         """Return what acts on nodes by their places, beside springs."""
         contact = () if (touching := self.touching) is None else (touching,)
         hinges = () if (folding := self.folding) is None else (folding,)
-        return (*self.enclosures.values(), *hinges, *contact, *self.jets.values())
+        imposed = (force.field for force in self.forces)
+        return (*self.enclosures.values(), *hinges, *contact, *self.jets.values(), *imposed)
 
     def forget_friction(self, nodes: Indices) -> None:
         """Let go what friction on some nodes remembers, as if they had just been put down."""

@@ -17,10 +17,11 @@ from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
 from tissuec.compiled.calls import kernel_on
 from tissuec.courses import Course
-from tissuec.forces import Field, acts_of
+from tissuec.forces import FORCES, Acted, Field, acts_of
 from tissuec.kernels.records import Floats
 from tissuec.shapes.nearest import TRIANGLE
 from tissuec.situation import Situation
+from tissuec.validate.forces import FORMULAS
 
 RISING = Course("smooth", 0.0, 2.0)
 NOW = 1.2  # [s]
@@ -35,6 +36,8 @@ class Example:
         stores: Whether its forces come from an energy where nothing moves.
         balances: Whether they cancel.
         is_bounded: Whether the bound of what resists counts its carriers, too.
+        is_exact: Whether the matrix is all of the derivative; that of contact takes the
+            nearest point of a moving triangle as fixed on it.
     """
 
     field: object
@@ -43,6 +46,7 @@ class Example:
     stores: bool = True
     balances: bool = True
     is_bounded: bool = True
+    is_exact: bool = True
 
     @property
     def velocity(self):
@@ -65,7 +69,7 @@ def touching():
     points = np.random.default_rng(3).uniform(size=(12, 3))
     faces = np.array([[9, 10, 11]])
     found = contact_with(TRIANGLE, faces, 9, radius=0.4, damping=0.05)
-    return Example(found, points, 1.0, is_bounded=False)
+    return Example(found, points, 1.0, is_bounded=False, is_exact=False)
 
 
 def blowing():
@@ -73,7 +77,21 @@ def blowing():
     return Example(jet_in(net, course=RISING), net.position, 0.02, stores=False, balances=False)
 
 
-EXAMPLES = {each.__name__: each for each in (enclosed, bent, touching, blowing)}
+def on_some(kind, *entries):
+    """Return an example of a force on some nodes."""
+    points = np.random.default_rng(6).uniform(size=(9, 3))
+    acted = Acted(np.arange(2, 7), points[2:7], np.ones(5), np.linspace(0.1, 0.5, 5))
+    moved = points + 0.1 * np.random.default_rng(7).normal(size=points.shape)
+    return Example(FORCES[kind](*entries).on(acted), moved, 1.0, balances=False)
+
+
+EXAMPLES = {
+    "enclosed": enclosed,
+    "bent": bent,
+    "touching": touching,
+    "blowing": blowing,
+    "foundation": lambda: on_some("foundation", 30.0, 0.4),
+}
 
 
 @pytest.fixture(params=EXAMPLES)
@@ -164,7 +182,7 @@ def test_batches_are_as_single_states(example, shift):
 def test_bounds_are_above_what_resists(example):
     """The operator that bounds frequencies is the matrix, or stiffer."""
     position, field = example.position, example.field
-    resist, number = field.stiffening(position), np.arange(len(position))
+    resist, number = field.stiffening(NOW, position), np.arange(len(position))
     assert (resist is None) == (not example.stores)
     if resist is None or not example.is_bounded:
         return
@@ -175,6 +193,46 @@ def test_bounds_are_above_what_resists(example):
         resist(way, image)
         work = way.ravel() @ (matrix @ way.ravel())
         assert 0.0 < work <= np.vdot(way, image) * (1.0 + 1e-9)
+
+
+def test_the_matrix_is_minus_the_derivative_of_the_forces(example):
+    """Of fields that store energy: the matrix of jets is that of what they light now."""
+    field, position, count = example.field, example.position, len(example.position)
+    if not example.stores or not example.is_exact:
+        return
+    way, step = np.random.default_rng(8).normal(size=position.shape), 1e-6 * example.size
+    ahead, behind = (forces(field, position + sign * step * way) for sign in (1.0, -1.0))
+    found = field.matrix(NOW, position, np.arange(count), count) @ way.ravel()
+    expected = (behind - ahead).ravel() / (2.0 * step)
+    assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+    whole, positive = (
+        field.matrix(NOW, position, np.arange(count), count, exact=exact).toarray()
+        for exact in (True, False)
+    )
+    lowest = np.linalg.eigvalsh(whole)[0]
+    assert lowest >= -field.weakening(NOW, position, np.arange(count), count) * (1 + 1e-9)
+    assert np.linalg.eigvalsh(positive)[0] >= -1e-9 * np.abs(positive).max()
+
+
+def test_the_reference_has_a_formula_that_agrees(example, request):
+    kind = request.node.callspec.params["example"]
+    if kind not in FORCES:
+        return  # compared elsewhere: tests/validate/test_own_forces.py
+    own, field, count = FORMULAS[kind](example.field), example.field, len(example.position)
+    state = example.position, example.velocity
+    found = np.zeros_like(example.position)
+    own.add_forces(NOW, *state, found)
+    assert found == pytest.approx(forces(field, *state), abs=1e-12 * np.abs(found).max())
+    assert own.energy(NOW, example.position) == pytest.approx(
+        float(field.energy(NOW, example.position)), rel=1e-12
+    )
+    powers = own.pumping(NOW, *state), own.dissipated(NOW, *state)
+    assert powers == pytest.approx(field.powers(NOW, *state), rel=1e-12)
+    one, other = (
+        each.matrix(NOW, example.position, np.arange(count), count).toarray()
+        for each in (own, field)
+    )
+    assert one == pytest.approx(other, abs=1e-12 * np.abs(other).max())
 
 
 # --- a field that is not shipped --------------------------------------------------------------

@@ -7,6 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.engine.running import EVERLASTING, Bench, block, tube
 from tests.hand_net import chain, make_net, span, start
+from tests.validate.scenes import compiled_scene
+from tissuec.checks import situation_at_start
 from tissuec.situation import Load, Situation, Term
 from tissuec.statics import newton
 from tissuec.statics.balance import Balance
@@ -352,3 +354,29 @@ def test_everything_held_leaves_nothing_to_do():
     situation = held(chain(3), [0, 1, 2], gravity=np.array(DOWN))
     assert settle(situation, every(situation)) == ()
     assert isinstance(situation, Situation)
+
+
+ON_A_DESK = """language 1
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 2 ms }
+body block {
+  mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
+                    box from (0, 0, 0) mm to (10, 10, 10) mm }
+  tissue is gel
+}
+tool desk { kind is plane; point = (0, 0, HEIGHT) mm; normal = (0, 0, 1) }
+environment { gravity = (0, 0, -9.81) m/s^2; contact is tools only }
+simulate { duration = 1 s }
+"""
+
+
+def test_what_lies_on_a_plane_settles_and_what_hangs_above_it_is_refused():
+    situation = situation_at_start(compiled_scene(ON_A_DESK.replace("HEIGHT", "0.05")))
+    network, bodies = situation.network, situation.network.body_nodes
+    settle(situation, np.arange(network.node_count) < bodies)
+    force = np.zeros_like(situation.position)
+    situation.touching.add_forces(0.0, situation.position, np.zeros_like(force), force)
+    weight = 9.81 * network.mass[:bodies].sum()
+    assert force[:bodies].sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=1e-9 * weight)
+    above = situation_at_start(compiled_scene(ON_A_DESK.replace("HEIGHT", "-3")))
+    with pytest.raises(Unsettled, match="no support balances"):
+        settle(above, np.arange(network.node_count) < bodies)

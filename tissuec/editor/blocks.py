@@ -24,7 +24,8 @@ def inside(head: Statement, outer: Block) -> Block:
         return Block("table")
     match outer.kind, first:
         case "", _ if first in (*NAMED, *SINGLE):
-            member = _chosen(head.items, "kind") if first == "tool" else " ".join(words[1:])
+            has_kind = first in ("tool", "force")
+            member = _chosen(head.items, "kind") if has_kind else " ".join(words[1:])
             return Block(first, member)
         case "body", "mesh":
             return Block("mesh", _behind_is(head))

@@ -17,6 +17,7 @@ FOLLOWING: dict[tuple[str, str], tuple[str, ...]] = {
     ("mesh", ""): ("is", "from", "to", "in"),
     ("joint", ""): ("is", "from", "to"),
     ("tool", ""): ("is",),
+    ("force", ""): ("is", "on"),
     ("environment", ""): ("is",),
     ("simulate", ""): ("is",),
     ("integrator", ""): ("is",),

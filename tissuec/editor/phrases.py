@@ -28,7 +28,7 @@ from tissuec.verbs import VERBS
 NUMBERS = ("param", "let")
 SUBJECTS = ("set", "body", "joint", "tool")
 #: All of these differ from one another, so that a name tells which of them it is.
-ONE_NAMESPACE = (*NUMBERS, *SUBJECTS)
+ONE_NAMESPACE = (*NUMBERS, *SUBJECTS, "force")
 
 #: What is written like a measure, too.
 _MEASURED = ("count", "positions", "error")
@@ -494,7 +494,7 @@ class _Reading:
                 return Expected((t.SOURCE_TERMS,))
             case "tissue" if word == "per":
                 return self._number()._replace(dimension=units.LENGTH)
-            case "joint":
+            case "joint" | "force":
                 return Expected(names=("set", "body"))
             case "learn":
                 return self._in_learning(word)

@@ -38,6 +38,7 @@ _SYMBOL = lsp.SymbolKind
 _SYMBOL_KINDS = {
     "param": _SYMBOL.Constant, "let": _SYMBOL.Variable, "set": _SYMBOL.Array,
     "body": _SYMBOL.Class, "joint": _SYMBOL.Interface, "tool": _SYMBOL.Object,
+    "force": _SYMBOL.Object,
     "tissue": _SYMBOL.Struct, "property": _SYMBOL.Property, "quantity": _SYMBOL.Number,
     "rules": _SYMBOL.Namespace, "law": _SYMBOL.Function, "hedge": _SYMBOL.Operator,
     "table": _SYMBOL.Array, "script": _SYMBOL.Event, "order": _SYMBOL.Event,

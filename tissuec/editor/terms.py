@@ -13,6 +13,7 @@ from tissuec.compiling.demands import ALL, ERROR, HELD_OUT
 from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several
 from tissuec.core.markdown import code, described, fenced, paragraphs, summary
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, Dimension, describe, show
+from tissuec.forces import FORCES
 from tissuec.fuzzy.operators import CHOICES
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
@@ -167,6 +168,9 @@ def entries(block: Block) -> Terms:
         case Block("tool", kind):
             own = _meant("tool", {}, kind=members(INSTRUMENTS))
             return own | _of_kind(INSTRUMENTS, kind)
+        case Block("force", kind):
+            own = _meant("force", {"acts": " on "}, kind=members(FORCES))
+            return own | _of_kind(FORCES, kind)
         case Block("surface", kind):
             return _meant("surface", {}, kind=members(SURFACES)) | _of_kind(SURFACES, kind)
         case Block("mesh", kind):

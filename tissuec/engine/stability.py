@@ -68,7 +68,7 @@ def spectral_radius(situation: Situation) -> float:
     across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
     root = _root(situation)
     uniform = np.zeros_like(root)
-    each = (field.stiffening(situation.position) for field in situation.fields)
+    each = (field.stiffening(situation.time, situation.position) for field in situation.fields)
     fields = tuple(filter(None, each))
     sideways = across if across.any() else None
     low, high = _coordinates(low), _coordinates(high)

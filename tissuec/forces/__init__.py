@@ -1,19 +1,23 @@
-"""Forces on nodes by where these are: volumes, walls that bend, contact, jets.
+"""Forces on nodes by where these are: volumes, bending, contact, jets, and ``force`` blocks.
 
 Springs have their own way; everything else that acts on nodes is a ``Field``. Each file has the
 numbers of one effect, its scalar loops, and all that the rest of the program wants to know of
 it; long loops have a file of their own whose name ends in ``kernel``. Beside ``situation``,
 which holds fields, and the reference, which has formulas of its own, nothing knows them by more
-than ``Field``.
+than ``Field``. Members of ``FORCES`` are the kinds of ``force NAME { kind is … }`` in a scene.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tissuec.core.registry import Family
+from tissuec.core.source import Span
 from tissuec.courses import Course, tabulated
 from tissuec.kernels.records import Acts
 from tissuec.network import Floats, Indices
@@ -74,25 +78,53 @@ class Field(ABC):
     ) -> "coo_matrix":
         """Return minus the derivative of the forces [N/m]; none that weakens unless exact."""
 
-    @abstractmethod
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero an eigenvalue of the matrix may be [N/m]."""
+    def touched(self, position: Floats) -> NDArray[np.bool_]:
+        """Return which nodes it ties to what is outside of their piece, shape (node,)."""
+        return np.zeros(len(position), dtype=bool)
 
-    def stiffening(self, position: Floats) -> Resisting | None:
-        """Return what resists displacements at most [N/m], None if nothing does."""
-        return None
+    # --- bounds, which members override where they know better ones -----------------------
+
+    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
+        """Return how far below zero an eigenvalue of the matrix may be [N/m].
+
+        Gershgorin's bound of what only the exact one has.
+        """
+        whole, positive = (
+            self.matrix(time, position, number, size, exact=exact) for exact in (True, False)
+        )
+        return float(np.asarray(abs(whole - positive).sum(axis=1)).max(initial=0.0))
+
+    def stiffening(self, time: float, position: Floats) -> Resisting | None:
+        """Return what resists displacements at most [N/m], None if nothing does.
+
+        The sums of the rows of the matrix, on its diagonal.
+        """
+        rows = self._rows(time, position)
+
+        def resist(moved: Floats, to: Floats) -> None:
+            to += rows * moved
+
+        return resist
 
     def braking(self, position: Floats) -> Resisting | None:
         """Return what resists velocities at most [N s/m], None if nothing does."""
         return None
 
-    @abstractmethod
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        forces = np.zeros_like(position)
+        self.add_forces(time, position, np.zeros_like(position), forces)
+        return float(abs(self.energy(time, position)) + np.abs(forces * position).sum())
 
-    @abstractmethod
-    def noise(self, position: Floats) -> float:
+    def noise(self, time: float, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
+        return float((self._rows(time, position) * np.abs(position)).max(initial=0.0))
+
+    def _rows(self, time: float, position: Floats) -> Floats:
+        """Return the sums of the sizes in the rows of the matrix [N/m], shape (node, 3)."""
+        count = len(position)
+        matrix = abs(self.matrix(time, position, np.arange(count), count).tocsr())
+        return np.asarray(matrix.sum(axis=1)).reshape(-1, 3)
 
     # --- what the kernel says of any state ------------------------------------------------
 
@@ -133,6 +165,66 @@ class Field(ABC):
                 forces, power = np.zeros_like(x[k]), np.zeros(2)
                 call(times[k], x[k].reshape(-1), v[k].reshape(-1), forces.reshape(-1), power)
                 yield states[k], forces, power
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Acted:
+    """The nodes that a force acts on, as they are drawn.
+
+    Attributes:
+        nodes: Ascending, shape (n,).
+        position: [m], shape (n, 3).
+        mass: [kg], shape (n,).
+        area: Of the skin that each stands for [m²], shape (n,); zero inside of a body.
+    """
+
+    nodes: Indices
+    position: Floats
+    mass: Floats
+    area: Floats
+
+
+class Force(Protocol):
+    """What a member of ``FORCES`` can do; its fields are its entries in the language."""
+
+    def on(self, acted: Acted) -> Field:
+        """Return the field on some nodes.
+
+        Raises:
+            ValueError: It cannot act on them, and why, as the end of a sentence about it.
+        """
+        ...
+
+
+FORCES: Family[type[Force]] = Family("tissuec.forces", "force")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Imposed:
+    """A force that a scene describes: its name and kind there, and its field."""
+
+    name: str
+    kind: str
+    field: Field
+    span: Span
+
+
+def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
+    """Return a matrix of blocks on its diagonal, one for each node that may move.
+
+    Args:
+        blocks: Shape (n, 3, 3).
+        number: Of the nodes among those that may move, -1 for others, shape (n,).
+        size: How many may move; the matrix is of shape (3 size, 3 size).
+    """
+    from scipy.sparse import coo_matrix
+
+    moves = number >= 0
+    row = np.broadcast_to(
+        3 * number[moves, None, None] + np.arange(3)[:, None], (moves.sum(), 3, 3)
+    )
+    where = row.ravel(), row.swapaxes(1, 2).ravel()
+    return coo_matrix((blocks[moves].ravel(), where), shape=(3 * size, 3 * size))
 
 
 def in_line(states: Floats) -> Floats:

@@ -209,19 +209,12 @@ class Hinges(Field):
         moments = np.abs(self.stiffness * np.sin(self.folded(position)))
         return float((moments * (1.0 + np.abs(self.drawn))).sum())
 
-    def noise(self, position: Floats) -> float:
+    def noise(self, time: float, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
         slopes = np.abs(self.gradient(position)).max(axis=(-2, -1))
         return float((self.stiffness * slopes).max(initial=0.0))
 
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero moments may bring an eigenvalue [N/m]."""
-        whole, positive = (
-            self.matrix(time, position, number, size, exact=exact) for exact in (True, False)
-        )
-        return float(np.asarray(abs(whole - positive).sum(axis=1)).max(initial=0.0))
-
-    def stiffening(self, position: Floats) -> Resisting:
+    def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return what resists folding, Σ k ∂θ/∂x ∂θ/∂xᵀ [N/m]; see ``Field``."""
         return self._turning(self.stiffness, position)
 

@@ -358,7 +358,7 @@ class Contact(Field):
         pairs, place = self._pressed(position)
         return size * float((np.abs(pairs.weight) * self.pressure(pairs, place.depth)).sum())
 
-    def noise(self, position: Floats) -> float:
+    def noise(self, time: float, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
         return float(self.stiffness.max(initial=0.0) * np.abs(position).max(initial=0.0))
 
@@ -374,7 +374,7 @@ class Contact(Field):
         np.add.at(total, self.points[pairs.shape], each[:, None] * place.weights)
         return float(total.max(initial=0.0))
 
-    def stiffening(self, position: Floats) -> Resisting:
+    def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return what may be touched at all, lest every touch changes a bound [N/m]."""
 
         def resist(moved: Floats, to: Floats) -> None:

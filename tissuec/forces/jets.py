@@ -416,14 +416,13 @@ class Jet(Field):
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         return 0.0
 
-    def noise(self, position: Floats) -> float:
+    def noise(self, time: float, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
         size = float(np.abs(position).max(initial=0.0))
         return self.density * self.flow**2 / self.bore**2 * (1.0 + size / self.width)
 
-    def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero the jet may bring an eigenvalue [N/m]."""
-        return float(abs(self.matrix(time, position, number, size)).sum(axis=1).max())
+    def stiffening(self, time: float, position: Floats) -> None:
+        """Return None: what it pushes away is not held."""
 
     # --- for the engine ---------------------------------------------------------------------
 

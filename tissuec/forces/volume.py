@@ -237,7 +237,7 @@ class Enclosure(Field):
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
         return float((np.abs(self.pressures(time, position)) * self.drawn).sum())
 
-    def noise(self, position: Floats) -> float:
+    def noise(self, time: float, position: Floats) -> float:
         """Return a force whose digits rounding spoils [N]."""
         return self.modulus * float(np.abs(self.gradient(position)).max())
 
@@ -245,7 +245,7 @@ class Enclosure(Field):
         """Return how far below zero ``bending`` may bring an eigenvalue [N/m]."""
         return float(abs(self.bending(time, position, number, size)).sum(axis=1).max())
 
-    def stiffening(self, position: Floats) -> Resisting:
+    def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m]; see ``Field``."""
         sides, owner = self.gradient(position), self.owner
         modulus = self.modulus / self.drawn

@@ -17,7 +17,6 @@ from tissuec.learn.stepping.tableau import Tableau
 from tissuec.learn.stepping.verlet import Verlet
 from tissuec.network import Network
 from tissuec.plan import Plan
-from tissuec.situation import Situation
 
 STAGES = 12  # of DOP853 that make its result
 TABLEAUS = {
@@ -52,7 +51,7 @@ def choose(
         network: With numbers in its laws.
         laws: With variables for what is learnt of them.
     """
-    situation = Situation.start(network, gravity=plan.gravity, drag=plan.drag)
+    situation = plan.start(network)
     facts = measured_facts(situation)
     rate = facts["omega"] * max(1.0, 2.0 * facts["zeta"])
     if name == AUTOMATIC:

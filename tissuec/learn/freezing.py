@@ -54,7 +54,7 @@ class Freezer:
         """
         plan = self.plan
         present = self.order.network(vector, network)
-        situation = Situation.start(present, gravity=plan.gravity, drag=plan.drag)
+        situation = plan.start(present)
         agenda = Timetable.of(plan)
         breaks = self._happenings(present, agenda)
         changes: dict[str, Change] = {}
@@ -153,6 +153,8 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
             return reason
     if plan.contact is not None:
         return "contact is not smooth"
+    if plan.forces:
+        return f"{plan.forces[0].name} acts"
     if network.drag is not None:
         return "ambient damping goes by mass or surface"
     if network.hinges is not None:

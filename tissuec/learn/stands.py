@@ -100,7 +100,7 @@ def stands(network: Network, plan: Plan, times: Floats) -> Iterator[tuple[Stand,
     Raises:
         Unbalanced: There is no equilibrium.
     """
-    situation = Situation.start(network, gravity=plan.gravity, drag=plan.drag)
+    situation = plan.start(network)
     situation.velocity[:] = 0.0
     agenda = Timetable.of(plan)
     changes: dict[str, Change] = {}

@@ -93,7 +93,7 @@ class Travel:
 
     def _pieces(self, network: Network, plan: Plan, nodes: Indices) -> Iterator[Piece]:
         """Yield what is between events, until somebody lets go of the nodes."""
-        situation = Situation.start(network, gravity=plan.gravity, drag=plan.drag)
+        situation = plan.start(network)
         agenda = Timetable.of(plan)
         stop, were_held = plan.simulation.duration, False
         while situation.time < stop:

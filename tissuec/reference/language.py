@@ -8,6 +8,7 @@ from tissuec.compiling.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
 from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
 from tissuec.core.units import Dimension, describe
+from tissuec.forces import FORCES
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS, Integrator
@@ -48,20 +49,21 @@ def parts() -> dict[str, str]:
         "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
         "operators": operator_table(),
         "quantities": quantity_table(),
-        "spring laws": law_sections("spring law", SPRING_LAWS),
-        "viscosity laws": law_sections("viscosity law", VISCOSITY_LAWS),
+        "spring laws": member_sections("spring law", SPRING_LAWS),
+        "viscosity laws": member_sections("viscosity law", VISCOSITY_LAWS),
         "body entries": entry_table(BODY_ENTRIES),
         "meshes": mesh_sections(),
         "joint entries": entry_table(JOINT_ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
-        "tools": tool_sections(),
+        "tools": member_sections("kind", INSTRUMENTS),
+        "forces": member_sections("kind", FORCES),
         "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
         "simulate entries": entry_table(settings.simulate_schema()),
         "procedures": procedure_sections(),
         "verbs": verb_sections(),
         "profiles": _listed(PROFILES),
-        "surfaces": law_sections("kind", SURFACES),
+        "surfaces": member_sections("kind", SURFACES),
         "measures": measure_table(),
         "integrators": integrator_table(),
         "learn sentences": sentence_sections(),
@@ -194,23 +196,13 @@ def mesh_sections() -> str:
     return "\n\n".join(sections)
 
 
-def tool_sections() -> str:
-    """Return a section for each kind of tool."""
+def member_sections(word: str, family: Mapping[str, type]) -> str:
+    """Return a section for each member of a family, which a scene chooses behind a word."""
     sections = []
-    for name, kind in INSTRUMENTS.items():
-        entries = entries_of(kind)
+    for name, member in family.items():
+        entries = entries_of(member)
         table_of = f"\n\n{entry_table(entries)}" if entries else ""
-        sections.append(f"#### `kind is {name}`\n\n{described(kind)}{table_of}")
-    return "\n\n".join(sections)
-
-
-def law_sections(word: str, family: Mapping[str, type]) -> str:
-    """Return a section for each law."""
-    sections = []
-    for name, law in family.items():
-        entries = entries_of(law)
-        table_of = f"\n\n{entry_table(entries)}" if entries else ""
-        sections.append(f"#### `{word} is {name}`\n\n{described(law)}{table_of}")
+        sections.append(f"#### `{word} is {name}`\n\n{described(member)}{table_of}")
     return "\n\n".join(sections)
 
 

@@ -246,9 +246,7 @@ def wishes(network: Network, plan: Plan) -> Recording:
     output = plan.output
     shown = np.zeros(network.node_count, dtype=bool)
     shown[output.frames] = True
-    start = Moment.of(
-        Situation.start(network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact)
-    )
+    start = Moment.of(plan.start(network))
     channels = tuple(
         LogChannel(
             log.name,

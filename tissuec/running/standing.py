@@ -46,9 +46,7 @@ class Standing:
     def begin(cls, network: Network, plan: Plan, memory: Memory) -> Self:
         """Return where a run stands at 0 s, before the events of that time."""
         return cls(
-            Situation.start(
-                network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
-            ),
+            plan.start(network),
             Timetable.of(plan),
             list(range(len(plan.triggers))),
             np.zeros(network.spring_count, dtype=bool),
@@ -79,10 +77,11 @@ def _known(network: Network, plan: Plan) -> list[object]:
     actions = [event.action for event in events]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
     contact = [] if plan.contact is None else [plan.contact]
+    imposed = [*plan.forces, *(force.field for force in plan.forces)]
     inelastic = [] if network.inelastic is None else [network.inelastic]
-    spans += [part.span for part in contact]
+    spans += [part.span for part in (*contact, *plan.forces)]
     spans += [plan.simulation.span, *(part.span for part in network.parts)]
     spans += [origin.span for part in network.provenance.values() for origin in part.origins]
     sources = {id(span.source): span.source for span in spans}.values()
     arrays = [array for array in arrays if isinstance(array, np.ndarray)]
-    return [network, *arrays, *actions, *contact, *inelastic, *sources]
+    return [network, *arrays, *actions, *contact, *imposed, *inelastic, *sources]

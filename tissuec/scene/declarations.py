@@ -15,7 +15,18 @@ from tissuec.scene.library import Library
 T = TypeVar("T")
 
 #: Blocks that are declared with a name behind the keyword: ``tissue fallopian tube { … }``.
-NAMED = ("property", "quantity", "rules", "law", "tissue", "body", "joint", "tool", "learn")
+NAMED = (
+    "property",
+    "quantity",
+    "rules",
+    "law",
+    "tissue",
+    "body",
+    "joint",
+    "tool",
+    "force",
+    "learn",
+)
 #: Blocks that stand once in a scene.
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
@@ -23,7 +34,7 @@ SINGLE = ("environment", "script", "simulate", "output")
 TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
 
 #: Of these, those whose head is a name alone.
-_BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "learn")
+_BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "force", "learn")
 
 #: How parts are written that begin otherwise than with their name and a block.
 _EXAMPLES = {
@@ -96,7 +107,10 @@ class Declarations:
 
 
 #: Kinds whose names stand side by side in sentences and so must differ from one another.
-_NAMESPACES = (("param", "let", "set", "body", "joint", "tool"), ("property", "quantity"))
+_NAMESPACES = (
+    ("param", "let", "set", "body", "joint", "tool", "force"),
+    ("property", "quantity"),
+)
 
 
 def collect(program: Program, findings: Findings) -> Declarations:

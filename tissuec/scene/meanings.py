@@ -17,6 +17,7 @@ PARTS = {
     "body": "A mesh made of tissue.",
     "joint": "Springs between bodies, by which they hang on one another or are sewn together.",
     "tool": "An instrument that holds, touches or cuts.",
+    "force": "A force on nodes beside springs, such as that of tissue around a body.",
     "learn": "What is learnt from measured data: numbers of tissues, nodes, springs or words.",
     "environment": "What acts everywhere: gravity, contact, damping.",
     "script": "What happens when: times and conditions with orders.",
@@ -69,6 +70,7 @@ ENTRIES = {
         "rupture": "Whether springs break beyond their fraction force.",
     },
     "tool": {"kind": "Which instrument it is."},
+    "force": {"kind": "Which force it is.", "acts": "The set or body that it acts on."},
     "surface": {"kind": "How the surface is drawn."},
     "scale": {
         "evenly": "Cuts the range into equal parts, one for each of these words.",

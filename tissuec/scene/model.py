@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from tissuec.core.source import Source, Span
 from tissuec.core.units import show
+from tissuec.forces import Force
 from tissuec.instruments import Instrument, Shape
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
@@ -266,6 +267,25 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True)
+class ForceOn:
+    """A force on nodes, from its block.
+
+    Attributes:
+        kind: A member of ``FORCES``.
+        target: The set or body that it acts on.
+        entries: What is written of it.
+        places: Where each entry is written.
+    """
+
+    name: str
+    kind: str
+    target: s.Name
+    entries: Force
+    places: Mapping[str, Span]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Tool:
     """An instrument.
 
@@ -351,6 +371,7 @@ class Scene:
     bodies: Mapping[str, Body]
     joints: Mapping[str, Joint]
     tools: Mapping[str, Tool]
+    forces: Mapping[str, ForceOn]
     environment: Environment
     simulation: Simulation
     lessons: Mapping[str, WrittenLesson]

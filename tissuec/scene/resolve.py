@@ -14,9 +14,10 @@ from tissuec.scene.imports import Program, whole
 from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
 from tissuec.scene.learning import read_lessons
+from tissuec.scene.members import read_force, read_tool
 from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
 from tissuec.scene.parameters import Constants, read_overrides
-from tissuec.scene.settings import AUTOMATIC, read_environment, read_simulation, read_tool
+from tissuec.scene.settings import AUTOMATIC, read_environment, read_simulation
 from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
@@ -63,6 +64,9 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         findings,
     )
     tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
+    forces = declarations.read_each(
+        "force", lambda d: read_force(d.name, d.item, declarations, scope), findings
+    )
     _check_parts(program, declarations, findings)
     # Both stand in for what may be wrong; in a run without end, nothing comes too late.
     environment = Environment(np.zeros(3), 0.0, 0.0, 0.0, None, whole(program.main))
@@ -87,6 +91,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         bodies=bodies,
         joints=joints,
         tools=tools,
+        forces=forces,
         environment=environment,
         simulation=simulation,
         lessons=lessons,

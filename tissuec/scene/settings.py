@@ -1,4 +1,4 @@
-"""The blocks that stand once: environment and simulate; and the tools."""
+"""The blocks that stand once: environment and simulate."""
 
 import math
 from collections.abc import Mapping
@@ -8,10 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, Note, alternatives, insertion
+from tissuec.core.errors import Edit, Hint, Note, insertion
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
-from tissuec.instruments import INSTRUMENTS
 from tissuec.integrators import INTEGRATORS
 from tissuec.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
@@ -23,12 +22,11 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import whole
-from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.model import ContactLaw, Environment
 
 DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 AUTOMATIC = "automatic"
-HOLDING = "forceps"  # the kind that holds nodes, and so can move them
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
 
 
@@ -249,51 +247,6 @@ def simulate_schema() -> dict[str, schema.Entry]:
     names = OneOf((AUTOMATIC, *INTEGRATORS, RELAXATION), opens=True)
     entries["integrator"] = schema.Entry(old.name, old.field, names, old.default, old.about)
     return entries
-
-
-def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
-    """Return a tool from its block; one that is wrong is still known by its name."""
-    assert isinstance(item, s.Block)
-    kind, shapes, entries = "", (), None
-    with scope.findings.item():
-        kind, others = _kind_of(name, item, scope)
-        what = f"tool {name.text}"
-        read, places = schema.build(
-            INSTRUMENTS[kind], others, scope, what=what, where=item.head
-        )
-        try:
-            shapes = read.shapes()
-        except ValueError as error:
-            reason = str(error)
-            span = schema.blamed(reason, places, item.head)
-            scope.findings.reject("TIS309", f"{what}: {reason}", span)
-        entries = read
-    return Tool(name.text, kind, shapes, entries, item.head)
-
-
-def _kind_of(name: s.Name, item: s.Block, scope: Scope) -> tuple[str, list[s.Item]]:
-    """Return which instrument a block describes, and its other entries."""
-    written = [i for i in item.items if isinstance(i, s.Sentence) and i.name.key == "kind"]
-    if not written:
-        scope.findings.reject(
-            "TIS304",
-            f'tool {name.text} needs "kind"',
-            item.head,
-            hint=schema.missing(f"kind is {HOLDING}", item.head),
-        )
-    kind = schema.word_of(written[0], scope, example=f"kind is {HOLDING}")
-    if kind.key not in INSTRUMENTS:
-        scope.findings.reject(
-            "TIS305",
-            f'there is no tool of the kind "{kind.text}"',
-            kind.span,
-            hint=alternatives(kind.key, INSTRUMENTS, what="kinds"),
-        )
-    others = [i for i in item.items if i is not written[0]]
-    for again in written[1:]:
-        notes = (Note("first here", written[0].span),)
-        scope.findings.reject("TIS307", '"kind" is written twice', again.span, notes=notes)
-    return kind.key, others
 
 
 def _single(

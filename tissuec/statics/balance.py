@@ -95,7 +95,7 @@ class Balance:
         self.mass = situation.mass[self.free]
         self.load = applied_forces(situation)[self.free]
         self._number, self._time = number, situation.time
-        self._fields, self._contact = situation.fields, situation.touching
+        self._fields = situation.fields
         self._position = situation.position.copy()
         self._start = self._position[self.free]
         self._jets = tuple(situation.jets.values())
@@ -112,14 +112,15 @@ class Balance:
         return self.load + self._blown
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
-        """Return which free nodes contact acts on, shape (free,).
+        """Return which free nodes contact or a force ties to something, shape (free,).
 
         Args:
             position: Of all nodes of the scene [m], shape (node, 3).
         """
-        if self._contact is None:
-            return np.zeros(len(self.free), dtype=bool)
-        return self._contact.touched(position)[self.free]
+        found = np.zeros(len(position), dtype=bool)
+        for acting in self._fields:
+            found |= acting.touched(position)
+        return found[self.free]
 
     def bars(self, x: Floats) -> Bars:
         """Return what the springs do with the free nodes at x [m], shape (free, 3)."""
@@ -204,7 +205,9 @@ class Balance:
         steep = np.abs(self.behaviour.slope(bars.length - self.rest))
         reach = bars.length + self.rest + place
         noise = ROUNDING * float((steep * reach).max(initial=0.0))
-        return noise + ROUNDING * sum(acting.noise(bars.position) for acting in self._fields)
+        return noise + ROUNDING * sum(
+            acting.noise(self._time, bars.position) for acting in self._fields
+        )
 
     def largest(self, bars: Bars) -> float:
         """Return the largest force of a spring or load [N], by which residuals are judged."""

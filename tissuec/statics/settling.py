@@ -156,6 +156,7 @@ def refuse_falling(balance: Balance) -> None:
     labels = topology.pieces(len(balance.free), balance.ends[inner])
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
     anchored[labels[balance.ends[~inner].max(axis=1)]] = True
+    anchored[labels[balance.touched(balance.bars(balance.start).position)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)
     most = UNLOADED * float(np.abs(balance.load).sum(axis=0).max())

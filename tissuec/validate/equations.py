@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.validate.forces import FORMULAS
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import Laws
@@ -120,6 +121,7 @@ class Equations:
             *(() if (hinges := situation.folding) is None else (Folding(hinges),)),
             *(JetForce(each, network) for each in situation.jets.values()),
             *(() if self.contact is None else (self.contact,)),
+            *(FORMULAS[force.kind](force.field) for force in situation.forces),
         )
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = situation.gravity, situation.braking[self.free]

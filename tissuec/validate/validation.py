@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from tissuec.compiler import Compiled
 from tissuec.validate.compare import Quantity
 from tissuec.validate.events import Matching
+from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict
 from tissuec.validate.observing import Observed, observe, output_times, thinned
+from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import Known, Progress, known_reference
 from tissuec.validate.wording import reasons
 
@@ -64,10 +66,16 @@ def validate(
         progress: Told a stage and the simulated time [s].
 
     Raises:
-        ReferenceFailure: SciPy's solver could not go on.
+        ReferenceFailure: SciPy's solver could not go on, or lacks a formula.
     """
     started = clock.monotonic()
     network, plan = compiled.network, compiled.plan
+    for force in plan.forces:
+        if force.kind not in FORMULAS:
+            raise ReferenceFailure(
+                f"the reference has no formula of its own for {force.name}: no file in "
+                f'tissuec/validate/forces has a member "{force.kind}"'
+            )
     every = output_times(network, plan)
     times = thinned(every, network.node_count)
     run = observe(network, plan, times, lambda time: progress("run", time))

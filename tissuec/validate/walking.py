@@ -15,7 +15,6 @@ import numpy as np
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network
 from tissuec.plan import Plan
-from tissuec.situation import Situation
 from tissuec.validate.calendar import Calendar
 from tissuec.validate.crossings import Break, Strains, first_true
 from tissuec.validate.equations import Equations, Scales, overloaded
@@ -52,9 +51,7 @@ class Walk:
         self.network, self.plan, self.track = network, plan, track
         self.method, self.rtol = method, rtol
         self.duration = plan.simulation.duration
-        self.situation = Situation.start(
-            network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
-        )
+        self.situation = plan.start(network)
         self.calendar = Calendar(plan.events, SAME * self.duration)
         self.waiting = list(range(len(plan.triggers)))
         self.work = self.lost = self.switched = self.initial = 0.0

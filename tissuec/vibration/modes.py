@@ -214,10 +214,11 @@ def _resisted(net: _Net, phi: Floats) -> float:
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
     braked = float(net.situation.braking[net.balance.free] @ (phi**2).sum(axis=1))
-    if (hinges := net.situation.folding) is not None:
-        moving = np.zeros_like(net.bars.position)
-        moving[net.balance.free] = phi
-        braked += float(hinges.powers(0.0, net.bars.position, moving)[1])
+    hinges = () if (folding := net.situation.folding) is None else (folding,)
+    moving = np.zeros_like(net.bars.position)
+    moving[net.balance.free] = phi
+    for field in (*hinges, *(force.field for force in net.situation.forces)):
+        braked += float(field.powers(net.situation.time, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked
 
 
@@ -233,10 +234,10 @@ def _notes(
     situation, unknowns = net.situation, net.operator.size
     zero = ZERO * net.operator.top
     yield from _out_of_balance(situation, chosen)
-    whole = Balance(situation, chosen)
-    touched = int(whole.touched(whole.bars(whole.start).position).sum())
-    if touched:
-        yield f"contact is ignored: it acts on {counted(touched, 'node')}"
+    if (contact := situation.touching) is not None:
+        touched = int(contact.touched(situation.position)[net.balance.free].sum())
+        if touched:
+            yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if situation.inelastic is not None:
         yield "springs that relax or yield are as stiff here as after they have given way"
     elongation = net.bars.length - net.balance.rest

@@ -3,3 +3,56 @@
 Nothing here, and nothing that these modules import, computes a force for the engine: numbers
 come from a ``Situation`` as plain attributes, and docs/numerics.md is what both implement.
 """
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.registry import Family
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Formula(Protocol):
+    """A field of forces; a member of ``FORMULAS`` is made of the field of a ``force`` block.
+
+    Arguments have the same meaning everywhere: ``time`` [s], ``position`` [m] and ``velocity``
+    [m/s] of all nodes, shape (node, 3).
+    """
+
+    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
+        """Add the forces on all nodes [N], shape (node, 3)."""
+        ...
+
+    def energy(self, time: float, position: Floats) -> float:
+        """Return the stored energy [J]."""
+        ...
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is put in from outside [W]."""
+        ...
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is lost [W]."""
+        ...
+
+    def matrix(self, time: float, position: Floats, number: Indices, size: int) -> "coo_matrix":
+        """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).
+
+        Args:
+            number: Of each node among those that may move, -1 for others.
+            size: How many may move.
+        """
+        ...
+
+
+#: Under the names of the members of ``tissuec.forces.FORCES``.
+FORMULAS: Family[Callable[[Any], Formula]] = Family(
+    "tissuec.validate.forces", "formula of a force"
+)

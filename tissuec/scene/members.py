@@ -1,0 +1,106 @@
+"""Blocks whose ``kind`` says which member of a family they describe: tools and forces."""
+
+from collections.abc import Collection, Sequence
+
+from tissuec.core.errors import Note, alternatives
+from tissuec.forces import FORCES
+from tissuec.instruments import INSTRUMENTS
+from tissuec.lang import syntax as s
+from tissuec.scene import schema
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import ForceOn, Tool
+
+HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
+
+
+def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
+    """Return a tool from its block; one that is wrong is still known by its name."""
+    assert isinstance(item, s.Block)
+    what, kind, shapes, entries = f"tool {name.text}", "", (), None
+    with scope.findings.item():
+        kind, others = _kind(what, item, item.items, INSTRUMENTS, HOLDING, scope)
+        read, places = schema.build(
+            INSTRUMENTS[kind], others, scope, what=what, where=item.head
+        )
+        try:
+            shapes = read.shapes()
+        except ValueError as error:
+            reason = str(error)
+            span = schema.blamed(reason, places, item.head)
+            scope.findings.reject("TIS309", f"{what}: {reason}", span)
+        entries = read
+    return Tool(name.text, kind, shapes, entries, item.head)
+
+
+def read_force(name: s.Name, item: s.Item, declarations: Declarations, scope: Scope) -> ForceOn:
+    """Return a force from its block, or reject it if anything of it is wrong."""
+    assert isinstance(item, s.Block)
+    what = f"force {name.text}"
+    known = (*declarations.of("set").values(), *declarations.of("body").values())
+    example = f"acts on {next((one.name.text for one in known), 'SET')}"
+    target, others = _target(what, item, example, scope)
+    kind, others = _kind(what, item, others, FORCES, "foundation", scope)
+    read, places = schema.build(FORCES[kind], others, scope, what=what, where=item.head)
+    return ForceOn(name.text, kind, target, read, places, item.head)
+
+
+def _target(
+    what: str, block: s.Block, example: str, scope: Scope
+) -> tuple[s.Name, list[s.Item]]:
+    """Return the set or body behind ``acts on``, and the other items of a block."""
+    near = (i for i in block.items if isinstance(i, s.Sentence))
+    item = next((i for i in near if i.name.key.startswith("acts ")), None)
+    if item is None:
+        item, others = _single(what, "acts", example, block, block.items, scope)
+        match item:
+            case s.Sentence(phrase=None, clauses=(s.Clause("on", s.Name() as name),)):
+                return name, others
+    scope.findings.reject(
+        "TIS312", '"acts" is followed by "on" and one set or body', item.span,
+        hint=f"for example: {example}",
+    )  # fmt: skip
+
+
+def _kind(
+    what: str,
+    block: s.Block,
+    items: Sequence[s.Item],
+    kinds: Collection[str],
+    example: str,
+    scope: Scope,
+) -> tuple[str, list[s.Item]]:
+    """Return which member of a family a block describes, and its other items."""
+    example = f"kind is {example}"
+    item, others = _single(what, "kind", example, block, items, scope)
+    kind = schema.word_of(item, scope, example=example)
+    if kind.key not in kinds:
+        family = what.split()[0]
+        scope.findings.reject(
+            "TIS305",
+            f'there is no {family} of the kind "{kind.text}"',
+            kind.span,
+            hint=alternatives(kind.key, kinds, what="kinds"),
+        )
+    return kind.key, others
+
+
+def _single(
+    what: str,
+    key: str,
+    example: str,
+    block: s.Block,
+    items: Sequence[s.Item],
+    scope: Scope,
+) -> tuple[s.Sentence, list[s.Item]]:
+    """Return the sentence of a block that begins with a word, and all other items."""
+    written = [i for i in items if isinstance(i, s.Sentence) and i.name.key == key]
+    if not written:
+        scope.findings.reject(
+            "TIS304", f'{what} needs "{key}"', block.head,
+            hint=schema.missing(example, block.head),
+        )  # fmt: skip
+    for again in written[1:]:
+        notes = (Note("first here", written[0].span),)
+        scope.findings.reject("TIS307", f'"{key}" is written twice', again.span, notes=notes)
+    return written[0], [i for i in items if i is not written[0]]
