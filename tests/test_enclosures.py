@@ -13,9 +13,10 @@ from tests.hand_net import make_net, span
 from tissuec import mechanics
 from tissuec.courses import Course
 from tissuec.engine.stability import spectral_radius
-from tissuec.forces.volume import Enclosure, open_edges
+from tissuec.forces.volume import LARGE, Enclosure, open_edges
 from tissuec.meshes import MESHES
 from tissuec.situation import Situation
+from tissuec.statics.balance import Balance
 from tissuec.statics.settling import settle
 
 RADIUS, MODULUS = 0.02, 1e4
@@ -195,3 +196,24 @@ def test_a_ball_under_pressure_settles_where_all_forces_balance():
     assert largest > 1e-3
     assert np.abs(left[free]).max() < 1e-9 * largest
     assert np.abs(situation.position - net.position)[free].max() > 1e-3 * RADIUS
+
+
+@pytest.mark.parametrize("pulled", [0.0, 0.02])
+def test_a_large_surface_settles_the_same_without_a_full_matrix(pulled, monkeypatch):
+    """Pressed flat between its poles, too, where pressure alone keeps it from folding."""
+    places = []
+    for large in (LARGE, 10**9):
+        monkeypatch.setattr("tissuec.forces.volume.LARGE", large)
+        net, enclosure = ball(2, stiffness=20.0)
+        situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
+        situation.enclosures = {"net": enclosure.swollen(0.1, Course("constant", 0.0, np.inf))}
+        poles = np.argsort(net.position[:, 2])[[0, -1]]
+        situation.holders["fix"] = poles
+        situation.position[:, 2] *= 1.0 - pulled / (2.0 * RADIUS)
+        settle(situation, np.ones(net.node_count, dtype=bool))
+        places.append(situation.position.copy())
+        if large == LARGE:
+            balance = Balance(situation, np.ones(net.node_count, dtype=bool))
+            found = balance.matrix(balance.bars(balance.start), exact=True)
+            assert found.sparse.nnz < 64 * 3 * net.node_count and found.wide.shape[1] == 1
+    assert places[0] == pytest.approx(places[1], abs=1e-9 * RADIUS)

@@ -78,6 +78,16 @@ class Field(ABC):
     ) -> "coo_matrix":
         """Return minus the derivative of the forces [N/m]; none that weakens unless exact."""
 
+    def split(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "tuple[coo_matrix, Floats]":
+        """Return the matrix as S and W of S + W Wᵀ, W of shape (3 size, column).
+
+        W has what acts between many nodes at once, and would fill S.
+        """
+        whole = self.matrix(time, position, number, size, exact=exact)
+        return whole, np.zeros((3 * size, 0))
+
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which nodes it ties to what is outside of their piece, shape (node,)."""
         return np.zeros(len(position), dtype=bool)

@@ -43,6 +43,8 @@ from tissuec.topology import springs_between
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
 
+LARGE = 96  # unknowns that a volume acts on: its part of a sparse matrix would fill it
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swelling:
@@ -232,6 +234,19 @@ class Enclosure(Field):
         if exact:
             total = total + self.bending(time, position, number, size)
         return coo_matrix(total)
+
+    def split(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "tuple[coo_matrix, Floats]":
+        """Return ``matrix`` with large cells apart: each is a column of ``resistance``."""
+        from scipy.sparse import coo_matrix, csc_matrix
+
+        ways = csc_matrix(self.resistance(position, number, size))
+        is_large = np.diff(ways.indptr) > LARGE
+        total = ways[:, ~is_large] @ ways[:, ~is_large].T
+        if exact:
+            total = total + self.bending(time, position, number, size)
+        return coo_matrix(total), ways[:, is_large].toarray()
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""

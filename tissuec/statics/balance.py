@@ -24,7 +24,7 @@ from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
+    from tissuec.statics.stiffness import Stiffness
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)
 
@@ -214,10 +214,6 @@ class Balance:
         load = np.sqrt((self.load**2).sum(axis=1)).max(initial=0.0)
         return max(float(np.abs(bars.tension).max(initial=0.0)), float(load))
 
-    def top(self, bars: Bars) -> float:
-        """Return the largest entry on the diagonal of K, its clamped part counted [N/m]."""
-        return float(self.matrix(bars, exact=False).diagonal().max(initial=0.0))
-
     def pressing(self, bars: Bars) -> Floats:
         """Return how strongly enclosed volumes may resist each free node [N/m], shape (free,).
 
@@ -226,8 +222,9 @@ class Balance:
         size = len(self.free)
         total = np.zeros(3 * size)
         for acting in self._fields:
-            part = acting.matrix(self._time, bars.position, self._number, size)
-            total += np.asarray(abs(part).sum(axis=1)).ravel()
+            sparse, wide = acting.split(self._time, bars.position, self._number, size)
+            total += np.asarray(abs(sparse).sum(axis=1)).ravel()
+            total += np.abs(wide) @ np.abs(wide).sum(axis=0)
         return total.reshape(-1, 3).max(axis=1)
 
     def weakening(self, bars: Bars) -> float:
@@ -244,7 +241,7 @@ class Balance:
         turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
         return float(total.max(initial=0.0)) + turning
 
-    def matrix(self, bars: Bars, *, exact: bool) -> "csc_matrix":
+    def matrix(self, bars: Bars, *, exact: bool) -> "Stiffness":
         """Return K [N/m], shape (3 free, 3 free).
 
         Args:
@@ -252,12 +249,25 @@ class Balance:
         """
         from scipy.sparse import coo_matrix, csc_matrix
 
-        size = 3 * len(self.free)
-        values, rows, columns = self.entries(bars, exact=exact)
-        return csc_matrix(coo_matrix((values, (rows, columns)), shape=(size, size)))
+        from tissuec.statics.stiffness import Stiffness
+
+        size = len(self.free)
+        values, rows, columns = ([each] for each in self.entries(bars, exact=exact))
+        wide = [np.zeros((3 * size, 0))]
+        for acting in self._fields:
+            sparse, beside = acting.split(
+                self._time, bars.position, self._number, size, exact=exact
+            )
+            values.append(sparse.data)
+            rows.append(sparse.row)
+            columns.append(sparse.col)
+            wide.append(beside)
+        where = np.concatenate(rows), np.concatenate(columns)
+        total = coo_matrix((np.concatenate(values), where), shape=(3 * size, 3 * size))
+        return Stiffness(csc_matrix(total), np.hstack(wide))
 
     def entries(self, bars: Bars, *, exact: bool) -> tuple[Floats, Indices, Indices]:
-        """Return summands of K [N/m] with their rows and columns; arguments as ``matrix``."""
+        """Return summands of K by springs [N/m], with rows and columns; see ``matrix``."""
         has_direction = bars.length > 0.0
         steep = self.behaviour.slope(bars.length - self.rest)
         if not exact:
@@ -271,16 +281,7 @@ class Balance:
         block = along[:, None, None] * np.einsum("si,sj->sij", bars.direction, bars.direction)
         block += across[:, None, None] * np.eye(3)
         moves, sign, row, column = self._blocks
-        values = [(sign[:, None, None] * block[moves]).ravel()]
-        rows, columns = [row], [column]
-        for acting in self._fields:
-            pressed = acting.matrix(
-                self._time, bars.position, self._number, len(self.free), exact=exact
-            )
-            rows.append(pressed.row)
-            columns.append(pressed.col)
-            values.append(pressed.data)
-        return np.concatenate(values), np.concatenate(rows), np.concatenate(columns)
+        return (sign[:, None, None] * block[moves]).ravel(), row, column
 
     @cached_property
     def _blocks(self) -> tuple[Indices, Floats, Indices, Indices]:

@@ -8,12 +8,11 @@ left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, chap
 """
 
 import numpy as np
-from scipy.sparse import csc_matrix, diags_array
-from scipy.sparse.linalg import splu
 
 from tissuec.network import Floats
 from tissuec.statics.balance import Balance, Bars
 from tissuec.statics.rigid import NeutralMotions
+from tissuec.statics.stiffness import Factor, Stiffness
 
 PRECISE = 1e-12  # of the largest force: what may be left of one that balances
 NEAR = 1e-2  # of the largest force: from here on K is exact
@@ -71,25 +70,20 @@ def direction(
     clamped, force = balance.matrix(bars, exact=False), neutral.balanced(force)
     top = float(clamped.diagonal().max(initial=0.0))
     held = neutral.supports(top)
-    step = None
-    if exact:
-        step = _solved(balance.matrix(bars, exact=True) + csc_matrix(diags_array(held)), force)
+    step = _solved(balance.matrix(bars, exact=True).plus(held), force) if exact else None
     if step is None:
-        step = _solved(clamped + csc_matrix(diags_array(held + SHIFT * top)), force)
+        step = _solved(clamped.plus(held + SHIFT * top), force)
     return None if step is None else neutral.without(step)
 
 
-def _solved(matrix: csc_matrix, force: Floats) -> Floats | None:
+def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
     """Return K⁻¹ F, shape (free, 3); None if K is not positive definite."""
-    symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
     try:
-        factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", options=symmetric)
+        factor = Factor(matrix)
     except RuntimeError:  # singular
         return None
-    # Without exchanges of rows, the pivots have the signs of the eigenvalues.
-    is_definite = np.array_equal(factor.perm_r, factor.perm_c) and factor.U.diagonal().min() > 0
     step = factor.solve(force.ravel()).reshape(-1, 3)
-    return step if is_definite and np.vdot(step, force) > 0.0 else None
+    return step if factor.is_definite and np.vdot(step, force) > 0.0 else None
 
 
 def downhill(

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from scipy.sparse import eye_array
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from tissuec.network import Floats
 from tissuec.situation import Situation
 from tissuec.statics.balance import Balance
 from tissuec.statics.rest import LOOSE
 from tissuec.statics.rigid import NeutralMotions
+from tissuec.statics.stiffness import Factor
 
 LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
 
@@ -44,9 +44,10 @@ def softest(balance: Balance, x: Floats) -> Mode | None:
     None where there is none, or where it was not found.
     """
     bars = balance.bars(x)
-    matrix, top = balance.matrix(bars, exact=True), balance.top(bars)
+    matrix, size = balance.matrix(bars, exact=True), 3 * len(x)
+    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
     neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
-    if neutral.count >= matrix.shape[0]:
+    if neutral.count >= size:
         return None
     below = -balance.weakening(bars) - 1e-3 * top
     start = np.sin(1.0 + np.arange(3.0 * len(balance.free)) ** 2)
@@ -55,9 +56,10 @@ def softest(balance: Balance, x: Floats) -> Mode | None:
         return neutral.without(vector.reshape(-1, 3)).ravel()
 
     try:
-        solve = splu(matrix - below * eye_array(matrix.shape[0], format="csc")).solve
-        inverse = LinearOperator(matrix.shape, lambda b: project(solve(project(b))))
-        found = cast(Any, eigsh)(matrix, k=1, sigma=below, v0=project(start), OPinv=inverse)
+        solve = Factor(matrix.plus(np.full(size, -below))).solve
+        inverse = LinearOperator((size, size), lambda b: project(solve(project(b))))
+        whole = LinearOperator((size, size), matrix)
+        found = cast(Any, eigsh)(whole, k=1, sigma=below, v0=project(start), OPinv=inverse)
     except (ArpackError, RuntimeError):
         return None
     value, shape = float(found[0][0]), np.asarray(found[1]).reshape(-1, 3)

@@ -134,10 +134,10 @@ def modes_of(
 
 
 def _net(situation: Situation, chosen: NDArray[np.bool_]) -> _Net:
-    bare = replace(situation, contact=None, enclosures={})
+    bare = replace(situation, contact=None)
     balance = Balance(bare, chosen)
     bars = balance.bars(balance.start)
-    return _Net(situation, balance, bars, operator_of(situation, balance, bars))
+    return _Net(situation, balance, bars, operator_of(balance, bars))
 
 
 def _rigid(net: _Net) -> csc_matrix:

@@ -17,11 +17,9 @@ from scipy.sparse import csc_matrix, csr_matrix, diags_array, eye_array
 from scipy.sparse.linalg import splu
 
 from tissuec.network import Floats, Indices
-from tissuec.situation import Situation
 from tissuec.statics.balance import Balance, Bars
 from tissuec.vibration.ordering import dissected
 
-LARGE = 96  # unknowns that a volume acts on: its part of a sparse matrix would fill it
 SOUND = 1e-6  # of the right-hand side: what a solution may leave of it
 TRUSTED = 1e-2  # what it may leave before it is refined, so that the signs of pivots are right
 
@@ -141,24 +139,16 @@ class Shifted:
         return found
 
 
-def operator_of(situation: Situation, balance: Balance, bars: Bars) -> Operator:
+def operator_of(balance: Balance, bars: Bars) -> Operator:
     """Return the matrix of small motions of the free nodes of a balance.
 
     Args:
-        balance: Of the situation without its enclosures, whose parts are added here.
         bars: With the free nodes where they are.
     """
-    size = len(balance.free)
-    number = np.full(situation.network.node_count, -1)
-    number[balance.free] = np.arange(size)
-    matrix, wide = balance.matrix(bars, exact=True), [np.zeros((3 * size, 0))]
-    for enclosure in situation.enclosures.values():
-        matrix = matrix + enclosure.bending(situation.time, bars.position, number, size)
-        ways = csc_matrix(enclosure.resistance(bars.position, number, size))
-        is_large = np.diff(ways.indptr) > LARGE
-        matrix = matrix + ways[:, ~is_large] @ ways[:, ~is_large].T
-        wide.append(ways[:, is_large].toarray())
+    stiffness = balance.matrix(bars, exact=True)
     root = diags_array(1.0 / np.sqrt(np.repeat(balance.mass, 3)))
     return Operator(
-        csc_matrix(root @ matrix @ root), root @ np.hstack(wide), bars.position[balance.free]
+        csc_matrix(root @ stiffness.sparse @ root),
+        root @ stiffness.wide,
+        bars.position[balance.free],
     )
