@@ -173,7 +173,7 @@ def test_fastest_motion_knows_the_pressure_of_cells():
     plain = spectral_radius(situation)
     situation.enclosures = {"block": enclosure}
     count = net.node_count
-    matrix = enclosure.stiffness(net.position, np.arange(count), count).toarray()
+    matrix = enclosure.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
     for (a, b), c in zip(net.ends, net.stiffness, strict=True):
         n = net.position[b] - net.position[a]
         n /= np.linalg.norm(n)

@@ -56,3 +56,23 @@ def test_a_changed_vocabulary_beside_the_shipped_one_is_still_a_second_one(scene
     with pytest.raises(CompileError) as caught:
         warnings_of(scene)
     assert caught.value.diagnostics[0].code == "TIS503"
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("tissues/matter/liver", "matter/liver"),
+        ("library/tissues/liver", "tissues/liver"),
+        ("liver", "tissues/liver"),
+        ("two_masses", None),  # a scene, which no other text can use
+    ],
+)
+def test_a_file_in_the_wrong_folder_is_found(
+    tmp_path: Path, written: str, meant: str | None
+) -> None:
+    path = tmp_path / "tube.tis"
+    path.write_text(SCENE.replace("tissues/fallopian_tube", written))
+    with pytest.raises(CompileError) as caught:
+        warnings_of(path)
+    hint = caught.value.diagnostics[0].hint
+    assert (f'"{meant}"' in hint) if meant else "scenes/" not in hint

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @FORCES.member("foundation")
 @dataclass(frozen=True, slots=True, eq=False)
 class Foundation:
-    """Tissue around a body that holds its surface where it is drawn, as a bed of springs does.
+    """Holds a surface where it is drawn, as tissue around a body does.
 
     Attributes:
         stiffness: pressure per displacement, in all directions
@@ -40,7 +40,7 @@ class Foundation:
 
     def on(self, acted: Acted) -> Field:
         if not acted.area.any():
-            raise ValueError("it acts by area, and these nodes are on no surface")
+            raise ValueError("it acts by area, but none of these nodes is on a surface")
         kept = acted.area > 0.0
         area = acted.area[kept]
         return Bed(
@@ -106,7 +106,7 @@ class Bed(Field):
 
 
 class BedTable(NamedTuple):
-    """What the kernel is given; nodes are where theirs begin among all, divided by three."""
+    """What the kernel is given; see ``Bed``."""
 
     nodes: Indices
     home: Rows

@@ -194,14 +194,6 @@ class Enclosure(Field):
         ways = csr_matrix(entries, shape=(3 * size, self.cell_count))
         return csr_matrix(ways @ diags(np.sqrt(self.modulus / self.drawn)))
 
-    def stiffness(self, position: Floats, number: Indices, size: int) -> "csr_matrix":
-        """Return what resists a change of volumes, Σ K/V0 ∂V/∂x ∂V/∂xᵀ [N/m].
-
-        The matrix is of shape (3 size, 3 size); arguments are those of ``resistance``.
-        """
-        ways = self.resistance(position, number, size)
-        return ways @ ways.T
-
     def bending(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> "csr_matrix":
@@ -209,7 +201,7 @@ class Enclosure(Field):
 
         With [c] d = c × d, the second derivatives of 24 V are [q] by p and s, [p] by s and q,
         and [s] by q and p, of opposite sign the other way round. Arguments and shape are those
-        of ``stiffness``.
+        of ``matrix``.
         """
         from scipy.sparse import csr_matrix
 
@@ -227,13 +219,12 @@ class Enclosure(Field):
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "coo_matrix":
-        """Return ``stiffness``, and ``bending`` if ``exact``; arguments are the same."""
-        from scipy.sparse import coo_matrix
+        """Return Σ K/V0 ∂V/∂x ∂V/∂xᵀ, and ``bending`` if ``exact``; see ``Field``."""
+        from scipy.sparse import coo_matrix, csr_matrix
 
-        total = self.stiffness(position, number, size)
-        if exact:
-            total = total + self.bending(time, position, number, size)
-        return coo_matrix(total)
+        sparse, wide = self.split(time, position, number, size, exact=exact)
+        ways = csr_matrix(wide)
+        return coo_matrix(sparse + ways @ ways.T)
 
     def split(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True

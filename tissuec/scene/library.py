@@ -17,6 +17,7 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 
 MATTER = "matter/"  # where presets of matter are
+SCENES = "scenes/"  # where whole scenes are, which no other text can use
 SUFFIX = ".tis"
 LARGEST_FILE = 256 << 20  # bytes; beyond, a text is a mistake rather than a scene
 LINK = '"{}" is a link that leads outside of the folders that may be searched'
@@ -82,10 +83,13 @@ class Library:
                 Edit(f"./{bare}", old=wanted),
             )
         start = "./" if wanted.startswith("./") else ""
-        names = [f"{start}{name}" for name, _ in files_of(self.places(wanted))]
-        stem = wanted.removesuffix(SUFFIX).split("/")[-1]
-        same = [name for name in names if name.split("/")[-1] == stem]
-        if not same:
+        found = (name for name, _ in files_of(self.places(wanted)))
+        names = [f"{start}{name}" for name in found if not name.startswith(SCENES)]
+        parts = bare.split("/")
+        tails = ["/".join(parts[first:]) for first in range(len(parts))]
+        matches = ([name for name in names if f"/{name}".endswith(f"/{t}")] for t in tails)
+        same = next(filter(None, matches), None)  # those with the longest common end
+        if same is None:
             return did_you_mean(wanted, names)
         meant = _of_springs(same)
         return Hint(f'did you mean "{meant}"?', Edit(meant, old=wanted))

@@ -9,7 +9,7 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
-from tissuec.scene.model import ForceOn, Tool
+from tissuec.scene.model import Tool, WrittenForce
 
 HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
 
@@ -33,7 +33,9 @@ def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     return Tool(name.text, kind, shapes, entries, item.head)
 
 
-def read_force(name: s.Name, item: s.Item, declarations: Declarations, scope: Scope) -> ForceOn:
+def read_force(
+    name: s.Name, item: s.Item, declarations: Declarations, scope: Scope
+) -> WrittenForce:
     """Return a force from its block, or reject it if anything of it is wrong."""
     assert isinstance(item, s.Block)
     what = f"force {name.text}"
@@ -42,7 +44,7 @@ def read_force(name: s.Name, item: s.Item, declarations: Declarations, scope: Sc
     target, others = _target(what, item, example, scope)
     kind, others = _kind(what, item, others, FORCES, "foundation", scope)
     read, places = schema.build(FORCES[kind], others, scope, what=what, where=item.head)
-    return ForceOn(name.text, kind, target, read, places, item.head)
+    return WrittenForce(name.text, kind, target, read, places, item.head)
 
 
 def _target(

@@ -267,7 +267,7 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True)
-class ForceOn:
+class WrittenForce:
     """A force on nodes, from its block.
 
     Attributes:
@@ -371,7 +371,7 @@ class Scene:
     bodies: Mapping[str, Body]
     joints: Mapping[str, Joint]
     tools: Mapping[str, Tool]
-    forces: Mapping[str, ForceOn]
+    forces: Mapping[str, WrittenForce]
     environment: Environment
     simulation: Simulation
     lessons: Mapping[str, WrittenLesson]

@@ -134,10 +134,14 @@ def modes_of(
 
 
 def _net(situation: Situation, chosen: NDArray[np.bool_]) -> _Net:
-    bare = replace(situation, contact=None)
-    balance = Balance(bare, chosen)
+    balance = Balance(_bare(situation), chosen)
     bars = balance.bars(balance.start)
     return _Net(situation, balance, bars, operator_of(balance, bars))
+
+
+def _bare(situation: Situation) -> Situation:
+    """Return a situation without contact, which is no spring about where a net is."""
+    return replace(situation, contact=None)
 
 
 def _rigid(net: _Net) -> csc_matrix:
@@ -214,10 +218,9 @@ def _resisted(net: _Net, phi: Floats) -> float:
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
     braked = float(net.situation.braking[net.balance.free] @ (phi**2).sum(axis=1))
-    hinges = () if (folding := net.situation.folding) is None else (folding,)
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
-    for field in (*hinges, *(force.field for force in net.situation.forces)):
+    for field in _bare(net.situation).fields:
         braked += float(field.powers(net.situation.time, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked
 
