@@ -110,9 +110,14 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         plain = compile_plain(Path(folder))
         rows = [measure(net, plain) for net in nets()]
+    shared = [gain(net) for net in nets()[2:]]
     page = PAGE.read_text(encoding="utf-8")
     heads = ("net", "nodes", "springs", "C loop", *METHODS)
-    contents = {"kernels": table(heads, rows), "skipping": skipping(nets()[0], nets()[2])}
+    contents = {
+        "kernels": table(heads, rows),
+        "threads": table(("net", "springs", *METHODS), shared),
+        "skipping": skipping(nets()[0], nets()[2]),
+    }
     PAGE.write_text(replace_places(page, contents, mark="timed"), encoding="utf-8")
     return 0
 
@@ -142,10 +147,28 @@ def measure(net: Net, plain: ctypes.CDLL) -> list[str]:
     return [net.name, str(nodes), str(springs), f"{best:.2f}", *shown]
 
 
+def gain(net: Net) -> list[str]:
+    """Return a row: how many times as fast two threads are as one, the medians of pairs."""
+    compiled, _ = compile_request(Request(Source("net.tis", scene(net))))
+    shown = []
+    for method in METHODS:
+        one, two = (Stepping(compiled, method, threads=threads) for threads in (1, 2))
+        shown.append(f"{median(one.time() / two.time() for _ in range(REPEATS)):.2f}")
+    return [net.name, str(compiled.network.spring_count), *shown]
+
+
 class Stepping:
     """An engine on a net, compiled, that can be timed again and again."""
 
-    def __init__(self, compiled, method: str, *, watched: bool = False, ledger: bool = False):
+    def __init__(
+        self,
+        compiled,
+        method: str,
+        *,
+        watched: bool = False,
+        ledger: bool = False,
+        threads: int = 1,
+    ):
         self.network = compiled.network
         self.situation = situation_at_start(compiled)
         # Just below the limit, so that every step is like the others.
@@ -153,7 +176,9 @@ class Stepping:
         step = 0.1 * INTEGRATORS[method].stability_limit(omega, 0.0)
         self.evaluations = INTEGRATORS[method].evaluations
         self.step = step
-        asked = Method(method, None, step, 1e3, ledger=ledger, watch_strength=watched)
+        asked = Method(
+            method, None, step, 1e3, ledger=ledger, watch_strength=watched, threads=threads
+        )
         self.engine = Engine(
             self.network, asked, np.zeros(0), lambda samples: None, tier="compiled"
         )
@@ -176,7 +201,7 @@ class Loop:
     """The loop in C on the arrays of an engine."""
 
     def __init__(self, plain: ctypes.CDLL, run: Stepping):
-        net = run.engine._net("compiled")
+        net = run.engine._acting()
         self.evaluate = plain.evaluate
         x, v = run.engine._work.x[0], run.engine._work.v[0]
         self.arrays = [

@@ -145,6 +145,7 @@ def simulate(
     request: Request,
     resume: bool = False,
     companion: "Mode" = "auto",
+    threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Run a compiled scene and write its result to ``path``.
@@ -153,6 +154,9 @@ def simulate(
         resume: Go on from the checkpoint of an interrupted run of the same text.
         companion: How the error is estimated by a run with finer steps: in a "process" beside
             the run, "inline" after it, by the better of both ("auto"), or not at all ("off").
+        threads: That a large net may keep busy, at most. Without it there are as many as
+            processors, or half as many if a companion may run beside. Positions do not depend
+            on it.
         progress: Told the simulated time [s] now and then.
 
     Raises:
@@ -161,14 +165,15 @@ def simulate(
     """
     from tissuec.results.resuming import find_checkpoint
     from tissuec.results.writer import ResultWriter
-    from tissuec.running.companion import Companion
+    from tissuec.running.companion import Companion, threads_beside
     from tissuec.running.interrupting import asked_to_stop
     from tissuec.running.recording import Recorder, wishes
     from tissuec.running.run import run
 
     manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
-    beside = Companion(network, plan, companion, _launcher(request))
+    threads = threads or threads_beside(companion)
+    beside = Companion(network, plan, companion, _launcher(request, threads), threads)
     # Signals wait until the file is closed; HDF5 cannot be interrupted.
     with asked_to_stop() as stop, beside:
         if resume:
@@ -180,7 +185,15 @@ def simulate(
         with writer:
             recorder = Recorder(network, plan, writer, tap=beside.take)
             tell = _both(progress, beside)
-            outcome = run(network, plan, recorder, progress=tell, interrupt=stop, resume=state)
+            outcome = run(
+                network,
+                plan,
+                recorder,
+                progress=tell,
+                interrupt=stop,
+                resume=state,
+                threads=threads,
+            )
             finished = outcome.kind == "done"
             estimate = beside.estimate(stop) if finished else None
             if estimate is not None and len(estimate.times):
@@ -204,11 +217,11 @@ def _both(
     return tell
 
 
-def _launcher(request: Request) -> "Launch":
+def _launcher(request: Request, threads: int) -> "Launch":
     """Return what gives the command that steps the companion of a request into a folder."""
 
     def launch(folder: Path) -> list[str]:
-        (folder / JOB).write_bytes(pickle.dumps(request))
+        (folder / JOB).write_bytes(pickle.dumps((request, threads)))
         return [sys.executable, "-m", "tissuec", "companion", str(folder)]
 
     return launch
@@ -221,11 +234,12 @@ def step_companion(folder: Path) -> None:
     from tissuec.running.companion import FINER, ROWS, TIMES, stepped
 
     parent = os.getppid()
-    compiled, _ = compile_request(pickle.loads((folder / JOB).read_bytes()))
+    request, threads = pickle.loads((folder / JOB).read_bytes())
+    compiled, _ = compile_request(request)
     times, rows = np.load(folder / TIMES), np.load(folder / ROWS, mmap_mode="r+")
     stepped(
         compiled.network, compiled.plan, times, FINER,
-        rows=rows, interrupt=lambda: os.getppid() != parent,
+        rows=rows, interrupt=lambda: os.getppid() != parent, threads=threads,
     )  # fmt: skip
     if os.getppid() != parent:  # the run was killed, and nobody else removes its folder
         shutil.rmtree(folder, ignore_errors=True)

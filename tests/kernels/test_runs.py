@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tissuec.engine.runs import packed, places_of
+from tissuec.engine.runs import BLOCK_NODES, packed, places_of
+from tissuec.engine.team import Team
 from tissuec.kernels import runs as kernel
 from tissuec.kernels import scalar
 from tissuec.kernels.records import Operations
@@ -46,7 +47,15 @@ NETS = dict(nets())
 
 @pytest.mark.parametrize("name", NETS)
 @pytest.mark.parametrize("ledger", [False, True])
-def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(name, ledger):
+@pytest.mark.parametrize("parts", [1, 3])
+def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
+    name, ledger, parts, monkeypatch
+):
+    def share(team, function, arguments):
+        for part in reversed(range(parts)):  # which part comes first does not matter
+            function(part, parts, *arguments)
+
+    monkeypatch.setattr(kernel, "share", share)
     pairs, nodes = NETS[name]
     rng = np.random.default_rng(len(pairs))
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
@@ -59,6 +68,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(name, ledger
         law=np.zeros(len(low), dtype=np.int32),
         ledger=ledger,
         inelastic=False,
+        team=Team(2, nodes).record,
         **values,
     )
     x, v = rng.normal(size=3 * nodes), rng.normal(size=3 * nodes)
@@ -91,6 +101,25 @@ def test_every_spring_has_a_place_of_its_own():
             or [np.zeros(0)]
         )
         assert np.array_equal(node[places.place], pairs[:, 0])
+
+
+def test_every_other_block_has_no_node_in_common_with_the_next():
+    pairs, _ = NETS["blocks"]
+    places = places_of(*pairs.T)
+    assert len(places.block) > 4 and places.block[-1] == len(places.first)
+    ends = [
+        (places.first[runs].min(), (places.first + places.offset + places.length)[runs].max())
+        for runs in map(slice, places.block[:-1], places.block[1:])
+    ]
+    for (_, last), (first, _) in zip(ends, ends[2:], strict=False):
+        assert last <= first
+    assert max(last - first for first, last in ends) <= 2 * BLOCK_NODES
+
+
+def test_a_long_spring_makes_one_block_of_all():
+    pairs, nodes = NETS["blocks"]
+    low, high = np.vstack([pairs, [[0, nodes - 1]]]).T
+    assert len(places_of(low, high).block) == 2
 
 
 def test_no_name_is_that_of_an_operation():

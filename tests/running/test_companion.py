@@ -184,7 +184,7 @@ def test_a_process_that_is_killed_leaves_the_run_as_it_is(tmp_path, monkeypatch)
 
 
 def test_one_permitted_core_is_enough(tmp_path, monkeypatch):
-    monkeypatch.setattr(companion, "permitted_cores", lambda: 1)
+    monkeypatch.setattr(companion, "permitted", lambda: 1)
     monkeypatch.setattr(companion, "KNOWN", 0.0)
     monkeypatch.setattr(companion, "STARTING", 0.0)
     monkeypatch.setattr(companion.subprocess, "Popen", None)
@@ -225,7 +225,7 @@ def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
 ):
     folder = tmp_path / "companion"
     folder.mkdir()
-    pipeline._launcher(Request(Source("pair.tis", PAIR)))(folder)
+    pipeline._launcher(Request(Source("pair.tis", PAIR)), threads=1)(folder)
     np.save(folder / companion.TIMES, np.array([0.0, 0.1]))
     np.save(folder / companion.ROWS, np.full((2, 2, 3), np.nan))
     parents = iter([2])  # and then init

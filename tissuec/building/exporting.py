@@ -4,6 +4,7 @@ import json
 import lzma
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import import_module
 from inspect import isfunction, signature
 from pathlib import Path
@@ -17,6 +18,7 @@ from numba.core import types
 from numba.core.typing.templates import Signature
 
 from tissuec import forces
+from tissuec.building.sharing import TEAM, sharer
 from tissuec.building.typing import (
     NET,
     NOTHING,
@@ -42,6 +44,7 @@ from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, W
 
 #: What shipped code is made from.
 SOURCES = (
+    "building/*.ll",
     "building/*.py",
     "compiled/bundles.py",
     "compiled/calls.py",
@@ -82,6 +85,7 @@ def bundles() -> dict[str, list[Exported]]:
     found = {
         name: [OTHERS.get(name, _operation)(each) for each in names]
         for name, names in BUNDLES.items()
+        if name != "team"
     }
     for integrator in INTEGRATORS.values():
         found[of_method(integrator)] = [_drive(integrator)]
@@ -167,16 +171,27 @@ def translated(parts: list[Exported]) -> str:
     """Return the text of a bundle."""
     whole = llvm.parse_assembly("")
     for part in parts:
-        bound = Binder(part.replaced, _compiled).bind(part.function)
+        names = {"share": sharer()} | part.replaced
+        bound = Binder(names, _compiled).bind(part.function)
         made = _compiled(bound, no_cfunc_wrapper=False)
         made.compile(part.signature)
         found = made.overloads[tuple(part.signature.args)]
         module = llvm.parse_assembly(found.library.get_llvm_str())
         module.get_function(found.fndesc.llvm_cfunc_wrapper_name).name = part.name
         whole.link_in(module)
+    return _finished(whole, {part.name for part in parts})
+
+
+def _finished(whole: Any, exported: set[str]) -> str:
+    """Return the text of a module, with all that it calls."""
+    whole.link_in(llvm.parse_assembly(TEAM))
     whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
-    _simplify(whole, {part.name for part in parts})
-    text = _CALLS.sub(r"@llvm.\1.f64(", str(whole))
+    _simplify(whole, exported)
+    text = str(whole)
+    for name in MATHEMATICS:
+        if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
+            text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
+    text = _CALLS.sub(r"@llvm.\1.f64(", text)
     return _OF_CALLS.sub("", _LEFT_OUT.sub("", text))
 
 
@@ -230,10 +245,11 @@ def _simplify(module: Any, exported: set[str]) -> None:
 def export() -> Iterator[tuple[Path, int]]:
     """Write all bundles anew; yield their files and sizes."""
     SHIPPED.mkdir(exist_ok=True)
-    wanted = bundles()
-    for name, parts in wanted.items():
+    wanted = {name: partial(translated, parts) for name, parts in bundles().items()}
+    wanted["team"] = partial(_finished, llvm.parse_assembly(""), set(BUNDLES["team"]))
+    for name, text in wanted.items():
         path = SHIPPED / f"{name}{ENDING}"
-        packed = lzma.compress(translated(parts).encode(), preset=9)
+        packed = lzma.compress(text().encode(), preset=9)
         path.write_bytes(packed)
         yield path, len(packed)
     for path in SHIPPED.glob(f"*{ENDING}"):

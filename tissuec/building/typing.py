@@ -71,13 +71,13 @@ def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: st
     place, kind = field.place, kind_of(field)
     if isinstance(kind, RecordType):
         return builder.bitcast(_place(builder, pointer, place), cgutils.voidptr_t)
-    value = _word(builder, pointer, place)
+    value = read_word(builder, pointer, place)
     if field.dtype is None:
         if kind == types.float64:
             return builder.bitcast(value, ir.DoubleType())
         return value if kind == types.int64 else builder.trunc(value, ir.IntType(1))
     array_type = cast(types.Array, kind)
-    shape = [_word(builder, pointer, place + 1 + axis) for axis in range(field.axes)]
+    shape = [read_word(builder, pointer, place + 1 + axis) for axis in range(field.axes)]
     strides, count = [], WORD(field.dtype.itemsize)
     for length in reversed(shape):
         strides.insert(0, count)
@@ -101,7 +101,7 @@ def _place(builder: Any, pointer: Any, index: int) -> Any:
     return builder.gep(table, [WORD(index)], source_etype=WORD)
 
 
-def _word(builder: Any, pointer: Any, index: int) -> Any:
+def read_word(builder: Any, pointer: Any, index: int) -> Any:
     """Read a word of a table."""
     loaded = builder.load(_place(builder, pointer, index))
     # Nobody writes into a table while compiled code runs: loops need not read it again.
@@ -174,7 +174,7 @@ def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]
         kinds = [context.get_value_type(kind) for kind in own.args]
         result = context.get_value_type(own.return_type)
         operation = ir.FunctionType(result, kinds).as_pointer()
-        address = _word(builder, arguments[own.args.index(table)], place)
+        address = read_word(builder, arguments[own.args.index(table)], place)
         return builder.call(builder.inttoptr(address, operation), arguments)
 
     return _typed(own, generate)

@@ -29,6 +29,7 @@ from tissuec.wording import run as wording
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
+    from tissuec.engine.method import Statistics
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
     from tissuec.running.companion import ErrorEstimate, Mode
@@ -60,6 +61,12 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
     help="Where the companion run, which has smaller steps, estimates the error: in another "
     "process, in this one afterwards, in whichever is faster (auto), or nowhere.",
 )
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    help="Most threads for the loops of a large net. By default as many as processors, or half "
+    "as many if the companion may run beside. Results do not depend on it.",
+)
 @click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
 def command(
@@ -69,6 +76,7 @@ def command(
     folder: Path | None,
     resume: bool,
     companion: "Mode",
+    threads: int | None,
     twin: bool | None,
     **options: Any,
 ) -> int:
@@ -87,7 +95,14 @@ def command(
     for path, target in _targets(scenes, output, folder).items():
         again = _again(path, output, folder, **options)
         code, document = _run_one(
-            path, target, again, settings, resume=resume, companion=companion, **options
+            path,
+            target,
+            again,
+            settings,
+            resume=resume,
+            companion=companion,
+            threads=threads,
+            **options,
         )
         codes.append(code)
         documents.append(document)
@@ -132,8 +147,8 @@ def _again(
 
 def _run_one(
     path: Path, target: Path, again: str, settings: Settings, *,
-    resume: bool, companion: "Mode", overrides: tuple[str, ...], libraries: tuple[Path, ...],
-    strict: bool,
+    resume: bool, companion: "Mode", threads: int | None, overrides: tuple[str, ...],
+    libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.pipeline import Request, compile_request
     from tissuec.results.errors import PlaceError
@@ -152,7 +167,13 @@ def _run_one(
     try:
         make_folder(target.parent)
         result = _with_progress(
-            compiled, request, target, settings, resume=resume, companion=companion
+            compiled,
+            request,
+            target,
+            settings,
+            resume=resume,
+            companion=companion,
+            threads=threads,
         )
     except TissueError as error:
         if not settings.json:
@@ -180,7 +201,7 @@ def _run_one(
 
 def _with_progress(
     compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
-    resume: bool, companion: "Mode",
+    resume: bool, companion: "Mode", threads: int | None,
 ) -> "Result":  # fmt: skip
     from tissuec.pipeline import simulate
     from tissuec.progress import Progress
@@ -195,8 +216,15 @@ def _with_progress(
             request=request,
             resume=resume,
             companion=companion,
+            threads=threads,
             progress=progress.at,
         )
+
+
+def _where(statistics: "Statistics") -> str:
+    """Return what stepped a run: compiled code or not, and its threads."""
+    count = statistics.threads
+    return statistics.tier if count == 1 else f"{statistics.tier}, {count} threads"
 
 
 def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings) -> None:
@@ -209,10 +237,9 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
         echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
     changes = [(change.time, change.method) for change in statistics.changes]
     methods = wording.methods(changes or [(0.0, statistics.method)])
-    settings.say(
-        f"  {wording.net(network.body_nodes, network.spring_count)}; "
-        f"{wording.stepping(methods, statistics.accepted, statistics.tier, outcome.wall_time)}"
-    )
+    net = wording.net(network.body_nodes, network.spring_count)
+    steps, took = statistics.accepted, outcome.wall_time
+    settings.say(f"  {net}; {wording.stepping(methods, steps, _where(statistics), took)}")
     for note in outcome.notes:
         settings.say(f"  note: {note}")
     counts: Counter[str] = Counter()

@@ -11,10 +11,10 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "springs_viscous_watched", "springs_watched", "tension",
     ),
     "laws": ("bend_of_passed", "find_sides", "springs_viscous_watched_of_laws"),
-    "runs": (
-        "springs_in_runs", "springs_in_runs_viscous", "springs_in_runs_viscous_watched",
-        "springs_in_runs_watched",
-    ),
+    "runs": ("springs_in_runs",),
+    "runs_viscous": ("springs_in_runs_viscous",),
+    "runs_viscous_watched": ("springs_in_runs_viscous_watched",),
+    "runs_watched": ("springs_in_runs_watched",),
     "published": ("greatest_force", "greatest_inner_force"),
     "banded": ("assemble_banded", "solve_banded"),
     "iterative": ("assemble_iterative", "solve_iterative"),
@@ -24,6 +24,7 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "push_forward", "verlet_back", "verlet_change", "verlet_forward",
     ),
     "raster": ("fill",),
+    "team": ("dismiss", "serve"),
 }  # fmt: skip
 BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}
 

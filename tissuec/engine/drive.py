@@ -141,8 +141,12 @@ def drive(
                 if strayed(work.x[1 - current], net.touches.listed, net) > 1.0:
                     reason = STRAYED
                     break
-            reach = greater(displacement, distance(work.x[1 - current], work.origin, work.each))
-            pace = greater(speed, distance(work.v[1 - current], work.zero, work.moving))
+            reach = greater(
+                displacement, distance(work.x[1 - current], work.origin, work.each, work.team)
+            )
+            pace = greater(
+                speed, distance(work.v[1 - current], work.zero, work.moving, work.team)
+            )
             ratio = 0.0
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
@@ -280,7 +284,7 @@ def drive(
 
 def strayed(x: Floats, since: Floats, net: Net) -> float:
     """Return how far any node has moved, over how far it may; NaN does not count here."""
-    return distance(x, since, net.touches.squares) / net.touches.stride
+    return distance(x, since, net.touches.squares, net.team) / net.touches.stride
 
 
 def landing(time: float, size: float, task: Task) -> float:
@@ -353,7 +357,7 @@ def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:
 
     Its force jumps where its length vanishes, which estimates of errors may miss.
     """
-    jump = h * distance(work.a[1 - current], work.a[current], work.each)
+    jump = h * distance(work.a[1 - current], work.a[current], work.each, work.team)
     return jump / (task.jolt * max(pace, task.floor / h) + task.noise / h)
 
 
@@ -578,7 +582,9 @@ def place_within(
     polynomials(work.dense_x, part, work.weights[0])
     polynomials(work.dense_v, part, work.weights[1])
     for_x, for_v = work.weights[0], work.weights[1]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, work.rows, x, v)
+    combine(
+        work.x[current], h * h, for_x, work.v[current], h, for_v, work.rows, x, v, work.team
+    )
     place(when, x, v, net)
 
 

@@ -93,7 +93,12 @@ class Engine:
     ):
         self.network, self.method = network, method
         self.tier = tier
-        self._layout = Layout(network, watched=method.watch_strength, ledger=method.ledger)
+        self._layout = Layout(
+            network,
+            watched=method.watch_strength,
+            ledger=method.ledger,
+            threads=method.threads,
+        )
         self._outbox = Outbox(sample_times, self._layout, record)
         self._choice: Choice | None = None
         self._changes: list[Change] = []
@@ -127,6 +132,7 @@ class Engine:
             smallest=now.smallest if now.accepted else 0.0,
             largest=now.largest,
             changes=tuple(self._changes),
+            threads=self._layout.team.record.threads,
         )
 
     def restart(self, situation: Situation) -> None:
@@ -305,7 +311,7 @@ class Engine:
         now = 0.0 if before is None else self._progress.time
         self._changes.append(Change(now, choice.name, choice.reason))
         self._choice, self._integrator = choice, INTEGRATORS[choice.name]
-        self._work = new_work(self._integrator, self.network)
+        self._work = new_work(self._integrator, self.network, self._layout.team.record)
         method = self.method
         if isinstance(method.choices, PropagationChoices):
             row = method.choices.row()
@@ -541,7 +547,8 @@ class Engine:
         if tier == "compiled":
             work, buffer = self._table(work), self._table(buffer)
         drive = bound_drive(self._integrator, tier)
-        reason, progress = drive(self._progress, task, work, net, buffer)
+        with self._layout.team:
+            reason, progress = drive(self._progress, task, work, net, buffer)
         for table in net.fields.kept:
             raise_failure(table)
         self._progress = Progress(*progress)

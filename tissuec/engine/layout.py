@@ -22,7 +22,8 @@ from tissuec.engine.acts import (
     pack_reels,
 )
 from tissuec.engine.numbering import node_order
-from tissuec.engine.runs import RunPlaces, packed, places_of
+from tissuec.engine.runs import RunPlaces, are_blocks_apart, packed, places_of
+from tissuec.engine.team import Team, useful
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
@@ -91,17 +92,15 @@ class Layout:
         network: The network of the run.
         watched: Whether springs may break.
         ledger: Whether work and dissipation are integrated.
+        threads: That may share loops over nodes and springs.
     """
 
-    def __init__(self, network: Network, *, watched: bool, ledger: bool):
+    def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         bodies, shown, all_nodes = network.body_nodes, network.shown_nodes, network.node_count
+        order = node_order(network.position[:bodies], network.ends)
         # Nodes of tools stand last, where measures of motion leave them out.
         self.order = np.concatenate(
-            [
-                node_order(network.position[:bodies], network.ends),
-                np.arange(shown, all_nodes),
-                np.arange(bodies, shown),
-            ]
+            [order, np.arange(shown, all_nodes), np.arange(bodies, shown)]
         )
         self.place = np.empty_like(self.order)
         self.place[self.order] = np.arange(len(self.order))
@@ -114,6 +113,10 @@ class Layout:
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
         self._places: RunPlaces | None = None  # once somebody has asked for them
+        # Nodes that are put in another order than they are given have no springs in runs.
+        in_runs = np.array_equal(order, np.arange(bodies))
+        shared = in_runs and are_blocks_apart(self._low, self._high)
+        self.team = Team(useful(threads, network.spring_count) if shared else 1, all_nodes)
         self._solver: Solver | None = None
 
     def update(self, situation: Situation) -> None:
@@ -288,6 +291,7 @@ class Layout:
             **{name: getattr(needed, name) for name in FLAGS},
             acts=self.acts(),
             **self._effects(needed, near),
+            team=self.team.record,
         )
 
     def _effects(self, needed: Features, near: dict[str, Floats]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ class Method:
         ledger: Whether work and dissipation are integrated.
         watch_strength: Whether springs may rupture.
         choices: What is chosen of a published procedure; None for what it does by default.
+        threads: That may share the loops of a large net; results do not depend on it.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Method:
     ledger: bool = False
     watch_strength: bool = False
     choices: Choices | None = None
+    threads: int = 1
 
 
 class Samples(NamedTuple):
@@ -96,6 +98,7 @@ class Statistics:
         stalls: Steps of ``propagation`` at its floor although forces rose.
         smallest, largest: Step [s]; 0 before the first.
         changes: The integrators in turn, the first one included.
+        threads: That shared its loops.
     """
 
     method: str
@@ -110,3 +113,4 @@ class Statistics:
     smallest: float
     largest: float
     changes: tuple[Change, ...] = ()
+    threads: int = 1

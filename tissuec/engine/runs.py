@@ -3,6 +3,9 @@
 A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …, of which
 lattices, tubes and sheets have many; springs of no strength fill short gaps. They need no lists
 of nodes: all that belongs to a run lies in a row in memory.
+
+Runs are kept in blocks by their lower nodes. Where no spring is longer than a block, every
+other block has no node in common with the next one, so that threads can do these at a time.
 """
 
 from dataclasses import dataclass
@@ -10,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissuec.kernels.records import Runs
-from tissuec.kernels.runs import BLOCK
+from tissuec.kernels.teams import PIECE
 from tissuec.network import Floats, Indices
 
 GAP = 8  # springs that are missing in a row, at most
 # What a run costs, and each of its springs, beside a spring by itself.
 RUN_COST, SPRING_COST = 3.5, 0.4
-_NODES = 4096  # whose springs are kept together, as they fit into a cache
+BLOCK_NODES = 1024  # of a block, at least; what belongs to its springs fits into a cache
+LEAST_BLOCKS = 4  # that are worth being shared by threads
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,6 +29,7 @@ class RunPlaces:
 
     Attributes:
         first, length, offset, at: As in ``Runs``, shape (run,).
+        block: As in ``Runs``; a single one if some springs are too long for several.
         place: Of each spring among those in runs, shape (spring,).
         size: How many those are, with what fills gaps.
     """
@@ -33,6 +38,7 @@ class RunPlaces:
     length: Indices
     offset: Indices
     at: Indices
+    block: Indices
     place: Indices
     size: int
 
@@ -49,10 +55,12 @@ def places_of(low: Indices, high: Indices) -> RunPlaces:
         low, high: Their ends as places of nodes, low < high, shape (spring,).
     """
     low, high = np.asarray(low, dtype=np.int64), np.asarray(high, dtype=np.int64)
-    offset, block = high - low, low // _NODES
+    offset = high - low
     if not len(low):
         none = np.zeros(0, dtype=np.int64)
-        return RunPlaces(none, none, none, none, none, 0)
+        return RunPlaces(none, none, none, none, np.zeros(1, dtype=np.int64), none, 0)
+    size, apart = block_size(low, high), are_blocks_apart(low, high)
+    block = low // (size if apart else 4 * BLOCK_NODES)
     order = np.lexsort((low, offset, block))
     offset, block, ordered = offset[order], block[order], low[order]
     step = np.diff(ordered)
@@ -64,7 +72,21 @@ def places_of(low: Indices, high: Indices) -> RunPlaces:
     at = np.concatenate([[0], np.cumsum(length)[:-1]])
     place = np.empty(len(low), dtype=np.int64)
     place[order] = np.repeat(at - first, stop - start) + ordered
-    return RunPlaces(first, length, offset[start], at, place, int(length.sum()))
+    # Where the runs of each block begin; one that has none begins where the next one does.
+    bounds = np.arange(block[-1] + 2) if apart else [0, block[-1] + 1]
+    blocks = np.searchsorted(block[start], bounds)
+    return RunPlaces(first, length, offset[start], at, blocks, place, int(length.sum()))
+
+
+def block_size(low: Indices, high: Indices) -> int:
+    """Return how many nodes a block has, so that no spring is longer."""
+    longest = int((high - low).max(initial=0))
+    return -(-max(longest, BLOCK_NODES) // PIECE) * PIECE
+
+
+def are_blocks_apart(low: Indices, high: Indices) -> bool:
+    """Return whether there are several blocks, so that threads can share them."""
+    return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * block_size(low, high)
 
 
 def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:
@@ -81,6 +103,5 @@ def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:
         filled[name] = np.full(0 if value is None else places.size, fills.get(name, 0.0))
         if value is not None:
             filled[name][places.place] = value
-    apart, each = np.zeros((9, nodes)), np.zeros((5, BLOCK))
-    where = places.first, places.length, places.offset, places.at
-    return Runs(*where, **filled, apart=apart, each=each)
+    where = places.first, places.length, places.offset, places.at, places.block
+    return Runs(*where, **filled, apart=np.zeros((9, nodes)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import no_solver
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Work
+from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Team, Work
 from tissuec.network import Floats, Network
 from tissuec.situation import Situation
 
@@ -27,7 +27,7 @@ GROWTH = 0.5
 ROUNDING = 8 * float(np.finfo(float).eps)
 
 
-def new_work(integrator: type[Integrator], network: Network) -> Work:
+def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work:
     """Return arrays of zeros with the coefficients of an integrator in them."""
     size, rows = 3 * network.node_count, integrator.rows
     tools = network.shown_nodes - network.body_nodes
@@ -60,6 +60,7 @@ def new_work(integrator: type[Integrator], network: Network) -> Work:
         goal=np.zeros(2),
         rate=np.zeros(1),
         solver=no_solver(),
+        team=team,
     )
 
 

@@ -111,7 +111,7 @@ def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net
         accumulate(1.0, change, a)
         accumulate(q * q, change, x)
         accumulate(q, change, v)
-        size = distance(change, work.zero, work.each)
+        size = distance(change, work.zero, work.each, work.team)
         # The first change of a step tells nothing yet about what is left.
         rate = made[1]
         if before > 0.0:
@@ -149,7 +149,7 @@ def enter_stage(
     """Set x and v to those of a stage with the accelerations found so far; return its time."""
     table, stages, last = work.tableau, work.rows.shape[0] - 3, stage + 2
     rows, for_x, for_v = work.rows[:last], table[stage, :last], table[stages + stage, :last]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
     then = time + h * table[2 * stages + 2, stage + 1]
     place(then, x, v, net)
     return then
@@ -163,8 +163,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     rows, last, none = work.rows[: stages + 1], stages + 1, work.zero
     of_x, of_v, each = work.trial_x, work.trial_v, work.each
     for_x, for_v = table[2 * stages, :last], table[2 * stages + 1, :last]
-    combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v)
-    return distance(of_x, none, each), distance(of_v, none, each)
+    combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v, work.team)
+    return distance(of_x, none, each, work.team), distance(of_v, none, each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

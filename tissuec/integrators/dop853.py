@@ -82,7 +82,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     x, v, table = work.x[1 - current], work.v[1 - current], work.tableau
     rows, last = work.rows[: RESULT + 1], RESULT + 1
     for_x, for_v = table[RESULT, :last], table[STAGES + RESULT, :last]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
     place(end, x, v, net)
     return near
 
@@ -94,7 +94,7 @@ def evaluate_stage(
     table, rows = work.tableau, work.rows[: stage + 1]
     x, v, then = work.trial_x, work.trial_v, time + h * table[NODES, stage + 1]
     for_x, for_v = table[stage, : stage + 1], table[STAGES + stage, : stage + 1]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v)
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
     place(then, x, v, net)
     return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
 
@@ -104,11 +104,11 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     last, table = RESULT + 1, work.tableau
     rows, five, three, none = work.rows[:last], work.trial_x, work.trial_v, work.zero
     fifth, third = table[ERROR, :last], table[ERROR + 1, :last]
-    combine(none, h * h, fifth, none, h * h, third, rows, five, three)
-    position = blended_error(five, three, work.each)
+    combine(none, h * h, fifth, none, h * h, third, rows, five, three, work.team)
+    position = blended_error(five, three, work.each, work.team)
     fifth, third = table[ERROR + 2, :last], table[ERROR + 3, :last]
-    combine(none, h, fifth, none, h, third, rows, five, three)
-    return position, blended_error(five, three, work.each)
+    combine(none, h, fifth, none, h, third, rows, five, three, work.team)
+    return position, blended_error(five, three, work.each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

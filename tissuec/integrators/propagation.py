@@ -150,7 +150,7 @@ def beside(
     accumulate(-1.0, value[current], error)
     accumulate(-0.5 * h, rate[current], error)
     accumulate(-0.5 * h, rate[other], error)
-    return distance(error, work.zero, each)
+    return distance(error, work.zero, each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

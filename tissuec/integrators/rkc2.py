@@ -128,12 +128,12 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     accumulate(0.4 * h, work.v[current], error)
     accumulate(0.4 * h, work.v[other], error)
     # Without hidden nodes, which stay where they are whatever their velocities.
-    position = distance(error, work.zero, work.moving)
+    position = distance(error, work.zero, work.moving, work.team)
     scale(0.8, work.v[current], error)
     accumulate(-0.8, work.rows[GAIN_V], error)
     accumulate(0.4 * h, work.a[current], error)
     accumulate(0.4 * h, work.a[other], error)
-    return position, distance(error, work.zero, work.each)
+    return position, distance(error, work.zero, work.each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -143,8 +143,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
     rows, five, three = work.rows[: END + 1], work.trial_x, work.trial_v
     fifth, third = work.tableau[3, : END + 1], work.tableau[4, : END + 1]
-    combine(work.zero, h, fifth, work.zero, h, third, rows, five, three)
-    speed = blended_error(five, three, work.each)
+    combine(work.zero, h, fifth, work.zero, h, third, rows, five, three, work.team)
+    speed = blended_error(five, three, work.each, work.team)
     return h * speed, speed
 
 

@@ -30,19 +30,21 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     h = end - time
-    drift(work.x[current], work.v[current], work.a[current], h, x, v)
+    drift(work.x[current], work.v[current], work.a[current], h, x, v, work.team)
     place(end, x, v, net)
     # Row 1 of the powers belongs to the start, row 2 to the end, as in ``prepare``.
     near = force(end, x, v, a, work.power[2], net)
     work.effort[0] += 1
-    kick(work.v[current], work.a[current], a, h, v)
+    kick(work.v[current], work.a[current], a, h, v, work.team)
     place(end, x, v, net)
     return near
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m]; velocities follow suit."""
-    return h * h / 6.0 * distance(work.a[current], work.a[1 - current], work.each), 0.0
+    return h * h / 6.0 * distance(
+        work.a[current], work.a[1 - current], work.each, work.team
+    ), 0.0
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

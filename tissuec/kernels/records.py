@@ -18,6 +18,18 @@ Pixels = Annotated[NDArray[np.float32], 3]
 IntegerRows = Annotated[Integers, 2]
 
 
+class Team(NamedTuple):
+    """Threads that share loops, and room for what each of them finds; see ``engine.team``."""
+
+    threads: int  # the one of the loop over steps included
+    words: Integers  # by which they tell each other what to do, shape (32,)
+    found: Floats  # largest values in parts of a loop, shape (part,)
+    each: Stack  # scratch: forces, losses and excess of springs, shape (part, 5, block)
+    work: Floats  # powers by pieces of nodes [W], shape (piece,)
+    lost: Floats  # powers by pieces of nodes or springs [W], shape (piece,)
+    near: Integers  # 1 where springs are near to breaking, shape (piece,)
+
+
 class Acts(NamedTuple):
     """Prescribed motions and time-dependent loads as tables of numbers.
 
@@ -105,13 +117,13 @@ class Runs(NamedTuple):
     length: Integers  # springs, shape (run,)
     offset: Integers  # k, shape (run,)
     at: Integers  # place of the first among the springs, shape (run,)
+    block: Integers  # runs of block b are block[b]:block[b + 1], shape (block + 1,)
     stiffness: Floats  # [N/m]
     damping: Floats  # [N s/m]
     rest: Floats  # [m]
     near: Floats  # tension from which a closer look is needed [N]
     near_crush: Floats  # the same of pressure
     apart: Rows  # scratch: components of positions, velocities and forces, shape (9, node)
-    each: Rows  # scratch: forces, losses and excess of springs, shape (5, block)
 
 
 class Fields(NamedTuple):
@@ -181,6 +193,7 @@ class Net(NamedTuple):
     internal: Internal
     runs: Runs
     fields: Fields
+    team: Team
     operations: Operations = Operations()
 
 
@@ -239,6 +252,7 @@ class Work(NamedTuple):
     # where it wants one, shape (1,)
     rate: Floats
     solver: Solver
+    team: Team
 
 
 class Task(NamedTuple):

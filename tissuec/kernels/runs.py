@@ -7,7 +7,8 @@ loops that do both would not be vectorised, because sums of numbers depend on th
 
 from math import sqrt
 
-from tissuec.kernels.records import Floats, Net, Runs
+from tissuec.kernels.records import Floats, Net, Rows, Runs
+from tissuec.kernels.teams import part_of, share
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
@@ -17,31 +18,55 @@ TINY = 1e-200  # see ``scalar``
 
 def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
     """Do what ``scalar.springs`` does."""
-    runs = net.runs
-    apart, each = runs.apart, runs.each
-    take_apart(x, apart[0], apart[1], apart[2])
-    if VISCOUS:
-        take_apart(v, apart[3], apart[4], apart[5])
-    for k in range(6, 9):
-        clear(apart[k])
+    team, runs = net.team, net.runs
+    share(team, take_parts, (x, v, runs.apart))
+    # Blocks that are no neighbours have no nodes in common.
+    share(team, pull_blocks, (0, net))
+    share(team, pull_blocks, (1, net))
     near = False
-    for run in range(runs.first.size):
-        done = 0
-        while done < runs.length[run]:
-            count = min(BLOCK, runs.length[run] - done)
-            low = runs.first[run] + done
-            high, at = low + runs.offset[run], runs.at[run] + done
-            pull_each(low, high, at, count, runs)
-            for k in range(3):
-                add_to(each[k, :count], apart[6 + k, low : low + count])
-                take_from(each[k, :count], apart[6 + k, high : high + count])
-            if VISCOUS and net.ledger:
-                power[1] += total(each[3, :count])
-            if WATCHED:
-                near |= any_above(each[4, :count])
-            done += count
-    put_together(apart[6], apart[7], apart[8], f)
+    for block in range(runs.block.size - 1):
+        if VISCOUS and net.ledger:
+            power[1] += team.lost[block]
+        if WATCHED:
+            near |= team.near[block] > 0
+    share(team, put_together, (runs.apart, f))
     return near
+
+
+def take_parts(part: int, parts: int, x: Floats, v: Floats, apart: Rows) -> None:
+    """Take positions and velocities apart, and clear forces."""
+    first, last = part_of(part, parts, apart.shape[1])
+    where = slice(first, last)
+    take_apart(x[3 * first : 3 * last], apart[0, where], apart[1, where], apart[2, where])
+    if VISCOUS:
+        take_apart(v[3 * first : 3 * last], apart[3, where], apart[4, where], apart[5, where])
+    for k in range(6, 9):
+        clear(apart[k, where])
+
+
+def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
+    """Add the forces of springs of every other block to components."""
+    team, runs = net.team, net.runs
+    apart, each = runs.apart, team.each[part]
+    for block in range(2 * part + parity, runs.block.size - 1, 2 * parts):
+        lost, near = 0.0, False
+        for run in range(runs.block[block], runs.block[block + 1]):
+            done = 0
+            while done < runs.length[run]:
+                count = min(BLOCK, runs.length[run] - done)
+                low = runs.first[run] + done
+                high, at = low + runs.offset[run], runs.at[run] + done
+                pull_each(low, high, at, count, each, runs)
+                for k in range(3):
+                    add_to(each[k, :count], apart[6 + k, low : low + count])
+                    take_from(each[k, :count], apart[6 + k, high : high + count])
+                if VISCOUS and net.ledger:
+                    lost += total(each[3, :count])
+                if WATCHED:
+                    near |= any_above(each[4, :count])
+                done += count
+        team.lost[block] = lost
+        team.near[block] = near
 
 
 def take_apart(vector: Floats, first: Floats, second: Floats, third: Floats) -> None:
@@ -51,13 +76,16 @@ def take_apart(vector: Floats, first: Floats, second: Floats, third: Floats) -> 
         first[node], second[node], third[node] = vector[i], vector[i + 1], vector[i + 2]
 
 
-def put_together(first: Floats, second: Floats, third: Floats, vector: Floats) -> None:
-    """Add components to a vector of all nodes."""
-    for node in range(first.size):
+def put_together(part: int, parts: int, apart: Rows, f: Floats) -> None:
+    """Add components of forces to a vector of all nodes."""
+    first, last = part_of(part, parts, apart.shape[1])
+    f0, f1, f2 = apart[6, first:last], apart[7, first:last], apart[8, first:last]
+    vector = f[3 * first : 3 * last]
+    for node in range(f0.size):
         i = 3 * node
-        vector[i] += first[node]
-        vector[i + 1] += second[node]
-        vector[i + 2] += third[node]
+        vector[i] += f0[node]
+        vector[i + 1] += f1[node]
+        vector[i + 2] += f2[node]
 
 
 def clear(values: Floats) -> None:
@@ -66,9 +94,9 @@ def clear(values: Floats) -> None:
         values[i] = 0.0
 
 
-def pull_each(low: int, high: int, at: int, count: int, runs: Runs) -> None:
+def pull_each(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) -> None:
     """Set forces, losses and what is above limits, of a part of a run."""
-    apart, each = runs.apart, runs.each
+    apart = runs.apart
     here, there = slice(low, low + count), slice(high, high + count)
     x, y, z = apart[0, here], apart[1, here], apart[2, here]
     u, v, w = apart[3, here], apart[4, here], apart[5, here]

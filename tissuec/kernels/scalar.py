@@ -11,9 +11,10 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.kernels.acts import pull_free, put_driven
-from tissuec.kernels.records import Buffer, Floats, Net, Rows
+from tissuec.kernels.records import Buffer, Floats, Net, Rows, Team
 from tissuec.kernels.reeling import reel, reel_rate
 from tissuec.kernels.remembering import flowed, give_way, pull_of_branches, put_home, remember
+from tissuec.kernels.teams import PIECE, part_of, pieces_of, share
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
 
@@ -45,8 +46,7 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         reel(time, net.rest, net.reels, net.acts)
         if net.ledger:
             power[0] -= reeled(time, x, v, net)
-    for i in range(a.size):
-        a[i] = 0.0
+    share(net.team, clear_part, (a,))
     near = springs(x, v, a, power, net)
     for k in range(net.fields.address.size):
         add_field(net.fields.address[k], net.fields.table[k], time, x, v, a, power)
@@ -55,16 +55,10 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             for i in range(3 * node, 3 * node + 3):
                 power[0] -= a[i] * v[i]
     power[0] += pull_free(time, v, a, net.inverse_mass, net.acts)
-    work = dissipated = 0.0
-    for node in range(net.inverse_mass.size):
-        inverse, drag = net.inverse_mass[node], net.drag[node]
-        for i in range(3 * node, 3 * node + 3):
-            work += net.push[i] * v[i]
-            if inverse > 0.0:
-                dissipated += drag * v[i] * v[i]
-            a[i] = net.steady[i] + inverse * (a[i] - drag * v[i])
-    power[0] += work
-    power[1] += dissipated
+    share(net.team, accelerate, (v, a, net))
+    for piece in range(pieces_of(net.inverse_mass.size)):
+        power[0] += net.team.work[piece]
+        power[1] += net.team.lost[piece]
     if net.touched:
         for k in range(net.touches.memory.size):
             i = 3 * net.touches.memory[k]
@@ -73,6 +67,35 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     if net.inelastic:
         remember(a, net.internal)
     return near
+
+
+def clear_part(part: int, parts: int, vector: Floats) -> None:
+    """Set a part of a vector of all nodes to zero."""
+    first, last = part_of(part, parts, vector.size // 3)
+    own = vector[3 * first : 3 * last]
+    for i in range(own.size):
+        own[i] = 0.0
+
+
+def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
+    """Turn forces on a part of the nodes into accelerations, with drag and what is steady."""
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    for start in range(first, last, PIECE):
+        stop = min(start + PIECE, last)
+        # Views that are indexed from 0 need no test of whether an index is negative.
+        own_v, own_a = v[3 * start : 3 * stop], a[3 * start : 3 * stop]
+        steady, push = net.steady[3 * start : 3 * stop], net.push[3 * start : 3 * stop]
+        mass, drags = net.inverse_mass[start:stop], net.drag[start:stop]
+        work = dissipated = 0.0
+        for node in range(mass.size):
+            inverse, drag = mass[node], drags[node]
+            for i in range(3 * node, 3 * node + 3):
+                work += push[i] * own_v[i]
+                if inverse > 0.0:
+                    dissipated += drag * own_v[i] * own_v[i]
+                own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
+        net.team.work[start // PIECE] = work
+        net.team.lost[start // PIECE] = dissipated
 
 
 def add_field(
@@ -373,14 +396,33 @@ def combine(
     rows: Floats,
     out_x: Floats,
     out_v: Floats,
+    team: Team,
 ) -> None:
     """Set out_x = x + to Σ weights_j rows_j and out_v = v + at Σ further_j rows_j.
 
     Both at once, because large nets are read from memory. Rows without weight are not touched.
     """
+    share(team, combine_part, (x, to, weights, v, at, further, rows, out_x, out_v))
+
+
+def combine_part(
+    part: int,
+    parts: int,
+    x: Floats,
+    to: float,
+    weights: Floats,
+    v: Floats,
+    at: float,
+    further: Floats,
+    rows: Floats,
+    out_x: Floats,
+    out_v: Floats,
+) -> None:
+    """Do a part of ``combine``."""
+    first, last = part_of(part, parts, out_x.size // 3)
     # Blocks that stay in the cache while all rows are added to them.
-    for start in range(0, out_x.size, 512):
-        stop = min(start + 512, out_x.size)
+    for start in range(3 * first, 3 * last, PIECE):
+        stop = min(start + PIECE, 3 * last)
         add_rows(x, to, weights, rows, start, stop, out_x)
         add_rows(v, at, further, rows, start, stop, out_v)
 
@@ -464,17 +506,44 @@ def quadrature(
         out[k] = base[k] + factor * total
 
 
-def drift(x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats) -> None:
+def drift(
+    x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats, team: Team
+) -> None:
     """Set x_end = x + h v + h²/2 a and v_end = v + h a."""
-    half = 0.5 * h * h
+    share(team, drift_part, (x, v, a, h, x_end, v_end))
+
+
+def drift_part(
+    part: int,
+    parts: int,
+    x: Floats,
+    v: Floats,
+    a: Floats,
+    h: float,
+    x_end: Floats,
+    v_end: Floats,
+) -> None:
+    """Do a part of ``drift``."""
+    first, last = part_of(part, parts, x.size // 3)
+    own, half = slice(3 * first, 3 * last), 0.5 * h * h
+    x, v, a, x_end, v_end = x[own], v[own], a[own], x_end[own], v_end[own]
     for i in range(x.size):
         x_end[i] = x[i] + h * v[i] + half * a[i]
         v_end[i] = v[i] + h * a[i]
 
 
-def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats) -> None:
+def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats, team: Team) -> None:
     """Set v_end = v + h/2 (a + a_end)."""
-    half = 0.5 * h
+    share(team, kick_part, (v, a, a_end, h, v_end))
+
+
+def kick_part(
+    part: int, parts: int, v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats
+) -> None:
+    """Do a part of ``kick``."""
+    first, last = part_of(part, parts, v.size // 3)
+    own, half = slice(3 * first, 3 * last), 0.5 * h
+    v, a, a_end, v_end = v[own], a[own], a_end[own], v_end[own]
     for i in range(v.size):
         v_end[i] = v[i] + half * (a[i] + a_end[i])
 
@@ -497,18 +566,29 @@ def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) 
         out[i] = factor * (two[i] - one[i]) - less[i]
 
 
-def distance(one: Floats, two: Floats, squares: Floats) -> float:
+def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
     """Return the largest distance between the nodes of two vectors; NaN where one is none.
 
     Args:
         one, two: Shape (3 node,), or longer.
         squares: Scratch, shape (node,).
     """
+    share(team, distance_part, (one, two, squares, team))
+    return sqrt(greatest(team.found))
+
+
+def distance_part(
+    part: int, parts: int, one: Floats, two: Floats, squares: Floats, team: Team
+) -> None:
+    """Find the largest square of a distance in a part of the nodes."""
+    first, last = part_of(part, parts, squares.size)
+    one, two = one[3 * first : 3 * last], two[3 * first : 3 * last]
+    squares = squares[first:last]
     for node in range(squares.size):
         i = 3 * node
         d0, d1, d2 = one[i] - two[i], one[i + 1] - two[i + 1], one[i + 2] - two[i + 2]
         squares[node] = d0 * d0 + d1 * d1 + d2 * d2
-    return sqrt(greatest(squares))
+    team.found[part] = greatest(squares)
 
 
 def greatest(values: Floats) -> float:
@@ -555,19 +635,30 @@ def greatest_inner_force(time: float, v: Floats, a: Floats, out: Floats, net: Ne
     return greatest_force(out, net)
 
 
-def blended_error(fifth: Floats, third: Floats, blend: Floats) -> float:
+def blended_error(fifth: Floats, third: Floats, blend: Floats, team: Team) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none.
 
     Args:
         fifth, third: Shape (3 node,).
         blend: Scratch, shape (node,).
     """
+    share(team, blended_part, (fifth, third, blend, team))
+    return greatest(team.found)
+
+
+def blended_part(
+    part: int, parts: int, fifth: Floats, third: Floats, blend: Floats, team: Team
+) -> None:
+    """Find the largest blended error of a part of the nodes."""
+    first, last = part_of(part, parts, blend.size)
+    fifth, third = fifth[3 * first : 3 * last], third[3 * first : 3 * last]
+    blend = blend[first:last]
     for node in range(blend.size):
         i = 3 * node
         five = fifth[i] ** 2 + fifth[i + 1] ** 2 + fifth[i + 2] ** 2
         three = third[i] ** 2 + third[i + 1] ** 2 + third[i + 2] ** 2
         blend[node] = five / (sqrt(five + 0.01 * three) + TINY)
-    return greatest(blend)
+    team.found[part] = greatest(blend)
 
 
 def copy_sample(

@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from tissuec.kernels.records import Buffer, Floats
+from tissuec.kernels.records import Buffer, Floats, Team
 
 
 def is_passed(before: Floats, after: Floats) -> bool:
@@ -22,6 +22,7 @@ def combine(
     rows: Floats,
     out_x: Floats,
     out_v: Floats,
+    team: Team,
 ) -> None:
     """Set out_x = x + to Σ weights_j rows_j and out_v = v + at Σ further_j rows_j."""
     np.dot(to * weights, rows, out=out_x)
@@ -47,7 +48,9 @@ def quadrature(
     out[:] = base + factor * (weights @ power)
 
 
-def drift(x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats) -> None:
+def drift(
+    x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats, team: Team
+) -> None:
     """Set x_end = x + h v + h²/2 a and v_end = v + h a."""
     np.multiply(a, h, out=v_end)
     np.multiply(v_end, 0.5, out=x_end)
@@ -57,7 +60,7 @@ def drift(x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Float
     np.add(v_end, v, out=v_end)
 
 
-def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats) -> None:
+def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats, team: Team) -> None:
     """Set v_end = v + h/2 (a + a_end)."""
     np.add(a, a_end, out=v_end)
     np.multiply(v_end, 0.5 * h, out=v_end)
@@ -79,13 +82,13 @@ def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) 
     np.subtract((two - one) * factor, less, out=out)
 
 
-def distance(one: Floats, two: Floats, squares: Floats) -> float:
+def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
     """Return the largest distance between the nodes of two vectors; NaN where one is none."""
     between = (one - two).reshape(-1, 3)[: squares.size]
     return sqrt(np.einsum("ij,ij->i", between, between).max(initial=0.0))
 
 
-def blended_error(fifth: Floats, third: Floats, blend: Floats) -> float:
+def blended_error(fifth: Floats, third: Floats, blend: Floats, team: Team) -> float:
     """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none."""
     fifth, third = (e.reshape(-1, 3)[: blend.size] for e in (fifth, third))
     five = np.einsum("ij,ij->i", fifth, fifth)

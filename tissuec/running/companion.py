@@ -10,7 +10,6 @@ A run that takes long gets a companion beside it, in a process of its own, if mo
 processor is permitted; otherwise the companion follows the run in the same process.
 """
 
-import os
 import shutil
 import subprocess
 import time as clock
@@ -23,6 +22,7 @@ from typing import Any, Literal, Self, TypeAlias
 
 import numpy as np
 
+from tissuec.core.processors import permitted
 from tissuec.matter.elasticity import wall_springs
 from tissuec.network import BodyPart, Floats, Network
 from tissuec.plan import Output, Plan
@@ -107,11 +107,18 @@ class Companion:
         network, plan: Of the run.
         mode: "auto" chooses between a process beside the run and the same process after it.
         launch: Starts a process; without it there is none.
+        threads: See ``Method``.
     """
 
     def __init__(
-        self, network: Network, plan: Plan, mode: Mode = "auto", launch: Launch | None = None
+        self,
+        network: Network,
+        plan: Plan,
+        mode: Mode = "auto",
+        launch: Launch | None = None,
+        threads: int = 1,
     ):
+        self.threads = threads
         self.network, self.plan, self.mode, self._launch = network, plan, mode, launch
         times, nodes = sample_times(plan), max(network.node_count, 1)
         most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * nodes))))
@@ -139,7 +146,7 @@ class Companion:
         if not self.is_wanted or self._process is not None or self._launch is None:
             return
         if self.mode == "process" or (
-            self.mode == "auto" and self._left(time) > STARTING and permitted_cores() > 1
+            self.mode == "auto" and self._left(time) > STARTING and permitted() > 1
         ):
             self._start(self._launch)
 
@@ -186,7 +193,18 @@ class Companion:
                     self._process.wait(POLLED)
             with suppress(OSError, ValueError):
                 return np.array(np.load(self._folder / ROWS, mmap_mode="r"))
-        return stepped(self.network, self.plan, self.times, FINER, interrupt=interrupt)
+        return self._stepped(FINER, interrupt)
+
+    def _stepped(self, factor: float, interrupt: Callable[[], bool]) -> Floats:
+        """Return positions with smaller steps, by ``stepped``."""
+        return stepped(
+            self.network,
+            self.plan,
+            self.times,
+            factor,
+            interrupt=interrupt,
+            threads=self.threads,
+        )
 
     def _compared(self, other: Floats, interrupt: Callable[[], bool]) -> ErrorEstimate:
         asked = np.isfinite(self._own).all(axis=(1, 2))
@@ -225,7 +243,7 @@ class Companion:
         self, other: Floats, known: Any, since: float, interrupt: Callable[[], bool]
     ) -> tuple[State, str, float | None]:
         """Return whether smaller steps are needed and would do, found out by taking them."""
-        finest = stepped(self.network, self.plan, self.times, FINEST_FINER, interrupt=interrupt)
+        finest = self._stepped(FINEST_FINER, interrupt)
         asked = known & (self.times >= since)
         both = asked & np.isfinite(finest).all(axis=(1, 2))
         if not both.any():
@@ -280,11 +298,9 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
     return bool(wall_springs(skin, network.ends[body.springs]).all())
 
 
-def permitted_cores() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def threads_beside(mode: Mode) -> int:
+    """Return how many threads a run may have: half of them if a companion may be beside it."""
+    return max(1, permitted() // (2 if mode in ("auto", "process") else 1))
 
 
 def finer(plan: Plan, factor: float) -> Plan:
@@ -311,6 +327,7 @@ def stepped(
     *,
     rows: Floats | None = None,
     interrupt: Callable[[], bool] | None = None,
+    threads: int = 1,
 ) -> Floats:
     """Return positions at times with smaller steps, shape (time, node, 3).
 
@@ -319,12 +336,14 @@ def stepped(
     Args:
         factor: By which tolerances are divided; fixed steps by half of it.
         rows: To be filled; new ones by default.
+        threads: See ``Method``.
     """
     from tissuec.running.run import run
 
     rows = np.full((len(times), network.node_count, 3), np.nan) if rows is None else rows
     plan = finer(plan, factor)
-    run(network, plan, _Silent(network, plan, times, rows), interrupt=interrupt)
+    silent = _Silent(network, plan, times, rows)
+    run(network, plan, silent, interrupt=interrupt, threads=threads)
     return rows
 
 

@@ -76,6 +76,7 @@ def run(
     progress: Progress | None = None,
     interrupt: Interrupt | None = None,
     resume: Mapping[str, Any] | None = None,
+    threads: int = 1,
 ) -> Outcome:
     """Carry out a plan.
 
@@ -86,13 +87,14 @@ def run(
             Ctrl-C, SIGTERM and SIGHUP do the same.
         resume: The checkpoint of an earlier run of the same plan, which goes on from there as
             if it had never stopped.
+        threads: See ``Method``.
 
     Raises:
         ValueError: ``resume`` is not the checkpoint of a run.
     """
     started = clock.monotonic()
     with asked_to_stop(interrupt) as stop:
-        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop)
+        loop = _Loop(network, plan, recorder, progress or (lambda time: None), stop, threads)
         if resume is None:
             loop.begin()
         else:
@@ -127,10 +129,11 @@ class _Loop:
         recorder: Recorder,
         progress: Progress,
         stop: Stop,
+        threads: int,
     ):
         self.network, self.plan, self.recorder = network, plan, recorder
         self.progress, self.stop = progress, stop
-        self.engine = _make_engine(network, plan, recorder)
+        self.engine = _make_engine(network, plan, recorder, threads)
         self.kept = clock.monotonic()
         self.true: list[int] = []
         self.relaxes = plan.simulation.integrator == RELAXATION
@@ -238,7 +241,9 @@ class _Loop:
         return f"interrupted{by} at {now:g} s of {duration:g} s; the run can be resumed"
 
 
-def _make_engine(network: Network, plan: Plan, recorder: Recorder) -> "Engine | QuasiStatic":
+def _make_engine(
+    network: Network, plan: Plan, recorder: Recorder, threads: int
+) -> "Engine | QuasiStatic":
     """Return a new engine; imported only here, because it brings much along."""
     from tissuec.engine.engine import Engine
     from tissuec.engine.method import Method
@@ -252,6 +257,7 @@ def _make_engine(network: Network, plan: Plan, recorder: Recorder) -> "Engine | 
         ledger=plan.needs_ledger,
         watch_strength=plan.breakable,
         choices=simulation.choices,
+        threads=threads,
     )
     if method.name == RELAXATION:
         from tissuec.engine.quasistatic import QuasiStatic

@@ -1,0 +1,134 @@
+"""Threads that share the loops of a run change nothing but the time that it takes."""
+
+import gc
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import tissuec
+from tests.validate.scenes import compiled_scene
+from tissuec.core import processors
+from tissuec.engine import team
+from tissuec.engine.engine import Engine
+from tissuec.engine.method import Method
+from tissuec.engine.team import PARTS, Team, useful
+from tissuec.prediction import situation_at_start
+from tissuec.running.companion import threads_beside
+
+#: Enough nodes for five blocks of springs in runs.
+SCENE = """language 1
+tissue flesh {
+  spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g; fraction force = 1 kN
+}
+body block {
+  mesh is lattice {
+    kind is sodium chloride; cell = 1 cm; box from (0, 0, 0) cm to (16, 16, 16) cm
+  }
+  tissue is flesh
+}
+environment { gravity = (0, 0, 0) m/s^2; contact is off }
+simulate { duration = 1 s }
+"""
+METHODS = {"velocity verlet": 1e-4, "dop853": 5e-4, "rkc2": 5e-4, "esdirk43": 2e-3}
+
+
+@pytest.fixture(scope="module")
+def block():
+    return compiled_scene(SCENE)
+
+
+@pytest.fixture
+def keen(monkeypatch):
+    monkeypatch.setattr(team, "LEAST_SPRINGS", 1)
+
+
+def shaken(block, name, threads, *, steps=6):
+    """Return all numbers of a run from random velocities, and its engine."""
+    situation = situation_at_start(block)
+    situation.velocity[:] = np.random.default_rng(5).normal(0.0, 0.1, situation.velocity.shape)
+    step, found = METHODS[name], []
+    method = Method(name, 1e-6, step, 1.0, ledger=True, watch_strength=True, threads=threads)
+    times = step * np.arange(steps + 1)
+
+    def record(samples):
+        found.extend(np.array(column) for column in samples)
+
+    engine = Engine(block.network, method, times, record)
+    assert engine.advance(situation, steps * step).kind == "reached"
+    engine.finish(situation)
+    return [*found, situation.position, situation.velocity], engine
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_every_number_is_the_same_to_the_last_bit(block, name, keen):
+    expected, engine = shaken(block, name, 1)
+    assert engine.statistics.threads == 1
+    for threads in (2, 5):
+        found, engine = shaken(block, name, threads)
+        assert engine.statistics.threads == threads
+        for one, other in zip(found, expected, strict=True):
+            assert np.array_equal(one, other)
+
+
+def test_two_runs_at_a_time_have_threads_of_their_own(block, keen):
+    expected, _ = shaken(block, "velocity verlet", 1, steps=40)
+    with ThreadPoolExecutor(2) as pool:
+        runs = [pool.submit(shaken, block, "velocity verlet", 2, steps=40) for _ in range(2)]
+        for run in runs:
+            for one, other in zip(run.result()[0], expected, strict=True):
+                assert np.array_equal(one, other)
+
+
+def test_threads_end_with_the_run(block, keen):
+    before = set(threading.enumerate())
+    _, engine = shaken(block, "velocity verlet", 3)
+    own = set(threading.enumerate()) - before
+    assert len(own) == 2
+    del engine
+    gc.collect()
+    for thread in own:
+        thread.join(10.0)
+        assert not thread.is_alive()
+
+
+def test_a_scene_runs_the_same_on_any_number_of_threads(keen):
+    """The companion, which runs in the same threads, included."""
+    scene = SCENE.replace("duration = 1 s", "duration = 10 ms").replace(
+        "gravity = (0, 0, 0)", "gravity = (0, 0, -9.81)"
+    )
+    scene += """set floor = nodes of block where z < 1 mm
+    script { at 0 s: fix floor }
+    output { trajectory every 2 ms }
+    """
+    runs = [tissuec.run(scene, threads=count, companion="inline") for count in (1, 2)]
+    assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2]
+    one, other = (run.position[:] for run in runs)
+    assert one.any() and np.array_equal(one, other)
+    assert runs[0].promise.error == runs[1].promise.error
+
+
+def test_small_nets_keep_no_thread_busy():
+    assert useful(8, 2 * team.LEAST_SPRINGS - 1) == 1
+    assert useful(8, 3 * team.LEAST_SPRINGS) == 3
+    assert useful(2, 100 * team.LEAST_SPRINGS) == 2
+
+
+def test_loops_have_a_part_for_every_thread_that_is_held_up():
+    assert len(Team(1, 10).record.found) == 1
+    assert len(Team(3, 10).record.found) == 3 * PARTS
+
+
+@pytest.mark.parametrize(
+    ("mode", "threads"), [("off", 6), ("inline", 6), ("auto", 3), ("process", 3)]
+)
+def test_a_companion_beside_the_run_gets_half_of_the_processors(mode, threads, monkeypatch):
+    monkeypatch.setattr("tissuec.running.companion.permitted", lambda: 6)
+    assert threads_beside(mode) == threads
+    monkeypatch.setattr("tissuec.running.companion.permitted", lambda: 1)
+    assert threads_beside(mode) == 1
+
+
+def test_at_least_one_processor_is_permitted():
+    assert processors.permitted() >= 1
