@@ -34,6 +34,7 @@ from tissuec.validate.validation import validate
 
 FACTOR = 1.01
 PATIENCE = 60  # processor time for one mutant [s]; one that takes longer goes astray
+TRACING = 20  # times as long as running is watching which lines are run, at most
 FOLDER = Path(__file__).parent / "mutated"
 #: The fastest first; what these do not tell from the truth, the next ones may.
 SCENES = {
@@ -57,7 +58,14 @@ SCENES = {
 
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
-    "tissuec.kernels.scalar": ("force", "springs", "reeled", "pull_at", "pull_of"),
+    "tissuec.kernels.scalar": (
+        "force",
+        "accelerate",
+        "springs",
+        "reeled",
+        "pull_at",
+        "pull_of",
+    ),
     "tissuec.kernels.acts": None,
     "tissuec.forces.bending": ("fold",),
     "tissuec.forces.foundation": ("hold",),
@@ -309,14 +317,14 @@ def verdict(name: str) -> str:
     return found.verdict
 
 
-def in_child(work: Callable[[], object]) -> object:
+def in_child(work: Callable[[], object], patience: float = PATIENCE) -> object:
     """Return the result of some work that a process of its own does, or how that ended."""
     read, write = os.pipe()
     child = os.fork()
     if not child:
         with contextlib.suppress(BaseException):
             os.close(read)
-            signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+            signal.setitimer(signal.ITIMER_PROF, patience)
             try:
                 answer = work()
             except (TypeError, IndexError, AttributeError, NameError) as error:
@@ -351,7 +359,7 @@ def found_in(scene: str) -> list[Mutant]:
         as_python()
         return lines_run(lambda: verdict(scene), list(FORCES))
 
-    lines = in_child(work)
+    lines = in_child(work, TRACING * PATIENCE)
     assert isinstance(lines, dict), (scene, lines)
     return [m for name, only in FORCES.items() for m in mutants_of(name, lines, only)]
 
