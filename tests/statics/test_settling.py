@@ -318,6 +318,20 @@ def test_a_pressed_column_buckles_and_says_so():
     assert np.hypot(*situation.position[1, 1:]) == pytest.approx(np.sqrt(1.2**2 - 1.0))
 
 
+def test_a_column_that_hardly_buckles_leaves_its_unstable_equilibrium():
+    """Props resist nearly as much as the pressure pushes, so that steps are tiny."""
+    ends = [[0, 1], [1, 2], [1, 3], [1, 4], [1, 5], [1, 6]]
+    place = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1, 0], [1, -1, 0], [1, 0, 1], [1, 0, -1]]
+    stiffness, rest = np.array([100, 100, 19.8, 19.8, 30, 30]), np.array([1.2, 1.2, 1, 1, 1, 1])
+    situation = held(make_net(place, ends, stiffness=stiffness, rest=rest), [0, 2, 3, 4, 5, 6])
+    situation.position[1, 1] = 1e-9
+    remarks = settle(situation, every(situation))
+    assert ["buckled" in remark.message for remark in remarks] == [True]
+    # 200 (1 - 1.2/L) y + 39.6 y + 60 (1 - 1/L) y = 0 with L² = 1 + y².
+    assert abs(situation.position[1, 1]) == pytest.approx(np.sqrt((300 / 299.6) ** 2 - 1))
+    assert residual(situation) < 1e-11
+
+
 def test_a_single_node_turns_about_the_line_through_its_anchors():
     net = make_net([[0, 0, 0], [1, 0.3, 0.4], [2, 0, 0]], [[0, 1], [1, 2]], stiffness=1.0)
     situation = held(net, [0, 2])

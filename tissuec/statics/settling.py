@@ -16,7 +16,7 @@ from tissuec.core.units import FORCE, show
 from tissuec.network import Floats
 from tissuec.situation import Situation
 from tissuec.statics.balance import Balance
-from tissuec.statics.newton import HALVINGS, descend, greatest
+from tissuec.statics.newton import HALVINGS, NEAR, descend, greatest
 from tissuec.statics.relaxation import relax
 from tissuec.statics.rest import LOOSE
 from tissuec.statics.rigid import NeutralMotions
@@ -48,6 +48,7 @@ class Remark:
     node: int | None = None
 
 
+BUCKLED = "the net buckled to one of several possible sides"
 UNKNOWN = Remark("the stability of this equilibrium could not be determined")
 
 
@@ -90,7 +91,7 @@ def _let_relax(situation: Situation, balance: Balance) -> None:
 
 def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
     """Return a minimum of the energy [m], shape (free, 3), and what is to be known of it."""
-    x, remarks, node = _equilibrium(balance, balance.start), (), 0
+    (x, remarks), node = _equilibrium(balance, balance.start), 0
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
         mode = softest(balance, x)
@@ -102,8 +103,8 @@ def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
         if mode.resists > -LOOSE:
             text = "the net is a mechanism here: it can move without any force"
             return x, (*remarks, *free, Remark(text, node))
-        remarks = (Remark("the net buckled to one of several possible sides", node),)
-        x = _equilibrium(balance, _pushed_off(balance, x, mode))
+        remarks = (Remark(BUCKLED, node),)
+        x, _ = _equilibrium(balance, _pushed_off(balance, x, mode))
     return x, (Remark("this equilibrium is unstable", node),)
 
 
@@ -121,14 +122,28 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
     return (Remark(text),)
 
 
-def _equilibrium(balance: Balance, x: Floats) -> Floats:
-    """Return where the forces balance [m], shape (free, 3), from x on; Unsettled if nowhere."""
+def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
+    """Return where the forces balance [m], shape (free, 3), from x on, and what happened.
+
+    Near an unstable equilibrium, steps become smaller and smaller without coming to it, or away
+    from it: there the net is pushed off.
+
+    Raises:
+        Unsettled: They balance nowhere.
+    """
+    remarks: tuple[Remark, ...] = ()
     for _ in range(TURNS):
         x, found = descend(balance, x)
         if found:
-            return x
-        threshold = 1e-3 * greatest(balance.force(balance.bars(x)))
-        x = relax(balance, x, threshold=threshold, most=SWEEPS).x
+            return x, remarks
+        bars = balance.bars(x)
+        left = greatest(balance.force(bars))
+        mode = softest(balance, x) if left <= NEAR * balance.largest(bars) else None
+        if mode is not None and mode.resists < -LOOSE:
+            remarks = (Remark(BUCKLED, mode.node(balance)),)
+            x = _pushed_off(balance, x, mode)
+        else:
+            x = relax(balance, x, threshold=1e-3 * left, most=SWEEPS).x
     force = balance.force(balance.bars(x))
     worst = int(np.argmax((force**2).sum(axis=1)))
     left = show(float(np.linalg.norm(force[worst])), FORCE)
