@@ -77,8 +77,9 @@ def run(
         companion: How the error of positions is estimated, by a run with finer steps: in a
             "process" beside the run, "inline" after it, by the better of both ("auto"), or not
             at all ("off"). `Trajectory.promise` says what came out.
-        threads: That a large net may keep busy, at most; by default as many as processors, or
-            half as many if a companion may run beside. The motion does not depend on it.
+        threads: Maximum number of threads for a large net; by default as many as processors,
+            or half as many if the companion may use the others. The motion does not depend on
+            it.
         libraries: Folders that are also searched for what the scene uses.
         **more: More params; an underscore stands for a blank, as in ``cut_time="0.9 s"``.
 

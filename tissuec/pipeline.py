@@ -154,9 +154,8 @@ def simulate(
         resume: Go on from the checkpoint of an interrupted run of the same text.
         companion: How the error is estimated by a run with finer steps: in a "process" beside
             the run, "inline" after it, by the better of both ("auto"), or not at all ("off").
-        threads: That a large net may keep busy, at most. Without it there are as many as
-            processors, or half as many if a companion may run beside. Positions do not depend
-            on it.
+        threads: Maximum number of threads for a large net; None for as many as processors, or
+            half as many if the companion may use the others. Positions do not depend on it.
         progress: Told the simulated time [s] now and then.
 
     Raises:

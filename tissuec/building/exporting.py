@@ -3,7 +3,7 @@
 import json
 import lzma
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from importlib import import_module
 from inspect import isfunction, signature
@@ -18,7 +18,7 @@ from numba.core import types
 from numba.core.typing.templates import Signature
 
 from tissuec import forces
-from tissuec.building.sharing import TEAM, sharer
+from tissuec.building.sharing import CALLED_BY_THREADS, TEAM, share
 from tissuec.building.typing import (
     NET,
     NOTHING,
@@ -85,7 +85,6 @@ def bundles() -> dict[str, list[Exported]]:
     found = {
         name: [OTHERS.get(name, _operation)(each) for each in names]
         for name, names in BUNDLES.items()
-        if name != "team"
     }
     for integrator in INTEGRATORS.values():
         found[of_method(integrator)] = [_drive(integrator)]
@@ -171,7 +170,7 @@ def translated(parts: list[Exported]) -> str:
     """Return the text of a bundle."""
     whole = llvm.parse_assembly("")
     for part in parts:
-        names = {"share": sharer()} | part.replaced
+        names = {"share": share} | part.replaced
         bound = Binder(names, _compiled).bind(part.function)
         made = _compiled(bound, no_cfunc_wrapper=False)
         made.compile(part.signature)
@@ -182,7 +181,7 @@ def translated(parts: list[Exported]) -> str:
     return _finished(whole, {part.name for part in parts})
 
 
-def _finished(whole: Any, exported: set[str]) -> str:
+def _finished(whole: Any, exported: Collection[str]) -> str:
     """Return the text of a module, with all that it calls."""
     whole.link_in(llvm.parse_assembly(TEAM))
     whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
@@ -227,7 +226,7 @@ def _stubs(text: str) -> str:
     return "\n".join(stubs)
 
 
-def _simplify(module: Any, exported: set[str]) -> None:
+def _simplify(module: Any, exported: Collection[str]) -> None:
     """Leave out what nothing calls, and give the rest short names."""
     defined = [each for each in module.functions if not each.is_declaration]
     for each in (*defined, *(g for g in module.global_variables if not g.is_declaration)):
@@ -246,7 +245,7 @@ def export() -> Iterator[tuple[Path, int]]:
     """Write all bundles anew; yield their files and sizes."""
     SHIPPED.mkdir(exist_ok=True)
     wanted = {name: partial(translated, parts) for name, parts in bundles().items()}
-    wanted["team"] = partial(_finished, llvm.parse_assembly(""), set(BUNDLES["team"]))
+    wanted["team"] = partial(_finished, llvm.parse_assembly(""), CALLED_BY_THREADS)
     for name, text in wanted.items():
         path = SHIPPED / f"{name}{ENDING}"
         packed = lzma.compress(text().encode(), preset=9)

@@ -1,6 +1,5 @@
 """Loops that threads share, in compiled code: what stands for ``kernels.teams.share``."""
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +14,16 @@ from tissuec.compiled.tables import layout
 from tissuec.kernels.records import Team
 
 WORD, POINTER, NOTHING = ir.IntType(64), cgutils.voidptr_t, ir.VoidType()
-#: How threads wait for one another; linked into each bundle.
+#: How threads wait for one another; linked into each bundle. Those of a run call two functions.
 TEAM = (Path(__file__).parent / "team.ll").read_text(encoding="utf-8")
+CALLED_BY_THREADS = frozenset(("dismiss", "serve"))
 # Numba loads what it has translated, which nobody calls: any place will do.
 llvm.add_symbol("share_loop", 1)
 
 
-@cache
-def sharer() -> Any:
-    """Return what calls a function for every part, or for one if there is one thread."""
-    return intrinsic(_typed)
-
-
-def _typed(context: Any, team: Any, function: Any, arguments: Any) -> tuple[Signature, Any]:
+@intrinsic
+def share(context: Any, team: Any, function: Any, arguments: Any) -> tuple[Signature, Any]:
+    """Call a function for every part, or once for all if there is one thread."""
     return types.none(team, function, arguments), _generate
 
 
@@ -45,8 +41,8 @@ def _generate(context: Any, builder: Any, signature: Signature, values: Any) -> 
         with together:
             words = builder.inttoptr(read_word(builder, team, fields["words"].place), POINTER)
             called = ir.FunctionType(NOTHING, [POINTER, part.type, POINTER])
-            share = cgutils.get_or_insert_function(builder.module, called, "share_loop")
-            builder.call(share, [words, part, packed])
+            shared = cgutils.get_or_insert_function(builder.module, called, "share_loop")
+            builder.call(shared, [words, part, packed])
     return context.get_dummy_value()
 
 

@@ -29,7 +29,6 @@ from tissuec.wording import run as wording
 
 if TYPE_CHECKING:
     from tissuec.compiler import Compiled
-    from tissuec.engine.method import Statistics
     from tissuec.network import Network
     from tissuec.pipeline import Request, Result
     from tissuec.running.companion import ErrorEstimate, Mode
@@ -64,8 +63,8 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 @click.option(
     "--threads",
     type=click.IntRange(min=1),
-    help="Most threads for the loops of a large net. By default as many as processors, or half "
-    "as many if the companion may run beside. Results do not depend on it.",
+    help="Maximum number of threads for a large net. By default as many as processors, or half "
+    "as many if the companion run may use the others. Results do not depend on it.",
 )
 @click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
@@ -221,12 +220,6 @@ def _with_progress(
         )
 
 
-def _where(statistics: "Statistics") -> str:
-    """Return what stepped a run: compiled code or not, and its threads."""
-    count = statistics.threads
-    return statistics.tier if count == 1 else f"{statistics.tier}, {count} threads"
-
-
 def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings) -> None:
     """Say on stderr what came out."""
     outcome, network = result.outcome, compiled.network
@@ -238,8 +231,10 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     changes = [(change.time, change.method) for change in statistics.changes]
     methods = wording.methods(changes or [(0.0, statistics.method)])
     net = wording.net(network.body_nodes, network.spring_count)
-    steps, took = statistics.accepted, outcome.wall_time
-    settings.say(f"  {net}; {wording.stepping(methods, steps, _where(statistics), took)}")
+    steps = wording.stepping(
+        methods, statistics.accepted, statistics.tier, statistics.threads, outcome.wall_time
+    )
+    settings.say(f"  {net}; {steps}")
     for note in outcome.notes:
         settings.say(f"  note: {note}")
     counts: Counter[str] = Counter()

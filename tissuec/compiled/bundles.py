@@ -24,7 +24,6 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "push_forward", "verlet_back", "verlet_change", "verlet_forward",
     ),
     "raster": ("fill",),
-    "team": ("dismiss", "serve"),
 }  # fmt: skip
 BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}
 

@@ -141,12 +141,9 @@ def drive(
                 if strayed(work.x[1 - current], net.touches.listed, net) > 1.0:
                     reason = STRAYED
                     break
-            reach = greater(
-                displacement, distance(work.x[1 - current], work.origin, work.each, work.team)
-            )
-            pace = greater(
-                speed, distance(work.v[1 - current], work.zero, work.moving, work.team)
-            )
+            x, v = work.x[1 - current], work.v[1 - current]
+            reach = greater(displacement, distance(x, work.origin, work.each, work.team))
+            pace = greater(speed, distance(v, work.zero, work.moving, work.team))
             ratio = 0.0
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:

@@ -22,7 +22,7 @@ from tissuec.engine.acts import (
     pack_reels,
 )
 from tissuec.engine.numbering import node_order
-from tissuec.engine.runs import RunPlaces, are_blocks_apart, packed, places_of
+from tissuec.engine.runs import RunPlaces, are_several, block_size, packed, places_of
 from tissuec.engine.team import Team, useful
 from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
@@ -113,10 +113,14 @@ class Layout:
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
         self._places: RunPlaces | None = None  # once somebody has asked for them
+        count = useful(threads, network.spring_count)
         # Nodes that are put in another order than they are given have no springs in runs.
-        in_runs = np.array_equal(order, np.arange(bodies))
-        shared = in_runs and are_blocks_apart(self._low, self._high)
-        self.team = Team(useful(threads, network.spring_count) if shared else 1, all_nodes)
+        if count > 1 and not (
+            np.array_equal(order, np.arange(bodies))
+            and are_several(self._high, block_size(self._low, self._high))
+        ):
+            count = 1
+        self.team = Team(count, all_nodes)
         self._solver: Solver | None = None
 
     def update(self, situation: Situation) -> None:

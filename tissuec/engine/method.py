@@ -25,7 +25,7 @@ class Method:
         ledger: Whether work and dissipation are integrated.
         watch_strength: Whether springs may rupture.
         choices: What is chosen of a published procedure; None for what it does by default.
-        threads: That may share the loops of a large net; results do not depend on it.
+        threads: Maximum number of threads for a large net; results do not depend on it.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Statistics:
         stalls: Steps of ``propagation`` at its floor although forces rose.
         smallest, largest: Step [s]; 0 before the first.
         changes: The integrators in turn, the first one included.
-        threads: That shared its loops.
+        threads: Number of threads that stepped it.
     """
 
     method: str

@@ -59,7 +59,8 @@ def places_of(low: Indices, high: Indices) -> RunPlaces:
     if not len(low):
         none = np.zeros(0, dtype=np.int64)
         return RunPlaces(none, none, none, none, np.zeros(1, dtype=np.int64), none, 0)
-    size, apart = block_size(low, high), are_blocks_apart(low, high)
+    size = block_size(low, high)
+    apart = are_several(high, size)
     block = low // (size if apart else 4 * BLOCK_NODES)
     order = np.lexsort((low, offset, block))
     offset, block, ordered = offset[order], block[order], low[order]
@@ -84,9 +85,9 @@ def block_size(low: Indices, high: Indices) -> int:
     return -(-max(longest, BLOCK_NODES) // PIECE) * PIECE
 
 
-def are_blocks_apart(low: Indices, high: Indices) -> bool:
-    """Return whether there are several blocks, so that threads can share them."""
-    return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * block_size(low, high)
+def are_several(high: Indices, size: int) -> bool:
+    """Return whether there are several blocks of a size, so that threads can share them."""
+    return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * size
 
 
 def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:

@@ -1,7 +1,7 @@
 """Threads that share the loops of a run over nodes and springs.
 
-While compiled code steps, they wait for a loop to begin, in turns that last no longer than a
-microsecond or two; between its calls they sleep. They do what ``kernels.teams.share`` is given.
+While compiled code steps, they busy-wait for the next loop, which ``kernels.teams.share``
+begins; between calls of that code they sleep.
 """
 
 import ctypes
@@ -17,9 +17,7 @@ from tissuec.kernels import records
 from tissuec.kernels.runs import BLOCK
 from tissuec.kernels.teams import pieces_of
 
-LEAST_SPRINGS = (
-    20_000  # of a thread; with fewer, waiting for one another costs more than it gains
-)
+LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains
 PARTS = 4  # of a loop for each thread: who is held up by something else leaves parts to others
 WORDS, ALL_PARTS, GIVE_WAY = 32, 3, 24  # as in ``building/team.ll``
 

@@ -42,9 +42,8 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m]; velocities follow suit."""
-    return h * h / 6.0 * distance(
-        work.a[current], work.a[1 - current], work.each, work.team
-    ), 0.0
+    change = distance(work.a[current], work.a[1 - current], work.each, work.team)
+    return h * h / 6.0 * change, 0.0
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

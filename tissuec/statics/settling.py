@@ -125,8 +125,8 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
 def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
     """Return where the forces balance [m], shape (free, 3), from x on, and what happened.
 
-    Near an unstable equilibrium, steps become smaller and smaller without coming to it, or away
-    from it: there the net is pushed off.
+    Near an unstable equilibrium, Newton's steps may become so small that they neither reach nor
+    leave it: there the net is pushed off.
 
     Raises:
         Unsettled: They balance nowhere.

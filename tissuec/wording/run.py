@@ -25,9 +25,10 @@ def net(nodes: int, springs: int) -> str:
     return f"{counted(nodes, 'node')}, {counted(springs, 'spring')}"
 
 
-def stepping(methods: str, steps: int, tier: str, wall_time: float) -> str:
+def stepping(methods: str, steps: int, tier: str, threads: int, wall_time: float) -> str:
     """Return how a run was stepped and how long that took."""
-    return f"{methods}, {counted(steps, 'step')} ({tier}), {wall_time:.2f} s"
+    code = tier if threads == 1 else f"{tier}, {threads} threads"
+    return f"{methods}, {counted(steps, 'step')} ({code}), {wall_time:.2f} s"
 
 
 def expectations(total: int, failed: int, unreached: int) -> str:
