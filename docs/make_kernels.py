@@ -11,11 +11,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.markdown import replace_places, table
 from tissuec.core.source import Source
@@ -58,8 +58,7 @@ void evaluate(long times, long nodes, const long *first, const int *other, const
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Net:
+class Net(Struct, frozen=True):
     """A net to measure: its name and the body of its scene."""
 
     name: str
@@ -219,8 +218,7 @@ class Loop:
         return (time.perf_counter() - begun) / times / self.springs * 1e9
 
 
-@dataclass(frozen=True, slots=True)
-class Feature:
+class Feature(Struct, frozen=True):
     """Something that a scene may have, as what is added to the text of the plain scene.
 
     Attributes:

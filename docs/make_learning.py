@@ -10,11 +10,12 @@ import re
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
 
 import matplotlib
+from msgspec import Struct
+from msgspec.structs import replace
 
 matplotlib.use("Agg")
 
@@ -43,8 +44,7 @@ GREY, LEARNT, HELD_OUT = "#999999", "#2166ac", "#b2182b"
 CLOCK = re.compile(r", \d+\.\d s$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
-class Taught:
+class Taught(Struct, frozen=True):
     """A learning of one of the examples, with its progress after each pass."""
 
     text: str

@@ -8,10 +8,10 @@ is the same scene to a tolerance of 1e-8.
 """
 
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
+from msgspec import Struct
 
 matplotlib.use("Agg")
 
@@ -42,8 +42,7 @@ COLOURS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
+class Measured(Struct, frozen=True):
     """A run by propagation.
 
     Attributes:

@@ -11,10 +11,10 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.markdown import code, replace_places, table
 from tissuec.core.resources import library
@@ -31,8 +31,7 @@ SCENES = (
 Known = Callable[[np.ndarray], np.ndarray]
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(Struct, frozen=True):
     """A motion in closed form.
 
     Attributes:

@@ -1,8 +1,7 @@
 """Small nets, sentences and a diary of times, written by hand for tests."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
+from msgspec import Struct, field
 
 from tissuec.core.source import Source, Span
 from tissuec.courses import Course
@@ -108,8 +107,7 @@ class Refused(Exception):
     """An order was rejected; holds the code and the message."""
 
 
-@dataclass
-class Saying:
+class Saying(Struct):
     """An order given in values: what stands behind the verb, and the clauses."""
 
     words: str

@@ -8,17 +8,15 @@ in units of the scene's own length, mass and duration, so that every scene moves
 its size in a few periods and runs within a second.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
+from msgspec import Struct, field
 
 AXES = ("x", "y", "z")
 UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "km": 1e3}
 PROFILES = ("smooth profile", "constant speed", "ramp")
 
 
-@dataclass(frozen=True)
-class View:
+class View(Struct, frozen=True):
     """The same scene in other coordinates, units and order of rows.
 
     Attributes:
@@ -50,8 +48,7 @@ def _written(vector):
     return "(" + ", ".join(repr(float(part)) for part in vector) + ")"
 
 
-@dataclass
-class Draft:
+class Draft(Struct):
     """A scene under way; ``length`` [m], ``mass`` [kg] and ``time`` [s] are its units.
 
     Attributes:

@@ -1,9 +1,8 @@
 """Ambient damping by mass and by surface is the same on every mesh."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import tissuec
 from tests.engine.running import Bench

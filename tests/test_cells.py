@@ -1,11 +1,11 @@
 """Lattices whose cells keep their volumes, each by its own pressure."""
 
-from dataclasses import replace
 from functools import partial
 from itertools import product
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.derivatives import slopes
 from tests.engine.running import Bench

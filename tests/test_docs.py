@@ -23,12 +23,12 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -70,8 +70,7 @@ PART = re.compile("|".join(VARYING), re.MULTILINE)
 ROUNDING = 1e-10  # what is less differs between processors
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(Struct, frozen=True):
     """One fenced block; ``place`` is where it stands, for messages."""
 
     kind: str
@@ -88,8 +87,7 @@ def blocks(page: Path) -> Iterator[Block]:
         yield Block(found["kind"], found["name"] or "", found["text"], f"{page.name}:{line}")
 
 
-@dataclass(slots=True)
-class Reader:
+class Reader(Struct):
     """Does what the blocks of one page say, in the present folder."""
 
     namespace: dict[str, Any] = field(default_factory=dict)

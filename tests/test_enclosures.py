@@ -1,10 +1,10 @@
 """Enclosed volumes: geometry, forces and stiffness against differences and closed forms."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 from tests.derivatives import slopes

@@ -1,10 +1,10 @@
 """Hinges: forces against derivatives, conservation laws, energy in motion, and tears."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.derivatives import slopes
 from tests.engine.running import Bench

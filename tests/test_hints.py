@@ -6,11 +6,11 @@ An edit makes its finding go away, and leaves fewer errors, or as many and fewer
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
 import pytest
+from msgspec.structs import replace
 
 from tests.test_scenes import BAD, request_of
 from tissuec.core.errors import CompileError, Diagnostic, Edit

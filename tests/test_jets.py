@@ -1,9 +1,8 @@
 """Jets: momentum, profile and shade against closed forms; smoothness, motion and rest."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.integrate import quad
 from scipy.special import erf
 

@@ -1,10 +1,10 @@
 """Scenes at random places of all axes of the stress test at once: right, or said not to be."""
 
-from dataclasses import replace
 from math import sqrt
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tissuec.bench.problem import Problem
 from tissuec.bench.stress.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube

@@ -1,10 +1,9 @@
 """The paper's example, from its text file to the pictures that other programs make of it."""
 
-from dataclasses import replace
-
 import h5py
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tissuec.pipeline import Request, compile_request
 from tissuec.results.trajectory import Trajectory

@@ -6,11 +6,11 @@ prestress aside; frequencies those about its state at 0 s, after the events of t
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from math import inf, pi, sqrt
 from typing import Literal, TypeAlias
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.checks import situation_at_start
 from tissuec.compiler import Compiled
@@ -33,8 +33,7 @@ _ALIKE = 1e-9  # of bars: rounding
 _ABOUT = 0.1  # of breaking strains and moduli that make one stress
 
 
-@dataclass(frozen=True, slots=True)
-class Breaking:
+class Breaking(Struct, frozen=True):
     """What springs bear that may rupture.
 
     Attributes:
@@ -49,8 +48,7 @@ class Breaking:
     stress: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class Vibration:
+class Vibration(Struct, frozen=True):
     """A natural motion of a body about its state at 0 s; what it is joined to stays in place.
 
     Attributes:
@@ -70,8 +68,7 @@ class Vibration:
         return (ratio + sqrt(ratio * ratio - 1.0)) / omega
 
 
-@dataclass(frozen=True, slots=True)
-class BodyProperties:
+class BodyProperties(Struct, frozen=True):
     """What a body is, found from its net. What does not apply is None.
 
     Attributes:
@@ -104,7 +101,7 @@ class BodyProperties:
     retardation_time: float | None = None
     breaking: Breaking | None = None
     vibrations: tuple[Vibration, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     @property
     def density(self) -> float | None:

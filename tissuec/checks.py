@@ -4,10 +4,10 @@ All of them are warnings about scenes that can be run but may not mean what thei
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec import topology

@@ -5,10 +5,10 @@ number.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiling.bodies import BodyArrays, build_body
@@ -49,8 +49,7 @@ from tissuec.verbs.tie import Tie
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Compiled:
+class Compiled(Struct, frozen=True, eq=False):
     """A scene in arrays, ready to run.
 
     Attributes:

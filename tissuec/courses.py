@@ -5,10 +5,11 @@ it; the value before ``start`` is that at ``start``, after ``stop`` that at ``st
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from typing import Literal, overload
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -22,8 +23,7 @@ def _empty() -> Floats:
     return np.zeros(0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class Course(Struct, frozen=True, eq=False):
     """A scalar function of time.
 
     With p = (t - start) / (stop - start), clipped to 0…1:

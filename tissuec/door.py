@@ -6,9 +6,10 @@ import signal
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
+
+from msgspec.structs import replace
 
 from tissuec.core.errors import (
     CompileError,

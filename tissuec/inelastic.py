@@ -16,10 +16,11 @@ The variables q and p are kept in the velocities of hidden nodes, three to a nod
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.laws.evaluation import Behaviour
@@ -36,8 +37,7 @@ PAIRS = (*zip(CONSTANTS, TIMES, strict=True), (LIMIT, VISCOSITY))
 NAMES = tuple(name for pair in PAIRS for name in pair)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Inelastic:
+class Inelastic(Struct, frozen=True, eq=False):
     """What springs remember, and where.
 
     Attributes:

@@ -5,9 +5,10 @@ not read here; what stands in the files is seen when the learning begins.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
@@ -26,8 +27,7 @@ WORDS = "words"
 Per = Literal["tissue", "region", "spring", "node", "set", "word"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Column:
+class Column(Struct, frozen=True, eq=False):
     """A column of tables of data: how it is called, and what one of its units is in SI."""
 
     name: str
@@ -35,8 +35,7 @@ class Column:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+class Fit(Struct, frozen=True, eq=False):
     """One thing that was measured: ``fit = force(pressed) using column "force_N" in N``.
 
     Attributes:
@@ -68,8 +67,7 @@ class Fit:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Adjust:
+class Adjust(Struct, frozen=True, eq=False):
     """Something that may change: ``adjust spring constant of fat from 1 N/m to 1 kN/m``.
 
     Attributes:
@@ -101,8 +99,7 @@ class Adjust:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Data:
+class Data(Struct, frozen=True, eq=False):
     """One measurement: a file, and how the scene was set for it.
 
     Attributes:
@@ -116,8 +113,7 @@ class Data:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Axis:
+class Axis(Struct, frozen=True, eq=False):
     """What rows of tables are sorted by.
 
     Attributes:
@@ -135,8 +131,7 @@ class Axis:
 Errors = Mapping[str, float]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Demand:
+class Demand(Struct, frozen=True, eq=False):
     """``expect error(held out) < 8 %``: judged when the learning is over.
 
     Attributes:
@@ -149,8 +144,7 @@ class Demand:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Lesson:
+class Lesson(Struct, frozen=True, eq=False):
     """A ``learn`` block.
 
     Attributes:

@@ -6,10 +6,11 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -28,16 +29,14 @@ FRICTION = "friction"
 CellNodes = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
+class Origin(Struct, frozen=True):
     """Why an entry of an array has its value."""
 
     span: Span
     how: str  # such as "rules", "written", "otherwise", "table", "drawn length"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Provenance:
+class Provenance(Struct, frozen=True, eq=False):
     """The origin of every entry of one array, shape of ``index`` (entry,)."""
 
     index: NDArray[np.int32]
@@ -59,8 +58,7 @@ class Grid(NamedTuple):
     closed: bool  # whether the last column is followed by the first
 
 
-@dataclass(frozen=True, slots=True)
-class Thread:
+class Thread(Struct, frozen=True):
     """A body that is a thread.
 
     Attributes:
@@ -84,8 +82,7 @@ class Thread:
         return [spring for spring in (self.hold, self.slip) if spring not in pieces]
 
 
-@dataclass(frozen=True, slots=True)
-class BodyPart:
+class BodyPart(Struct, frozen=True, eq=False):
     """Where the nodes and springs of one body stand in the arrays.
 
     Attributes:
@@ -105,13 +102,12 @@ class BodyPart:
     span: Span
     grid: Grid | None = None
     bending: int = 0
-    cells: Callable[[], CellNodes] | None = field(default=None, compare=False)
+    cells: Callable[[], CellNodes] | None = None
     thread: Thread | None = None
-    tetrahedra: NDArray[np.int64] | None = field(default=None, compare=False)
+    tetrahedra: NDArray[np.int64] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class JointPart:
+class JointPart(Struct, frozen=True):
     """Which springs a joint has; their nodes are those of bodies."""
 
     name: str
@@ -132,8 +128,7 @@ class ToolShape(NamedTuple):
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class ToolPart:
+class ToolPart(Struct, frozen=True):
     """Which nodes carry the shapes of an instrument, two each, and its kind."""
 
     name: str
@@ -151,16 +146,14 @@ class ToolPart:
         return np.arange(start, start + 2), np.arange(start + 2, start + 4)
 
 
-@dataclass(frozen=True, slots=True)
-class MemoryPart:
+class MemoryPart(Struct, frozen=True):
     """Which hidden nodes remember something, such as ``FRICTION``."""
 
     name: str
     nodes: slice
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Network:
+class Network(Struct, frozen=True, eq=False):
     """All mass points and springs of a scene, in SI units.
 
     Attributes:
@@ -216,14 +209,14 @@ class Network:
     drag: Floats | None = None
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
+        for name in self.__struct_fields__:
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
 
     def __reduce__(self) -> tuple[type["Network"], tuple[object, ...]]:
         # Made anew, so that its arrays are read-only in copies, too.
-        return Network, tuple(getattr(self, entry.name) for entry in fields(self))
+        return Network, astuple(self)
 
     @property
     def node_count(self) -> int:

@@ -14,13 +14,15 @@ import pickle
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field
 
 from tissuec.checks import check_all
 from tissuec.compiler import Compiled, compile_scene
 from tissuec.compiling.courses import table_texts
+from tissuec.core.data import as_data
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.integrators.procedures import stated
@@ -38,8 +40,7 @@ if TYPE_CHECKING:
 JOB = "job.pickle"  # in the folder of a companion run
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(Struct, frozen=True):
     """What a user asks to be compiled.
 
     Attributes:
@@ -122,8 +123,7 @@ def _compile(
     return compiled, warnings
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
+class Result(Struct, frozen=True):
     """How a run ended and where its files are.
 
     Attributes:
@@ -251,7 +251,7 @@ def _facts(
     facts = {
         "kind": outcome.kind,
         "method": outcome.statistics.method,
-        "statistics": asdict(outcome.statistics),
+        "statistics": as_data(outcome.statistics),
         "notes": list(outcome.notes),
         "expectations": list(_judged(plan, outcome)),
         "failed_expectations": len(outcome.failures),

@@ -1,10 +1,10 @@
 """What is to be done with a network: method, script, outputs and expectations."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -24,8 +24,7 @@ RELAXATION = "relaxation"
 """The integrator that is none: the net is in equilibrium all the time."""
 
 
-@dataclass(frozen=True, slots=True)
-class Simulation:
+class Simulation(Struct, frozen=True):
     """The ``simulate`` block.
 
     Attributes:
@@ -45,8 +44,7 @@ class Simulation:
     choices: "Choices | None" = None
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Struct, frozen=True):
     """An action at a time; events at one time are carried out in this order."""
 
     time: float  # [s], absolute, or after the trigger
@@ -65,8 +63,7 @@ class Condition(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trigger:
+class Trigger(Struct, frozen=True, eq=False):
     """``when condition: …``: fires once, at the first time at which the condition holds."""
 
     condition: Condition
@@ -74,8 +71,7 @@ class Trigger:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Log:
+class Log(Struct, frozen=True, eq=False):
     """One measure at a rate: ``force of forceps A every 1 ms``."""
 
     name: str  # "force of forceps A"
@@ -85,8 +81,7 @@ class Log:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SurfaceOutput:
+class SurfaceOutput(Struct, frozen=True, eq=False):
     """A smooth surface of a body at a rate: ``surface of oviduct every 40 ms``."""
 
     body: str
@@ -96,8 +91,7 @@ class SurfaceOutput:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Expectation:
+class Expectation(Struct, frozen=True, eq=False):
     """``expect condition at/from/until/over …``, judged during the run.
 
     Attributes:
@@ -116,8 +110,7 @@ class Expectation:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Output:
+class Output(Struct, frozen=True, eq=False):
     """The ``output`` block.
 
     Attributes:
@@ -137,8 +130,7 @@ class Output:
     surfaces: tuple[SurfaceOutput, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class Plan(Struct, frozen=True, eq=False):
     """Everything beside the network; immutable, so that one plan can be run many times."""
 
     simulation: Simulation

@@ -1,10 +1,10 @@
 """What a run will do, told before it runs: arrays, method, stability, skips, cost, size."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.checks import situation_at_start
 from tissuec.compiler import Compiled
@@ -23,8 +23,7 @@ SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measur
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
 
 
-@dataclass(frozen=True, slots=True)
-class Prediction:
+class Prediction(Struct, frozen=True):
     """The plan of a run.
 
     Attributes:

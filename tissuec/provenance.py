@@ -1,9 +1,11 @@
 """Where the physical numbers of a scene come from: the written word, rule, line and degree."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from msgspec import Struct
+
+from tissuec.core.data import as_data
 from tissuec.core.units import LENGTH, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
@@ -15,8 +17,7 @@ from tissuec.scene.resolve import Words
 SET = "set on the command line"
 
 
-@dataclass(frozen=True, slots=True)
-class Reason:
+class Reason(Struct, frozen=True):
     """One line of an explanation.
 
     Attributes:
@@ -36,8 +37,7 @@ class Reason:
         return "" if self.degree is None else f"{self.word} {self.degree:.2f}"
 
 
-@dataclass(frozen=True, slots=True)
-class Explained:
+class Explained(Struct, frozen=True):
     """A quantity of a tissue, its value and its reasons, strongest first."""
 
     quantity: str
@@ -47,8 +47,7 @@ class Explained:
     reasons: tuple[Reason, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Struct, frozen=True):
     """One entry of the table of a tissue.
 
     Attributes:
@@ -122,7 +121,7 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
             f.property: {"written": f.written, "number": f.number, "place": f.span.place}
             for f in tissue.facts
         },
-        "quantities": {e.quantity: asdict(e) for e in explain_tissue(tissue)},
+        "quantities": {e.quantity: as_data(e) for e in explain_tissue(tissue)},
         "laws": {
             word: {"law": law.name, "force": law.force.code(), "place": law.span.place}
             for word, law in tissue.laws.items()

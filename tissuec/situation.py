@@ -4,10 +4,11 @@ The engine and the reference both step a ``Situation`` from event to event; even
 between steps. Arrays stand in the order of the network.
 """
 
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -25,16 +26,14 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.jets import Jet
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Term:
+class Term(Struct, frozen=True, eq=False):
     """One vector times one course: a displacement [m] or a force [N]."""
 
     vector: Floats  # shape (3,)
     course: Course
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Turn:
+class Turn(Struct, frozen=True, eq=False):
     """A rotation about a fixed axis by ``angle`` times a course."""
 
     centre: Floats  # [m], shape (3,)
@@ -58,8 +57,7 @@ class Turn:
         return self.centre + turned, velocity
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Motion(Struct, frozen=True, eq=False):
     """A prescribed path of some nodes.
 
     x(t) = centre + R(t) (base - centre) + Σ vectorᵢ sᵢ(t), with R = 1 where ``turn`` is None.
@@ -87,8 +85,7 @@ class Motion:
         return position + shift, velocity + speed
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Load:
+class Load(Struct, frozen=True, eq=False):
     """An external force on each of some nodes: Σ vectorᵢ sᵢ(t) [N] per node."""
 
     nodes: Indices
@@ -110,8 +107,7 @@ def _total(terms: tuple[Term, ...], time: Floats | float) -> tuple[Floats, Float
     return value, rate
 
 
-@dataclass(slots=True, eq=False)
-class Situation:
+class Situation(Struct, eq=False):
     """The state at ``time`` and what acts on it until the next event.
 
     Attributes:

@@ -7,17 +7,15 @@ led from its one end to its other by way of a third node. Where no pair led eith
 when its ends come to be in different pieces of the net.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Indices
 from tissuec.topology import pieces
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Strands:
+class Strands(Struct, frozen=True, eq=False):
     """The strands of a network, numbered by the node pairs that they join.
 
     Attributes:
@@ -61,8 +59,7 @@ class Strands:
         return np.bincount(self.of_spring[alive], minlength=len(self.keys)) > 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Edges:
+class Edges(Struct, frozen=True, eq=False):
     """Edges and what holds them.
 
     Attributes:

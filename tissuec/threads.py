@@ -10,7 +10,8 @@ lost, until they part no faster than the thread is drawn in; from then on it hol
 much longer.
 """
 
-from dataclasses import dataclass, replace
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
@@ -19,8 +20,7 @@ from tissuec.network import Floats, Indices
 SURE = 1.0 - 1e-6  # of its stretch: with which a knot holds again, lest it slips by rounding
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reeling:
+class Reeling(Struct, frozen=True, eq=False):
     """A thread that is drawn in or paid out.
 
     Attributes:
@@ -52,8 +52,7 @@ class Reeling:
         return replace(self, base=self.base + by * (self.springs == spring))
 
 
-@dataclass(frozen=True, slots=True)
-class Knot:
+class Knot(Struct, frozen=True):
     """A knot that was tied.
 
     Attributes:

@@ -9,10 +9,10 @@ and the floppy modes are the null space of their sum. Compression only weakens a
 left out, so that the sum is positive semidefinite and its null space says what is not held.
 """
 
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 LARGEST_CHECK = 1200
@@ -48,8 +48,7 @@ class Extents(NamedTuple):
         return float(np.linalg.norm(self.high - self.low))
 
 
-@dataclass(frozen=True, slots=True)
-class FloppyModes:
+class FloppyModes(Struct, frozen=True):
     """How many independent motions of the free nodes no spring resists.
 
     A piece, here, is a set of free nodes joined by springs, with the held nodes next to it.

@@ -1,11 +1,11 @@
 """Other solvers on our forces come to the engine's motion; so does MuJoCo on its own."""
 
-from dataclasses import replace
 from importlib.util import find_spec
 from math import inf
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.validate.scenes import rod
 from tissuec.bench import by_mujoco

@@ -1,11 +1,11 @@
 """The stress test: nothing at the ends of what can be written is silently wrong or crashes."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from msgspec.structs import replace
 
 from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem

@@ -1,9 +1,8 @@
 """Compiled operations that Python calls by their addresses do what their loops say."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.hand_net import make_net
 from tissuec.compiled.calls import OPERATIONS

@@ -1,8 +1,8 @@
 """Scenes in which something touches, as text; running them; what came out as arrays."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler import Compiled
@@ -17,8 +17,7 @@ from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
 from tissuec.strands import Edges, Strands
 
 
-@dataclass
-class Played:
+class Played(Struct):
     """A run that was kept in memory."""
 
     compiled: Compiled

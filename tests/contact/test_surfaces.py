@@ -1,9 +1,8 @@
 """Surfaces are what they are, however they are divided into triangles; pieces of lines too."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.spatial import Delaunay
 
 from tests.contact.scenes import by_loops, contact_with

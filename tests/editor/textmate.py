@@ -5,9 +5,10 @@ one place the first one wins, and the end of the innermost rule before all of th
 """
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
+
+from msgspec import Struct
 
 Rule = dict[str, Any]
 
@@ -17,8 +18,7 @@ def compiled(pattern: str) -> re.Pattern[str]:
     return re.compile(pattern)
 
 
-@dataclass
-class Engine:
+class Engine(Struct):
     """Tokenises texts line by line, as editors do."""
 
     grammar: Rule

@@ -1,8 +1,7 @@
 """Running small nets with the engine, for tests: everything recorded comes back as arrays."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tests.hand_net import make_net, span
 from tissuec.compiled.calls import OPERATIONS
@@ -19,8 +18,7 @@ TIERS = ("interpreted", "compiled")
 EVERLASTING = Course("constant", 0.0, np.inf)
 
 
-@dataclass
-class Ran:
+class Ran(Struct):
     """A run: its samples, its end and the engine."""
 
     time: np.ndarray

@@ -6,9 +6,10 @@ again, so that what is left is what somebody could have written.
 
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+
+from msgspec import Struct
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -48,8 +49,7 @@ HEDGES = (
 )
 
 
-@dataclass(frozen=True)
-class Vocabulary:
+class Vocabulary(Struct, frozen=True):
     """A text, what the compiler makes of it, and its tables."""
 
     text: str

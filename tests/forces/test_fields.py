@@ -1,11 +1,11 @@
 """What all fields have in common: kernels, balances of force and power, derivatives, bounds."""
 
-from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from msgspec import Struct
 from scipy.sparse import eye_array
 
 from tests.contact.scenes import contact_with
@@ -27,8 +27,7 @@ RISING = Course("smooth", 0.0, 2.0)
 NOW = 1.2  # [s]
 
 
-@dataclass(frozen=True)
-class Example:
+class Example(Struct, frozen=True):
     """A field in a state in which it does something.
 
     Attributes:
@@ -242,7 +241,7 @@ class Home(NamedTuple):
     stiffness: float
 
 
-class Attraction(Field):
+class Attraction(Field, frozen=True):
     """Springs of no length from all nodes to one place."""
 
     stiffness = 8.0  # [N/m]

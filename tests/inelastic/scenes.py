@@ -1,8 +1,7 @@
 """Scenes of one spring that remembers, written as a user would, and what came out."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene
 from tissuec.running.memory import MemoryRecording
@@ -44,8 +43,7 @@ def rod(
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Ran:
+class Ran(Struct, frozen=True):
     """What a run recorded: times [s], extension [m], force [N] and energies [J]."""
 
     time: np.ndarray

@@ -1,9 +1,8 @@
 """Springs that remember in whole runs: orders, files, ruptures, settling, friction."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.engine.running import Bench, accelerated
 from tests.hand_net import make_net, order, start

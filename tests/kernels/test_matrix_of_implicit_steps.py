@@ -3,10 +3,9 @@
 The kernels run as the plain Python that they are written in.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.engine.running import Bench, block, chain
 from tests.hand_net import make_net

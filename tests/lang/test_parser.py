@@ -1,6 +1,5 @@
 """Every shape of sentence and expression becomes its node, with true places."""
 
-import dataclasses
 import gc
 import re
 import threading
@@ -48,7 +47,7 @@ X, Y, Z = name("x"), name("y"), name("z")
 
 def span_free(kind, *parts):
     """Return a node whose place does not matter."""
-    places = sum(f.name in ("span", "head", "rows_span") for f in dataclasses.fields(kind))
+    places = sum(name in ("span", "head", "rows_span") for name in kind.__struct_fields__)
     return kind(*parts, *[ANYWHERE] * places)
 
 

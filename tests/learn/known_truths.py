@@ -9,11 +9,11 @@ it must not end as done and be wrong. ``python -m tests.learn.known_truths`` tri
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from msgspec import Struct
 
 import tissuec
 from tissuec.learn.learning import Unlearnable, learn
@@ -127,8 +127,7 @@ STIFFENING = "spring law is exponential {{ stiffening = {s} }}"
 CUBIC = "spring law is polynomial {{ square = {a} kN/m^2; cube = {b} kN/m^3 }}"
 
 
-@dataclass(frozen=True)
-class Family:
+class Family(Struct, frozen=True):
     """Problems of one kind: a text, what is usual in it, and what a start does not know.
 
     Attributes:
@@ -167,8 +166,7 @@ FAMILIES = {
 NAMES = [f"{name} {seed}" for seed in SEEDS for name in FAMILIES][:20]
 
 
-@dataclass(frozen=True)
-class Result:
+class Result(Struct, frozen=True):
     """How a learning ended.
 
     Attributes:

@@ -1,8 +1,7 @@
 """ "Measured" data, made by the engine with a tolerance far below any noise."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.plan import Output
 from tissuec.running.recording import Recorder

@@ -1,12 +1,12 @@
 """HDF5 as data: results of tissuec by their logs and frames, H5MD by particles and names."""
 
 from contextlib import suppress
-from dataclasses import replace
 from random import Random
 
 import h5py
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.damage import attribute, regroup, remove, reshape, retype
 from tests.damage import replace as replaced

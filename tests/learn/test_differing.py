@@ -1,9 +1,8 @@
 """Whole runs predict what exact models predict, and find what these cannot."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.learn.lessons import lesson
 from tests.learn.trials import (

@@ -1,9 +1,8 @@
 """What is learnt from data that was made with known numbers."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.learn.making import motion, write_positions
 from tissuec.core.source import Source

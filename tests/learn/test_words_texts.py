@@ -1,11 +1,11 @@
 """Texts of moved words compile to what the model gave, and change nothing else."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.core.source import Source

@@ -1,9 +1,9 @@
 """Small scenes with what was measured of them, and the models that predict it."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from tests.hand_net import span
 from tests.learn.lessons import NONE, lesson

@@ -1,9 +1,8 @@
 """A filled surface is a solid of its tissue, wherever its faces lie among the cells."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
 from tests.matter.elastic import drawn_out

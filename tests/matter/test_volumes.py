@@ -1,12 +1,12 @@
 """Tetrahedra and fillings have the Poisson's ratio of their tissue, and do not lock."""
 
-from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.sparse import csr_matrix, diags
 
 from tests.derivatives import slopes

@@ -1,9 +1,8 @@
 """Measures against numbers worked out by hand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.hand_net import chain, make_net, start
 from tissuec.measures import MEASURES, Subject

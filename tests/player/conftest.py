@@ -1,11 +1,12 @@
 """Results to be shown: the sterilisation, and small ones that are made up."""
 
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from tissuec.network import Network
 from tissuec.results.recording import LogChannel, Recording
@@ -71,8 +72,7 @@ def without_springs(network: Network) -> Network:
     )
 
 
-@dataclass
-class Show:
+class Show(Struct):
     """A result to be made up.
 
     Attributes:

@@ -1,10 +1,10 @@
 """Pictures, GIFs and videos: what is where in them, and how long they take."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.player.conftest import Show, grid, without_springs
 from tissuec.core import looks

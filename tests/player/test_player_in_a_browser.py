@@ -1,10 +1,10 @@
 """The page in Chromium, from ``file://``; ``page`` fails a test that leaves problems behind."""
 
-from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.player.conftest import Show, grid, without_springs
 from tissuec.core.source import Source

@@ -1,7 +1,6 @@
 """Laws over every kind of plot: what each must keep, whatever it draws."""
 
 import re
-from dataclasses import fields
 from functools import cache
 from io import BytesIO
 from itertools import product
@@ -10,6 +9,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.text import Annotation
+from msgspec.structs import fields
 
 from tissuec.core import looks
 from tissuec.drawing.page import FORMATS, save
@@ -180,7 +180,7 @@ def test_size_is_as_asked(folder):
 @pytest.mark.parametrize("kind", KINDS)
 def test_options_are_described_and_have_defaults(kind):
     member = PLOTS[kind]
-    assert {field.name for field in fields(member)} == set(options_of(member))
+    assert set(member.__struct_fields__) == set(options_of(member))
     assert all(option.help.endswith(".") for option in options_of(member).values())
     member()  # every option can be left out
     assert member.__doc__

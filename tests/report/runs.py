@@ -1,8 +1,9 @@
 """Small scenes whose runs have something of everything, and pages about them."""
 
-from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from pathlib import Path
+
+from msgspec import Struct, field
 
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.report.page import render
@@ -92,8 +93,7 @@ def page_of(path, **options):
         return render(Story(trajectory, **options))
 
 
-@dataclass
-class Element:
+class Element(Struct):
     """One element of a page; ``text`` is all that stands in it."""
 
     tag: str

@@ -1,9 +1,9 @@
 """A small tube and a rod, made-up frames of them, and how to write these."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import pytest
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.source import Source, Span
 from tissuec.laws import LINEAR, C, E, Law
@@ -65,8 +65,7 @@ LOGS = (
 SURFACES = (SurfaceChannel("tube", "loop subdivision", {"subdivisions": 2}),)
 
 
-@dataclass(frozen=True)
-class Example:
+class Example(Struct, frozen=True):
     """Frames of a network, and what of them is recorded."""
 
     network: Network

@@ -1,9 +1,8 @@
 """What frames draw, above all after a cut."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.surfaces.conftest import across, build, network_of
 from tissuec.results.mesh import RecordedMesh

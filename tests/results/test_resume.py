@@ -1,12 +1,12 @@
 """A run that was interrupted and gone on with leaves the file of an uninterrupted one."""
 
 import json
-from dataclasses import replace
 from functools import cache
 
 import h5py
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.results.conftest import SCENE, SURFACES, example_of_a_tube
 from tissuec.results.errors import PlaceError, ResultError

@@ -1,10 +1,9 @@
 """ParaView's own reader sees every frame as it was written."""
 
-from dataclasses import replace
-
 import h5py
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 vtk_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
 from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: E402

@@ -1,12 +1,12 @@
 """What a result file holds, where it stands, and what it refuses."""
 
 import json
-from dataclasses import replace
 from hashlib import sha256
 
 import h5py
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.recording import ENERGIES, LogChannel

@@ -1,12 +1,12 @@
 """What goes into a checkpoint comes out again, and nothing else can."""
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import Struct
 
 from tests.examples import examples
 from tests.hand_net import chain, order, span, start, table
@@ -73,8 +73,7 @@ def test_a_situation_comes_back_with_its_motions_and_shares_what_the_network_has
     assert back.holders["fix"].tolist() == [3]
 
 
-@dataclass
-class Foreign:
+class Foreign(Struct):
     number: int = 0
 
 

@@ -3,10 +3,10 @@
 import os
 import signal
 import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when

@@ -14,7 +14,6 @@ import signal
 import sys
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -22,6 +21,7 @@ from textwrap import dedent
 from types import CodeType, FunctionType, ModuleType
 
 import click
+from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.compiled.bundles import FLAGS
@@ -120,8 +120,7 @@ HARMLESS = {
 }
 
 
-@dataclass(frozen=True)
-class Mutant:
+class Mutant(Struct, frozen=True):
     """One number or formula that is made larger.
 
     Attributes:
@@ -364,8 +363,7 @@ def found_in(scene: str) -> list[Mutant]:
     return [m for name, only in FORCES.items() for m in mutants_of(name, lines, only)]
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(Struct, frozen=True):
     """What became of mutants.
 
     Attributes:

@@ -1,10 +1,10 @@
 """The scenes that are shipped, held against SciPy: their beginnings, and slowly the whole."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.validate.scenes import quantity, silent
 from tissuec.pipeline import Request, compile_request

@@ -1,10 +1,10 @@
 """``tissuec validate`` as users meet it: text, JSON and exit codes."""
 
 import json
-from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
+from msgspec.structs import replace
 
 from tests.validate.scenes import rod
 from tissuec.cli import group

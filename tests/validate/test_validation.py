@@ -1,10 +1,10 @@
 """Verdicts: kept, broken, undecided, and nothing promised."""
 
 import signal
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.hand_net import make_net
 from tests.hand_plan import event, make_plan

@@ -1,9 +1,9 @@
 """A scene's bench: every solver, its points, and what follows from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
 from tissuec.bench.points import Gap, Point, Tell, measure
@@ -20,8 +20,7 @@ from tissuec.integrators import INTEGRATORS
 LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bench:
+class Bench(Struct, frozen=True, eq=False):
     """What was measured.
 
     Attributes:

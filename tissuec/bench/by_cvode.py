@@ -4,7 +4,6 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -19,8 +18,7 @@ LARGEST_BAND = 2e7  # numbers in a band up to which it is kept; above, solving i
 KRYLOV = 30
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CvodeSolver(DrivenSolver):
+class CvodeSolver(DrivenSolver, frozen=True):
     """CVODE with a banded Jacobian by differences, or with GMRES for wide nets."""
 
     library: ClassVar[str] = "CVODE"

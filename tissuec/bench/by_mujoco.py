@@ -6,12 +6,12 @@ steps with a fixed step, so that a tolerance here only orders the steps that are
 """
 
 import time as clock
-from dataclasses import dataclass
 from importlib import import_module
 from math import ceil
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.bench.problem import Problem
 from tissuec.bench.starting import situation_at_start
@@ -41,8 +41,7 @@ def refusal(problem: Problem) -> str:
     return ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MujocoSolver:
+class MujocoSolver(Struct, frozen=True, eq=False):
     """One of MuJoCo's integrators; 1 % of a period at tolerance 1e-2, finer by its order."""
 
     problem: Problem

@@ -1,6 +1,5 @@
 """SciPy's solvers on the engine's compiled forces."""
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,8 +16,7 @@ IMPLICIT = ("Radau", "BDF", "LSODA")
 LARGEST = 20_000
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SciPySolver(DrivenSolver):
+class SciPySolver(DrivenSolver, frozen=True):
     """One of SciPy's methods, with the pattern or band of its Jacobian where it takes one."""
 
     library: ClassVar[str] = "SciPy"

@@ -1,7 +1,8 @@
 """What solvers of other libraries share: they are driven from event to event by our forces."""
 
-from dataclasses import dataclass
 from typing import ClassVar
+
+from msgspec import Struct
 
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.problem import Problem
@@ -13,8 +14,7 @@ from tissuec.network import Floats
 FINEST = 1e-13
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DrivenSolver:
+class DrivenSolver(Struct, frozen=True, eq=False):
     """A method of a library on the engine's compiled forces.
 
     Attributes:

@@ -6,10 +6,10 @@ coordinate beside its own velocity, in the order of nodes that keeps matrices na
 
 from collections.abc import Callable
 from ctypes import CFUNCTYPE, c_double, c_void_p
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.bench.trial import Deadline

@@ -1,7 +1,8 @@
 """The engine as a solver: the run of a plan with frames in memory only."""
 
 import time as clock
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
@@ -11,8 +12,7 @@ from tissuec.running.run import run
 AUTOMATIC = "automatic"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EngineSolver:
+class EngineSolver(Struct, frozen=True, eq=False):
     """A method of the engine, or its own choice.
 
     Attributes:

@@ -1,9 +1,10 @@
 """Points of run time against error: every solver at every tolerance, by turns."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from math import inf
 from statistics import median
+
+from msgspec import Struct
 
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
@@ -13,8 +14,7 @@ from tissuec.network import Floats
 Tell = Callable[[str], None]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Point:
+class Point(Struct, frozen=True, eq=False):
     """A solver at a tolerance.
 
     Attributes:
@@ -33,8 +33,7 @@ class Point:
     position: Floats
 
 
-@dataclass(frozen=True, slots=True)
-class Gap:
+class Gap(Struct, frozen=True):
     """A solver without a point at a tolerance, and why."""
 
     name: str

@@ -1,8 +1,8 @@
 """What a bench solves: the positions of a plan at its output times, and nothing else."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiler import Compiled
 from tissuec.network import Floats, Network
@@ -11,8 +11,7 @@ from tissuec.validate.observing import output_times, thinned
 from tissuec.validate.uncertainty import relative_positions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem:
+class Problem(Struct, frozen=True, eq=False):
     """A scene without what it writes and expects.
 
     Attributes:

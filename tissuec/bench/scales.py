@@ -1,16 +1,14 @@
 """How large a motion is: what the tolerances of other solvers are multiplied with."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.problem import Problem
 from tissuec.network import Floats
 
 
-@dataclass(frozen=True, slots=True)
-class Scales:
+class Scales(Struct, frozen=True):
     """Largest displacement [m] and speed [m/s] of a motion."""
 
     displacement: float

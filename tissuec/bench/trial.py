@@ -1,8 +1,9 @@
 """One run of one solver, and what a solver is to a bench."""
 
 import time as clock
-from dataclasses import dataclass
 from typing import Protocol
+
+from msgspec import Struct
 
 from tissuec.compiled import loading
 from tissuec.core.errors import TissueError
@@ -39,8 +40,7 @@ class Deadline:
             raise OutOfTime("the budget of time was used up")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trial:
+class Trial(Struct, frozen=True, eq=False):
     """A finished run.
 
     Attributes:

@@ -1,8 +1,10 @@
 """The solution that errors are measured against, and how well it is known."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from math import inf
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.bench.by_scipy import SciPySolver
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
@@ -27,8 +29,7 @@ class Unknown(TissueError):
     """No solution came out that anything could be measured against."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Truth:
+class Truth(Struct, frozen=True, eq=False):
     """A solution.
 
     Attributes:

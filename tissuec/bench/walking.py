@@ -2,9 +2,9 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.bench.frames import Frames
 from tissuec.bench.kernel import Kernel
@@ -21,8 +21,7 @@ from tissuec.situation import Situation
 Integrate = Callable[[Kernel, Floats], tuple[Floats, Floats]]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Leg:
+class _Leg(Struct, frozen=True, eq=False):
     """A stretch that was solved: its kernel, what was held, first row and unknowns."""
 
     kernel: Kernel

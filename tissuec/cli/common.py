@@ -4,12 +4,12 @@ import math
 import os
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from msgspec import Struct
 
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
 from tissuec.core.printable import printable
@@ -26,8 +26,7 @@ FLAGS: dict[str, tuple[tuple[str, ...], str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(Struct, frozen=True):
     """The global flags, before or behind the name of a command, and what they depend on.
 
     Attributes:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
+from tissuec.core.data import as_data
 from tissuec.core.errors import TissueError, did_you_mean
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _document(
 
     document = as_dict(words, tissues)
     if plan is not None:
-        document["plan"] = asdict(plan)
+        document["plan"] = as_data(plan)
     if bodies is not None:
         from tissuec.wording import bodies as wording
 
@@ -206,7 +206,7 @@ def _explain_code(code: str, settings: Settings) -> int:
         raise TissueError(f'there is no code "{code}"' + (f"; {hint}" if hint else ""))
     entry = CODES[code]
     if settings.json:
-        print_json({"code": code, **asdict(entry)})
+        print_json({"code": code, **as_data(entry)})
         return DONE
     before, after = (indent(piece, "    ") for piece in (entry.before, entry.after))
     echo(f"{code}: {entry.title}\n\n{entry.text}")

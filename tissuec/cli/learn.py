@@ -2,11 +2,11 @@
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec import Struct
 
 from tissuec.cli.common import (
     DONE,
@@ -37,8 +37,7 @@ GRADIENT = 1e-6  # relative difference from which on an exact derivative is wron
 KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
 
 
-@dataclass(frozen=True, slots=True)
-class Wishes:
+class Wishes(Struct, frozen=True):
     """What the options of the command ask for.
 
     Attributes:

@@ -1,11 +1,11 @@
 """``tissuec plot``"""
 
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
 import click
+from msgspec.structs import fields
 
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
 from tissuec.core.errors import alternatives

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +21,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )  # fmt: skip
+from tissuec.core.data import as_data
 from tissuec.core.errors import CompileError, TissueError, counted
 from tissuec.core.units import TIME, show
 from tissuec.running.interrupting import SIGNALLED, exit_code
@@ -297,7 +297,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         "wall_time": outcome.wall_time,
         "nodes": compiled.network.body_nodes,
         "springs": compiled.network.spring_count,
-        "statistics": asdict(outcome.statistics),
+        "statistics": as_data(outcome.statistics),
         "notes": list(outcome.notes),
         "events": [
             {

@@ -3,11 +3,11 @@
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec import Struct
 
 from tissuec.cli.arguments import Moment, Pair
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
@@ -172,8 +172,7 @@ def _check_replaceable(page: Path) -> None:
             )
 
 
-@dataclass(frozen=True, slots=True)
-class Wish:
+class Wish(Struct, frozen=True):
     """What is made of each result.
 
     Attributes:

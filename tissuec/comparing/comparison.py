@@ -1,10 +1,11 @@
 """Everything that differs between two sides."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.comparing.curves import Curves, compare_curves
 from tissuec.comparing.happenings import Happenings, compare_happenings
@@ -20,8 +21,7 @@ from tissuec.results.trajectory import Trajectory
 MOST_NAMED = 6  # nodes or springs that are named of one part
 
 
-@dataclass(frozen=True, slots=True)
-class Fact:
+class Fact(Struct, frozen=True):
     """Something that is said of both, and not the same."""
 
     name: str
@@ -29,8 +29,7 @@ class Fact:
     b: Any
 
 
-@dataclass(frozen=True, slots=True)
-class Leftover:
+class Leftover(Struct, frozen=True):
     """Nodes or springs of a part that the other side does not have.
 
     Attributes:
@@ -50,8 +49,7 @@ class Leftover:
     ids: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Comparison:
+class Comparison(Struct, frozen=True, eq=False):
     """What differs; an empty part is the same on both sides.
 
     Attributes:

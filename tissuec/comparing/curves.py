@@ -5,9 +5,9 @@ with straight lines between the rows.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.comparing.times import are_same, common
 from tissuec.network import Floats
@@ -17,8 +17,7 @@ from tissuec.results.trajectory import Trajectory
 AXES = ("x", "y", "z")
 
 
-@dataclass(frozen=True, slots=True)
-class Curve:
+class Curve(Struct, frozen=True):
     """The largest difference of a log.
 
     Attributes:
@@ -57,8 +56,7 @@ class Curve:
         return not self.difference and not self.missing
 
 
-@dataclass(frozen=True, slots=True)
-class Curves:
+class Curves(Struct, frozen=True):
     """All logs.
 
     Attributes:

@@ -1,6 +1,5 @@
 """A comparison as plain data for programs."""
 
-from dataclasses import asdict
 from typing import Any
 
 from tissuec.comparing.comparison import Comparison
@@ -9,6 +8,7 @@ from tissuec.comparing.happenings import Entry, Happenings
 from tissuec.comparing.parameters import Change
 from tissuec.comparing.places import Places
 from tissuec.comparing.sides import Side
+from tissuec.core.data import as_data
 from tissuec.core.units import DIMENSION_NAMES
 
 
@@ -18,14 +18,14 @@ def as_dict(found: Comparison) -> dict[str, Any]:
         "a": _side(found.a),
         "b": _side(found.b),
         "same": found.is_same,
-        "texts": [asdict(one) for one in (*found.texts, *found.files)],
-        "settings": [asdict(one) for one in found.settings],
+        "texts": [as_data(one) for one in (*found.texts, *found.files)],
+        "settings": [as_data(one) for one in found.settings],
         "common_nodes": len(found.nodes),
         "common_springs": len(found.springs),
-        "leftovers": [asdict(one) for one in found.leftovers],
+        "leftovers": [as_data(one) for one in found.leftovers],
         "parameters": [_change(one) for one in found.changes],
         "events": _happened(found.happenings),
-        "provenance": [asdict(one) for one in found.provenance],
+        "provenance": [as_data(one) for one in found.provenance],
         "logs": None if found.curves is None else _curves_data(found.curves),
         "motion": _motion_data(found),
     }
@@ -41,7 +41,7 @@ def _side(side: Side) -> dict[str, Any]:
 
 def _change(change: Change) -> dict[str, Any]:
     unit = None if change.dimension is None else DIMENSION_NAMES[change.dimension][1]
-    return asdict(change) | {"dimension": unit}
+    return as_data(change) | {"dimension": unit}
 
 
 def _happened(found: Happenings | None) -> dict[str, Any] | None:
@@ -65,7 +65,7 @@ def _happened(found: Happenings | None) -> dict[str, Any] | None:
 
 
 def _curves_data(curves: Curves) -> dict[str, Any]:
-    both = [asdict(c) | {"relative": c.relative, "same": c.is_same} for c in curves.both]
+    both = [as_data(c) | {"relative": c.relative, "same": c.is_same} for c in curves.both]
     names = ("only_a", "only_b", "apart")
     return {"both": both, **{name: getattr(curves, name) for name in names}}
 

@@ -6,7 +6,8 @@ their order, such as a motion that was written anew. Each spring that breaks is 
 
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.comparing.matching import Pairs
 from tissuec.comparing.sides import Side
@@ -16,8 +17,7 @@ from tissuec.results.recording import Event
 BREAKING = ("rupture", "crush")  # of single springs, by themselves
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """An event, or one spring of it.
 
     Attributes:
@@ -32,8 +32,7 @@ class Entry:
     spring: int = -1
 
 
-@dataclass(frozen=True, slots=True)
-class Meeting:
+class Meeting(Struct, frozen=True):
     """An event of both."""
 
     a: Entry
@@ -54,8 +53,7 @@ class Meeting:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Happenings:
+class Happenings(Struct, frozen=True):
     """Events that both have, in the order of a, and those of one alone."""
 
     both: tuple[Meeting, ...]

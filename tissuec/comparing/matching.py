@@ -5,17 +5,16 @@ springs keep their partners where a table loses a row or a body comes in between
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.comparing.sides import Side
 from tissuec.core.names import key_of
 from tissuec.network import Indices, Network
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pairs:
+class Pairs(Struct, frozen=True, eq=False):
     """Network numbers of what is the same in both, and of what only one has.
 
     Attributes:

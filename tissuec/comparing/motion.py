@@ -11,11 +11,11 @@ twice the time.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.comparing.matching import Pairs
@@ -28,8 +28,7 @@ SMALLEST = 1e-6  # displacement by which distances are measured, relative to the
 MOST_NUMBERS = 3_000_000  # that are read at once
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Motion(Struct, frozen=True, eq=False):
     """How far common nodes are apart.
 
     Attributes:

@@ -6,9 +6,9 @@ since processors may round otherwise.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.comparing.matching import Pairs
 from tissuec.comparing.places import Places
@@ -30,8 +30,7 @@ OF_SPRINGS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Given:
+class Given(Struct, frozen=True):
     """A place of a text that gave a number."""
 
     place: str
@@ -39,8 +38,7 @@ class Given:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(Struct, frozen=True):
     """A quantity that differs in a part of a body.
 
     Attributes:
@@ -73,8 +71,7 @@ class Change:
     from_b: tuple[Given, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Column:
+class _Column(Struct, frozen=True, eq=False):
     """Numbers of the same things in both networks.
 
     Attributes:

@@ -1,9 +1,10 @@
 """The two that are compared, whether they are scenes or results."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from tissuec.integrators.procedures import stated
 from tissuec.network import Network, Provenance
@@ -16,8 +17,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"  # with which every HDF5 file begins
 RESULTS = (".vtkhdf", ".h5", ".hdf5")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Side:
+class Side(Struct, frozen=True, eq=False):
     """One of the two.
 
     Attributes:

@@ -1,9 +1,10 @@
 """How texts differ: of scenes and of what they use, in canonical layout."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from difflib import unified_diff
 from typing import Literal
+
+from msgspec import Struct
 
 from tissuec.comparing.sides import Side
 from tissuec.core.errors import CompileError
@@ -11,8 +12,7 @@ from tissuec.core.source import Source
 from tissuec.lang.printer import format_source
 
 
-@dataclass(frozen=True, slots=True)
-class TextDifference:
+class TextDifference(Struct, frozen=True):
     """A text that is not the same, or that only one of the two uses.
 
     Attributes:

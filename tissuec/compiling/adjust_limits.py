@@ -1,10 +1,10 @@
 """Limits of what is adjusted, and what was expected of it: ``around 20 N/m by 30 %``."""
 
-from dataclasses import dataclass
 from math import inf
 from typing import NoReturn
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.fields import Measure
 from tissuec.core.source import Span
@@ -18,8 +18,7 @@ from tissuec.scene.learn_clauses import Clauses
 LIMITING = ("from", "to", "around", "by", "along")
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
+class Found(Struct, frozen=True):
     """Something that can be adjusted, before its limits are read.
 
     Attributes:

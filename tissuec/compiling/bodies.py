@@ -1,8 +1,7 @@
 """A drawn body to arrays: made of its tissues, and set in motion."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import CHECK_UNITS, Drawing, refuse_sizes
@@ -30,8 +29,7 @@ _FINITE = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BodyArrays:
+class BodyArrays(Struct, frozen=True, eq=False):
     """A body before it takes its place in the network; fields as in ``Network``."""
 
     body: Body

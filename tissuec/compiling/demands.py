@@ -1,9 +1,9 @@
 """What is expected of a learning: ``expect error(held out) < 8 %``."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.compiling.expectations import ERROR, errors_in
 from tissuec.core.errors import alternatives
@@ -17,8 +17,7 @@ HELD_OUT, ALL = "held out", "data"
 FORM = "error(held out) < 8 %"
 
 
-@dataclass(frozen=True, slots=True)
-class Judged:
+class Judged(Struct, frozen=True):
     """What of a lesson can be judged.
 
     Attributes:
@@ -87,8 +86,7 @@ def argument_of(call: s.Call, scope: Scope) -> s.Name:
     return first.value
 
 
-@dataclass(frozen=True, slots=True)
-class _Judgement:
+class _Judgement(Struct, frozen=True):
     """A condition as a function of errors."""
 
     condition: s.Expression

@@ -1,9 +1,10 @@
 """A body as it is drawn, before it is made of anything: its mesh, tables and regions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiling.points import Mask, PointScope, extents
@@ -28,8 +29,7 @@ LARGEST_IN_VAIN = (
 CHECK_UNITS = "check the units"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drawing:
+class Drawing(Struct, frozen=True, eq=False):
     """A mesh, what tables say about it, and which part of the body each node belongs to.
 
     Attributes:

@@ -1,11 +1,11 @@
 """Sets: names for nodes or springs, chosen on the drawn mesh and fixed for good."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NoReturn
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing, points_of
@@ -26,8 +26,7 @@ from tissuec.verbs import Group
 KINDS = ("nodes", "springs")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Placed:
+class Placed(Struct, frozen=True, eq=False):
     """A body with the numbers of its first node and spring in the network."""
 
     drawing: Drawing
@@ -48,8 +47,7 @@ class Placed:
         return self.drawing.mesh.ends + np.int32(self.first_node)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlacedJoint:
+class PlacedJoint(Struct, frozen=True, eq=False):
     """A joint with the numbers that its springs and their nodes have in the network.
 
     Attributes:
@@ -65,8 +63,7 @@ class PlacedJoint:
         return np.arange(len(self.ends)) + self.first_spring
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedSet:
+class NamedSet(Struct, frozen=True, eq=False):
     """A set of nodes or of springs."""
 
     group: Group

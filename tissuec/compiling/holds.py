@@ -4,9 +4,9 @@ Conditions (``when``) are left out: they may or may not fire.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
@@ -26,8 +26,7 @@ from tissuec.verbs.turn import Turn
 _NOTHING = np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True, slots=True)
-class Taken:
+class Taken(Struct, frozen=True):
     """Nodes that a tool or set holds from some time on."""
 
     holder: str
@@ -36,8 +35,7 @@ class Taken:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Driven:
+class Driven(Struct, frozen=True):
     """Nodes that a mover drives for some time."""
 
     mover: str

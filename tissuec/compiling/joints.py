@@ -4,9 +4,8 @@ Each node of the side with fewer nodes is joined to the nearest one of the other
 that are near.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiling.bodies import check_laws, check_sizes
@@ -27,8 +26,7 @@ ALIKE = 1.0 + 1e-9
 """Distances in this ratio count as equal, lest rounding decides which node is the nearest."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JointArrays:
+class JointArrays(Struct, frozen=True, eq=False):
     """A joint before it takes its place in the network; fields as in ``Network``."""
 
     joint: Joint

@@ -1,8 +1,9 @@
 """Constants of the laws of a tissue that learning can change."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from math import inf
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
@@ -16,8 +17,7 @@ from tissuec.scene.quantities import YOUNGS_MODULUS
 from tissuec.scene.schema import entries_of
 
 
-@dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Struct, frozen=True):
     """A number in a law.
 
     Attributes:

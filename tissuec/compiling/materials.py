@@ -7,11 +7,11 @@ goes before all of this. A mesh may say which share of c and d each spring gets.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NoReturn, TypeAlias
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiling.drawing import Drawing
@@ -61,8 +61,7 @@ _RULES = ("", *INTERFACES)
 _SAYS_NOTHING, _MEAN, _SOFTER, _ = range(len(_RULES))
 
 
-@dataclass(frozen=True, slots=True)
-class Material:
+class Material(Struct, frozen=True):
     """What one part of a body is made of."""
 
     name: str

@@ -7,12 +7,13 @@ nets calibrated by tests in tension and shear (``matter.calibration``). Surfaces
 section.
 """
 
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
 from typing import NoReturn
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiling.drawing import Drawing
 from tissuec.core.errors import Note
@@ -39,8 +40,7 @@ _ACROSS = 0.1  # part of a direction that must lie within a sheet
 _TESTED = 300_000  # springs of a solid up to which it is tested; of larger lattices, a part
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Matter:
+class Matter(Struct, frozen=True, eq=False):
     """How a body is shared out among its springs and nodes.
 
     Attributes:

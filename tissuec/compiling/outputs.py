@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.compiling.conditions import LEDGER, Conditions
 from tissuec.compiling.groups import Groups

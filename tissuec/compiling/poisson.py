@@ -11,7 +11,8 @@ is made of springs for μ, and of cells with the bulk modulus (see ``enclosures`
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.compiling.matter import Matter
 from tissuec.core.errors import Note
@@ -22,8 +23,7 @@ from tissuec.scene.model import Body, Given
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
 
 
-@dataclass(frozen=True, slots=True)
-class Poisson:
+class Poisson(Struct, frozen=True):
     """How a solid has the Poisson's ratio that its tissue says.
 
     Attributes:

@@ -1,9 +1,9 @@
 """What conditions measure, and how it is said afterwards."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.units import NUMBER, show
@@ -18,8 +18,7 @@ Place = tuple[int, int]  # where a node of a condition begins and ends in its te
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
+class Reading(Struct, frozen=True, eq=False):
     """One measure as a condition asks for it.
 
     Attributes:
@@ -86,8 +85,7 @@ class MeasureScope(Scope):
         return Value.number(value, reading.measure.dimension)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
+class Judgement(Struct, frozen=True, eq=False):
     """A condition as a function of a moment."""
 
     condition: s.Expression

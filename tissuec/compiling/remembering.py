@@ -1,10 +1,10 @@
 """What springs remember: arrays of the quantities of bodies, and hidden nodes to keep it in."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from math import ceil, sqrt
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
 from tissuec.network import SPRINGS, Floats, Network, Origin

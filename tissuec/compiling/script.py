@@ -1,9 +1,9 @@
 """The script: timed sentences to a plan of actions, ``when`` conditions to triggers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 
 from tissuec.compiling.conditions import Conditions
 from tissuec.compiling.groups import Groups
@@ -20,8 +20,7 @@ from tissuec.verbs import VERBS, Action
 MOST_REPETITIONS = 100_000
 
 
-@dataclass(slots=True)
-class Script:
+class Script(Struct):
     """The events in order of time (at one time: as written) and the triggers.
 
     Attributes:
@@ -33,8 +32,7 @@ class Script:
     is_whole: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class _Slot:
+class _Slot(Struct, frozen=True):
     """When the sentences of a block happen."""
 
     start: float  # [s], absolute or after the trigger

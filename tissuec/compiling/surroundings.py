@@ -1,9 +1,9 @@
 """What the surroundings brake: each node by its mass and by the surface that it stands for."""
 
-from dataclasses import replace
 from math import pi
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.network import Floats, Network
 from tissuec.scene.findings import Findings

@@ -6,10 +6,10 @@ has one; lengths without a unit take that of the table (``table nodes of net in 
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -63,8 +63,7 @@ _NOT_BELOW_ZERO = (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ExplicitBody:
+class ExplicitBody(Struct, frozen=True, eq=False):
     """What the tables of a body say; NaN where a cell was left open.
 
     The law of a spring is its number among ``laws``, the names that rows give.

@@ -1,10 +1,10 @@
 """What a learn block adjusts: a tissue, or nodes and springs that have a name."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.compiling.groups import Groups, Placed
 from tissuec.compiling.points import Mask
@@ -14,8 +14,7 @@ from tissuec.network import Indices
 from tissuec.scene.model import Scene, Tissue
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Target:
+class Target(Struct, frozen=True, eq=False):
     """Nodes and springs of a set, body, joint or region.
 
     Attributes:

@@ -6,9 +6,9 @@ knot slips; both wait until they are needed. A loop has the first one as its las
 """
 
 from collections.abc import Container, Sequence
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.inelastic import TIMES, VISCOSITY

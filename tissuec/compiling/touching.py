@@ -1,11 +1,12 @@
 """What tools and threads touch; nodes of tools stand behind those of the bodies."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
 from math import pi, sqrt
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiling.surroundings import skin_areas, thread_areas
 from tissuec.compiling.threads import bonds
@@ -72,8 +73,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     return known.with_memory(FRICTION, network.position, ONE_GRAM, origin)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Faces:
+class Faces(Struct, frozen=True, eq=False):
     """Shapes and the nodes that carry them; see ``Contact``.
 
     Attributes:
@@ -101,8 +101,8 @@ def contact_of(
     parts = [_of_tools(network, tools), _of_threads(network), _of_skins(network, law)]
     faces = Faces(
         *(
-            np.concatenate([getattr(part, entry.name) for part in parts])
-            for entry in fields(Faces)
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in Faces.__struct_fields__
         )
     )
     if not len(faces.kind):

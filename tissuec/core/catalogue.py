@@ -3,18 +3,18 @@
 import textwrap
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 _FILE = Path(__file__).with_name("codes.toml")
 _HERE = "<here>"
 _MOST_IN_A_LINE = 96
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """One code.
 
     Attributes:

@@ -1,23 +1,22 @@
 """What can be wrong: diagnostics about the text, and the errors that carry them."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 from tissuec.core.printable import printable
 from tissuec.core.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class Note:
+class Note(Struct, frozen=True):
     """A remark beside a diagnostic; with a span it points at a second place."""
 
     message: str
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Edit:
+class Edit(Struct, frozen=True):
     """A text that a hint proposes in place of another.
 
     Attributes:
@@ -55,8 +54,7 @@ class Hint(str):
         return hint
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True):
     """One finding about the text: what, where, and what to do about it."""
 
     code: str  # stable and documented, such as "TIS502"; warnings begin with "W"

@@ -1,15 +1,15 @@
-"""Types that say how an entry is written; a dataclass of them is a schema of the language.
+"""Types that say how an entry is written; a class of them is a schema of the language.
 
 The compiler reads a member's fields (name, type, default, "Attributes:" line of the docstring)
 and from them checks entries, converts units, suggests near misses and writes the reference. An
 underscore in a field name is a blank in the language.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -17,8 +17,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
+class Measure(Struct, frozen=True):
     """A number with a dimension. ``above``/``at_least``/``at_most`` are limits in SI units."""
 
     dimension: Dimension
@@ -27,16 +26,14 @@ class Measure:
     at_most: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
+class Whole(Struct, frozen=True):
     """A whole number with limits."""
 
     at_least: int = 1
     at_most: int = 100_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class OneOf:
+class OneOf(Struct, frozen=True):
     """One of a few words, written with ``is``.
 
     Attributes:
@@ -47,37 +44,32 @@ class OneOf:
     opens: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
+class Point(Struct, frozen=True):
     """A vector of three components with a dimension."""
 
     dimension: Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class FromTo:
+class FromTo(Struct, frozen=True):
     """``axis from (…) to (…)``: two points."""
 
     dimension: Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class Several:
+class Several(Struct, frozen=True):
     """A list of numbers with a dimension, written ``[1 mm, 2 mm]``."""
 
     dimension: Dimension
     at_least: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class FileIn:
+class FileIn(Struct, frozen=True):
     """``file "liver.stl" in mm``: a file whose numbers have no unit, and their unit."""
 
     dimension: Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class LocatedFile:
+class LocatedFile(Struct, frozen=True):
     """A file that a scene names.
 
     Attributes:

@@ -1,13 +1,13 @@
 """Text with a name, and places in it, so that any finding can quote what it is about."""
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from msgspec import Struct
 
-@dataclass(frozen=True, eq=False)
-class Source:
+
+class Source(Struct, frozen=True, eq=False, dict=True):
     """A whole text and what to call it.
 
     Attributes:
@@ -38,13 +38,15 @@ class Source:
         return self.text[start:] if end < 0 else self.text[start:end]
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Struct, frozen=True):
     """A stretch of a source, as character offsets; ``end`` is exclusive."""
 
-    source: Source = field(repr=False)
+    source: Source
     start: int
     end: int
+
+    def __repr__(self) -> str:
+        return f"Span({self.place}, {self.text!r})"
 
     @property
     def line(self) -> int:

@@ -1,11 +1,12 @@
 """Panels one above the other with one axis of time, and what they are drawn of: runs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
@@ -31,8 +32,7 @@ _PALE, _SOLID = 0.22, 0.75  # how much a band hides
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class Curve(Struct, frozen=True, eq=False):
     """A number over time.
 
     Attributes:
@@ -52,8 +52,7 @@ class Curve:
     is_layer: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Panel:
+class Panel(Struct, frozen=True, eq=False):
     """Curves in the same unit.
 
     Attributes:
@@ -70,8 +69,7 @@ class Panel:
     size: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Window:
+class Window(Struct, frozen=True):
     """The part of the time that is shown [s]; None: from the start, or to the end."""
 
     start: float | None = None

@@ -5,13 +5,13 @@ The same figure makes the same bytes: vector files carry no date, and their mark
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct, field
 
 from tissuec.core.errors import TissueError
 from tissuec.core.looks import GRID, INK, PAPER
@@ -57,8 +57,7 @@ STYLE: dict[str, Any] = {
 }
 
 
-@dataclass(slots=True)
-class Sheet:
+class Sheet(Struct):
     """A figure, or a part of one, that is drawn on.
 
     Attributes:
@@ -81,8 +80,7 @@ class Sheet:
             self.notes.append(text)
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
+class Picture(Struct, frozen=True):
     """What is to be drawn, with all that it needs read already.
 
     Attributes:

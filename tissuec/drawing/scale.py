@@ -1,9 +1,9 @@
 """Units on axes: SI prefixes so that people read numbers from 1 to 1000."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 _PREFIXES = ((1e-12, "p"), (1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""),
@@ -22,8 +22,7 @@ _LEAST = {"s": 0.1}  # 0.4 s rather than 400 ms
 _ROUNDING = 0.9995
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
+class Scale(Struct, frozen=True):
     """How numbers in an SI unit stand on an axis.
 
     Attributes:

@@ -3,9 +3,10 @@
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.results.places import SUFFIX as RESULT
@@ -24,8 +25,7 @@ CALLED: dict[str, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Subject:
+class Subject(Struct, frozen=True, eq=False):
     """Something to plot.
 
     Attributes:

@@ -1,9 +1,9 @@
 """Who looks from where: points in space onto paper, without perspective."""
 
-from dataclasses import dataclass
 from math import cos, radians, sin
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats
@@ -15,8 +15,7 @@ LOW = 0.12  # of the other sides: what is lower is looked at from higher above
 _STRAIGHT = ((0.0, 0.0), FRONT, (-90.0, 90.0))  # along x, y and z
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+class View(Struct, frozen=True):
     """A direction of looking.
 
     Attributes:

@@ -1,8 +1,9 @@
 """What could stand at a place of a text: words of the language, names, words, units."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from tissuec.compiling.fitting import RESULTS
 from tissuec.core.units import (
@@ -33,8 +34,7 @@ TABLES = (".csv",)
 MEASURED = (".csv", ".tsv", ".txt", *RESULTS)
 
 
-@dataclass(frozen=True, slots=True)
-class Proposal:
+class Proposal(Struct, frozen=True):
     """Something that could stand in the place of a stretch of the text.
 
     Attributes:

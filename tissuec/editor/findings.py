@@ -1,13 +1,13 @@
 """What ``check`` finds in an open text, and in those that it uses."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler import Compiled
@@ -18,8 +18,7 @@ from tissuec.situation import Situation
 from tissuec.topology import FloppyModes, floppy_modes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
+class Checked(Struct, frozen=True, eq=False):
     """What was found in a text.
 
     Attributes:

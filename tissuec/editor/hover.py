@@ -2,8 +2,9 @@
 
 from bisect import bisect_left
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from tissuec.core.catalogue import CODES
 from tissuec.core.errors import Diagnostic, counted
@@ -22,8 +23,7 @@ if TYPE_CHECKING:
     from tissuec.compiler import Compiled
 
 
-@dataclass(frozen=True, slots=True)
-class Hover:
+class Hover(Struct, frozen=True):
     """Markdown about a stretch of a text."""
 
     text: str

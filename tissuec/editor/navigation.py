@@ -1,8 +1,9 @@
 """Where names are declared and used, and what a text consists of."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
@@ -19,8 +20,7 @@ from tissuec.scene.imports import Program
 from tissuec.scene.library import SUFFIX, Library
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Struct, frozen=True):
     """A stretch of a file, as offsets in the text that the compiler reads."""
 
     path: Path
@@ -93,8 +93,7 @@ def around(view: View) -> list[View]:
     return [view, *(other for other in views if other is not None)]
 
 
-@dataclass(frozen=True, slots=True)
-class Renaming:
+class Renaming(Struct, frozen=True):
     """What a name becomes, and where."""
 
     places: tuple[Place, ...]
@@ -145,8 +144,7 @@ def renamable(view: View, offset: int) -> Symbol:
 # --- outline ----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Outlined:
+class Outlined(Struct, frozen=True):
     """A part of a text, for the outline.
 
     Attributes:
@@ -234,8 +232,7 @@ def _order_text(item: Statement) -> str:
     return "".join(pieces)
 
 
-@dataclass(frozen=True, slots=True)
-class Fold:
+class Fold(Struct, frozen=True):
     """Lines that can be folded away, as offsets."""
 
     start: int

@@ -5,8 +5,10 @@ Of a statement that is half typed, the same says what could stand at its end.
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from typing import NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core import units
 from tissuec.core.names import key_of
@@ -57,8 +59,7 @@ class Expected(NamedTuple):
     dimension: Dimension | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Phrase:
+class Phrase(Struct, frozen=True, eq=False):
     """Words that stand for one thing, or the empty place for them at the end of a statement.
 
     Attributes:

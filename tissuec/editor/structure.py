@@ -2,8 +2,9 @@
 
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
+
+from msgspec import Struct, field
 
 from tissuec.editor.lexemes import COMMENT, KEYWORD, LINE, STRING, WORD, Lexeme, lexemes
 from tissuec.lang.words import CONTINUING
@@ -13,8 +14,7 @@ _ENDS = frozenset("{};")
 _CONTINUES = frozenset(CONTINUING)
 
 
-@dataclass(slots=True, eq=False)
-class Statement:
+class Statement(Struct, eq=False):
     """What stands between two separators.
 
     Attributes:
@@ -64,8 +64,7 @@ class Statement:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Structure:
+class Structure(Struct, frozen=True, eq=False):
     """A text in statements.
 
     Attributes:

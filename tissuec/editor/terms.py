@@ -4,9 +4,10 @@ A term has a sentence about it for hovering, and knows what follows it, for comp
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple, TypeAlias
+
+from msgspec import Struct
 
 from tissuec.compiling.courses import PROFILES
 from tissuec.compiling.demands import ALL, ERROR, HELD_OUT
@@ -58,8 +59,7 @@ PART, ENTRY, VERB, MEASURE, CHOICE, KEYWORD, VARIABLE = (
 IN_QUOTES = ' "'
 
 
-@dataclass(frozen=True, slots=True)
-class Term:
+class Term(Struct, frozen=True):
     """A word of the language, which may be several words of English.
 
     Attributes:

@@ -1,9 +1,10 @@
 """What the names in an open text stand for, as far as it and what it uses can be read."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+
+from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source, Span
@@ -20,8 +21,7 @@ from tissuec.scene.resolve import Words, resolve_words
 from tissuec.scene.words import NamedScale
 
 
-@dataclass(frozen=True, slots=True)
-class Symbol:
+class Symbol(Struct, frozen=True):
     """A name and where it is declared.
 
     Attributes:
@@ -39,8 +39,7 @@ class Symbol:
         return s.key_of(self.name)
 
 
-@dataclass(frozen=True, eq=False)
-class View:
+class View(Struct, frozen=True, eq=False, dict=True):
     """A text, what it uses, and what its names stand for.
 
     Attributes:

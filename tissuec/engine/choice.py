@@ -6,10 +6,10 @@ lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
@@ -26,8 +26,7 @@ MANY = 1000  # explicit steps at their limit from which they are
 DEFAULT_TOLERANCE = 1e-4
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Struct, frozen=True):
     """An integrator and why.
 
     Attributes:

@@ -9,10 +9,11 @@ factor, so that trials stay a small part of the whole.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from tissuec.engine.choice import Choice
 from tissuec.integrators import INTEGRATORS
@@ -32,8 +33,7 @@ SPRING, NODE, CALL = 4e-9, 6e-9, 3e-7
 FACTOR, BAND, GRADIENTS = 8e-11, 6e-10, 30 * 8e-9
 
 
-@dataclass(slots=True)
-class Contest:
+class Contest(Struct):
     """The state of the contest; all of it goes into checkpoints.
 
     Attributes:

@@ -6,10 +6,10 @@ here is what must be decided between calls of that loop.
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import astuple
 from typing import Any, cast
 
 import numpy as np
+from msgspec.structs import astuple
 
 from tissuec import mechanics
 from tissuec.compiled.calls import raise_failure

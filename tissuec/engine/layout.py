@@ -4,10 +4,10 @@ Nodes keep their places for a whole run. A spring that dies is first set to zero
 leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiled.calls import kernel_address
@@ -44,8 +44,7 @@ FLAGS = (
 )  # fmt: skip
 
 
-@dataclass(slots=True)
-class Springs:
+class Springs(Struct):
     """The springs that act, sorted by lower and then by upper node.
 
     Attributes:

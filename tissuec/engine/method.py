@@ -1,9 +1,9 @@
 """What is asked of the engine, and what it gives back."""
 
-from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
+from msgspec import Struct, field
 
 from tissuec.integrators.procedures import Choices
 from tissuec.network import Floats, Indices
@@ -12,8 +12,7 @@ Tier = Literal["interpreted", "compiled"]
 Kind = Literal["reached", "paused", "ruptured", "triggered", "diverged", "stuck"]
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
+class Method(Struct, frozen=True):
     """How a run is to be stepped.
 
     Attributes:
@@ -53,8 +52,7 @@ def _no_springs() -> Indices:
     return np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Interruption:
+class Interruption(Struct, frozen=True, eq=False):
     """Why the engine came back, at ``time`` [s]; the situation stands there.
 
     Attributes:
@@ -76,8 +74,7 @@ class Interruption:
     message: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(Struct, frozen=True):
     """An integrator takes over, at ``time`` [s]."""
 
     time: float
@@ -85,8 +82,7 @@ class Change:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Statistics:
+class Statistics(Struct, frozen=True):
     """What a run cost so far.
 
     Attributes:

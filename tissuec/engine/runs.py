@@ -8,9 +8,8 @@ Runs are kept in blocks by their lower nodes. Where no spring is longer than a b
 other block has no node in common with the next one, so that threads can do these at a time.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.kernels.records import Runs
 from tissuec.kernels.teams import PIECE
@@ -23,8 +22,7 @@ BLOCK_NODES = 1024  # of a block, at least; what belongs to its springs fits int
 LEAST_BLOCKS = 4  # that are worth being shared by threads
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RunPlaces:
+class RunPlaces(Struct, frozen=True, eq=False):
     """Where springs stand in runs.
 
     Attributes:

@@ -4,10 +4,10 @@ Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 
 M^-1/2 D M^-1/2, found by the method of Lanczos from a fixed start, without forming a matrix.
 """
 
-from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.forces import Resisting
 from tissuec.inelastic import elongated, flat, pulled
@@ -22,8 +22,7 @@ CLOSE = 5e-3  # growth of the eigenvalue in a round, as a part of it, that ends 
 NOTHING = 1e-12  # of an image, as a part of the eigenvalue, that is rounding only
 
 
-@dataclass(frozen=True, slots=True)
-class _Operator:
+class _Operator(Struct, frozen=True):
     """Σ over springs of the force per displacement, scaled by the root of the masses."""
 
     low: Indices  # where the coordinates of the lower nodes are, shape (3 spring,)

@@ -6,13 +6,13 @@ compiled for both: an interpreted loop calls them by their addresses.
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from inspect import getmembers, isfunction
 from itertools import compress
 from typing import Any, get_type_hints
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.compiled.bundles import FLAGS
 from tissuec.engine import drive as loop
@@ -34,8 +34,7 @@ NEEDED = {
 LAWS = tuple(code.ARGUMENTS)
 
 
-@dataclass(frozen=True, slots=True)
-class Features:
+class Features(Struct, frozen=True):
     """What a scene needs; a kernel is compiled without the rest."""
 
     viscous: bool
@@ -56,8 +55,7 @@ class Features:
         return not (self.laws or self.inelastic)
 
 
-@dataclass(frozen=True, slots=True)
-class Inside:
+class Inside(Struct, frozen=True):
     """Interpreted code that evaluates an accepted step inside, of a net as a table."""
 
     look: Callable[..., None]

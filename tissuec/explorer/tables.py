@@ -6,9 +6,9 @@ coordinates are those of the scale (see :mod:`tissuec.fuzzy.axis`), all values a
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from typing import Any
 
+from tissuec.core.data import as_data
 from tissuec.core.source import Span
 from tissuec.core.units import (
     SYMBOLS,
@@ -156,7 +156,7 @@ class _Writer:
         base = rules.base
         return {
             **_name(key, rules.name),
-            "operators": asdict(base.operators),
+            "operators": as_data(base.operators),
             "otherwise": {
                 name: self._concluded(quantity.otherwise)
                 for name, quantity in base.quantities.items()

@@ -7,13 +7,13 @@ which holds fields, and the reference, which has formulas of its own, nothing kn
 than ``Field``. Members of ``FORCES`` are the kinds of ``force NAME { kind is … }`` in a scene.
 """
 
-from abc import ABC, abstractmethod
+from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from msgspec import Struct, StructMeta
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
@@ -29,7 +29,11 @@ if TYPE_CHECKING:
 Resisting = Callable[[Floats, Floats], None]
 
 
-class Field(ABC):
+class _Abstract(StructMeta, ABCMeta):
+    """The class of a ``Struct`` that leaves functions to its members."""
+
+
+class Field(Struct, metaclass=_Abstract, frozen=True, eq=False):
     """What acts on nodes beside springs; arrays stand in the order of the scene.
 
     Arguments have the same meaning in all functions: ``time`` [s] of shape (…); ``position``
@@ -37,8 +41,6 @@ class Field(ABC):
     is one number or matrix; ``number`` of each node among those that may move, -1 for others,
     and the ``size`` of these, so that matrices are of shape (3 size, 3 size).
     """
-
-    __slots__ = ()
 
     @property
     @abstractmethod
@@ -177,8 +179,7 @@ class Field(ABC):
                 yield states[k], forces, power
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Acted:
+class Acted(Struct, frozen=True, eq=False):
     """The nodes that a force acts on, as they are drawn.
 
     Attributes:
@@ -209,8 +210,7 @@ class Force(Protocol):
 FORCES: Family[type[Force]] = Family("tissuec.forces", "force")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Imposed:
+class Imposed(Struct, frozen=True, eq=False):
     """A force that a scene describes: its name and kind there, and its field."""
 
     name: str

@@ -21,11 +21,11 @@ a0 and b0 being the drawn ones; so w is 1 as drawn, and hardly changes while tri
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
@@ -43,8 +43,7 @@ _OF_HINGES = ("nodes", "stiffness", "damping", "drawn", "squares")
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Hinges(Field):
+class Hinges(Field, frozen=True):
     """The hinges of a network.
 
     Attributes:

@@ -31,11 +31,11 @@ stepped, stored and resumed like all other motion. Without pressure they stand u
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -74,8 +74,7 @@ class Pairs(NamedTuple):
         return Pairs(*(part[which] for part in self))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Contact(Field):
+class Contact(Field, frozen=True):
     """Which nodes can be touched by which shapes, and how hard that is.
 
     The first shapes are faces (triangles, capsules, planes), the others elements that these

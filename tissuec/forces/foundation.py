@@ -9,10 +9,10 @@ own, by the area A of skin that it stands for:
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 
 @FORCES.member("foundation")
-@dataclass(frozen=True, slots=True, eq=False)
-class Foundation:
+class Foundation(Struct, frozen=True, eq=False):
     """Holds a surface where it is drawn, as tissue around a body does.
 
     Attributes:
@@ -48,8 +47,7 @@ class Foundation:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bed(Field):
+class Bed(Field, frozen=True):
     """Springs and dashpots between nodes and where they are drawn.
 
     Attributes:

@@ -28,11 +28,12 @@ to ``DARK``. Forces have continuous derivatives by all places.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -68,8 +69,7 @@ SLIGHT = 1e-6  # of an edge: step of differences
 AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Skin:
+class Skin(Struct, frozen=True, eq=False):
     """Triangles that a jet may meet.
 
     Attributes:
@@ -224,8 +224,7 @@ class Elements(NamedTuple):
         return np.einsum("ei,eik->ek", self.weights, corners[self.owner])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Jet(Field):
+class Jet(Field, frozen=True):
     """The jet of one nozzle.
 
     Attributes:

@@ -23,11 +23,12 @@ solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -46,16 +47,14 @@ if TYPE_CHECKING:
 LARGE = 96  # unknowns that a volume acts on: its part of a sparse matrix would fill it
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Swelling:
+class Swelling(Struct, frozen=True, eq=False):
     """A change of the volumes that should be enclosed, relative to the drawn ones."""
 
     amount: float
     course: Course
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Enclosure(Field):
+class Enclosure(Field, frozen=True):
     """The enclosed volumes of one body.
 
     Attributes:

@@ -5,11 +5,11 @@ and named groups. Whether that makes a good mesh is for ``tissuec.shapes`` to sa
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
@@ -30,8 +30,7 @@ class FormatError(ValueError):
         super().__init__(message)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cells:
+class Cells(Struct, frozen=True, eq=False):
     """Cells of one kind.
 
     Attributes:
@@ -43,8 +42,7 @@ class Cells:
     nodes: Indices
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RawMesh:
+class RawMesh(Struct, frozen=True, eq=False):
     """What a mesh file holds.
 
     Attributes:

@@ -4,7 +4,9 @@ On a log scale everything happens in the logarithm; values are converted here an
 """
 
 import math
-from dataclasses import dataclass, field
+from functools import cached_property
+
+from msgspec import Struct
 
 from tissuec.fuzzy.duals import exp, log, real
 from tissuec.fuzzy.piecewise import Piecewise
@@ -26,8 +28,7 @@ class OutOfRange(ValueError):
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Axis:
+class Axis(Struct, frozen=True, dict=True):
     """A named range, linear or logarithmic.
 
     Attributes:
@@ -35,8 +36,6 @@ class Axis:
         low: Smallest value, in the unit of the values (SI).
         high: Largest value.
         log: Whether the coordinate is the natural logarithm of the value.
-        bounds: Smallest and largest coordinate.
-        rounding: Coordinates closer than this are the same number, up to rounding.
 
     Raises:
         ValueError: The range is empty, not finite, or not positive on a log scale.
@@ -46,8 +45,6 @@ class Axis:
     low: float
     high: float
     log: bool = False
-    bounds: tuple[float, float] = field(init=False)
-    rounding: float = field(init=False)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
@@ -56,12 +53,18 @@ class Axis:
             )
         if self.log and self.low <= 0.0:
             raise ValueError(f"the log scale of {self.name} must begin above zero")
-        bounds = self._coordinate(self.low), self._coordinate(self.high)
-        largest = max(abs(bounds[0]), abs(bounds[1]), 1.0 if self.log else 0.0)
-        object.__setattr__(self, "bounds", bounds)
-        object.__setattr__(self, "rounding", _ULPS * largest)
-        if bounds[1] - bounds[0] <= 2 * self.rounding:
+        if self.bounds[1] - self.bounds[0] <= 2 * self.rounding:
             raise ValueError(f"the range of {self.name} is too narrow to compute with")
+
+    @cached_property
+    def bounds(self) -> tuple[float, float]:
+        """Return the smallest and the largest coordinate."""
+        return self._coordinate(self.low), self._coordinate(self.high)
+
+    @cached_property
+    def rounding(self) -> float:
+        """Return below which distance two coordinates are the same number, up to rounding."""
+        return _ULPS * max(*map(abs, self.bounds), 1.0 if self.log else 0.0)
 
     def to_scale(self, value: float) -> float:
         """Return the coordinate of a value.

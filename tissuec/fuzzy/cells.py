@@ -1,8 +1,9 @@
 """Cells of an axis: parts on which the logic of its sets does not change."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+
+from msgspec import Struct
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.sets import AnyShape
@@ -10,8 +11,7 @@ from tissuec.fuzzy.sets import AnyShape
 _HALF_TRUE = 0.5
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
+class Cell(Struct, frozen=True):
     """A part of an axis on which every set is fully false, fully true, or between.
 
     Attributes:

@@ -6,31 +6,29 @@ those degrees. Explanations show the first step, and coverage analysis replaces 
 
 from collections import Counter
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass
 from functools import reduce
 from typing import TypeAlias
+
+from msgspec import Struct
 
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.sets import Word
 
 
-@dataclass(frozen=True, slots=True)
-class Is:
+class Is(Struct, frozen=True):
     """``hardness is very soft``"""
 
     property: str
     word: Word
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+class Not(Struct, frozen=True):
     """``not (…)``, and ``… is not …``"""
 
     operand: "Condition"
 
 
-@dataclass(frozen=True, slots=True)
-class And:
+class And(Struct, frozen=True):
     """``… and … and …``"""
 
     operands: "tuple[Condition, ...]"
@@ -39,8 +37,7 @@ class And:
         _need_operands(self.operands)
 
 
-@dataclass(frozen=True, slots=True)
-class Or:
+class Or(Struct, frozen=True):
     """``… or … or …``"""
 
     operands: "tuple[Condition, ...]"

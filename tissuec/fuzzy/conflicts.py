@@ -1,15 +1,15 @@
 """Rules that contradict each other: one condition, two conclusions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.fuzzy.conditions import canonical
 from tissuec.fuzzy.rules import Rule
 from tissuec.fuzzy.sets import AnyShape
 
 
-@dataclass(frozen=True, slots=True)
-class Conflict:
+class Conflict(Struct, frozen=True):
     """Two rules with one condition that conclude different words for one quantity."""
 
     first: int

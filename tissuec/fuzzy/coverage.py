@@ -6,7 +6,8 @@ none of these changes, so that finitely many cells stand for every combination o
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.fuzzy.cells import Cell, cells
 from tissuec.fuzzy.conditions import atoms, degree
@@ -18,8 +19,7 @@ from tissuec.fuzzy.sets import AnyShape
 _LOGIC = Operators()  # minimum and maximum keep 0, 0.5 and 1 apart
 
 
-@dataclass(frozen=True, slots=True)
-class Coverage:
+class Coverage(Struct, frozen=True):
     """Whether some facts leave a quantity without a rule.
 
     Attributes:

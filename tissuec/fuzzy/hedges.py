@@ -22,8 +22,9 @@ peak, and leaves the centre of a symmetric triangle where it was: only condition
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
+
+from msgspec import Struct
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.piecewise import Piecewise, points
@@ -32,8 +33,7 @@ from tissuec.fuzzy.sets import AnyShape, Gaussian, Powered, Shape
 _CENTRED = 1e-9  # of the range; closer to a target than this is on it, up to rounding
 
 
-@dataclass(frozen=True, slots=True)
-class Shift:
+class Shift(Struct, frozen=True):
     """Move a word along its scale by a fraction of its way to an end or to the middle."""
 
     fraction: float
@@ -46,8 +46,7 @@ class Shift:
             raise ValueError("a shift is either outward or inward")
 
 
-@dataclass(frozen=True, slots=True)
-class Power:
+class Power(Struct, frozen=True):
     """Raise every degree to a power."""
 
     exponent: float

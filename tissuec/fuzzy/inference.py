@@ -1,11 +1,11 @@
 """What inference answers: a number with its reasons, or the reasons why there is none."""
 
-from dataclasses import dataclass
 from typing import Literal
 
+from msgspec import Struct
 
-@dataclass(frozen=True, slots=True)
-class AtomDegree:
+
+class AtomDegree(Struct, frozen=True):
     """How true one ``is`` of a condition was; None where its property has no fact.
 
     Attributes:
@@ -18,8 +18,7 @@ class AtomDegree:
     negated: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Firing:
+class Firing(Struct, frozen=True):
     """One rule as it bears on one quantity.
 
     Attributes:
@@ -40,8 +39,7 @@ class Firing:
     progress: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Inference:
+class Inference(Struct, frozen=True):
     """The number found for a quantity.
 
     Attributes:
@@ -57,8 +55,7 @@ class Inference:
     silent: tuple[Firing, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class NoRule:
+class NoRule(Struct, frozen=True):
     """No rule fired for a quantity that declares no ``otherwise``.
 
     Attributes:

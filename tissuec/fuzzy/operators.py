@@ -1,7 +1,8 @@
 """The operators a rule base chooses by name."""
 
-from dataclasses import dataclass
 from typing import Literal, get_args
+
+from msgspec import Struct
 
 Conjunction = Literal["minimum", "product"]
 Disjunction = Literal["maximum", "probabilistic sum"]
@@ -9,8 +10,7 @@ Implication = Literal["minimum", "product"]
 Result = Literal["centre of gravity", "weighted mean", "gradual mean"]
 
 
-@dataclass(frozen=True, slots=True)
-class Operators:
+class Operators(Struct, frozen=True):
     """How degrees are joined and conclusions become a number (default: Mamdani's choice).
 
     Attributes:

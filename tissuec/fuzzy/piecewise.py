@@ -8,14 +8,14 @@ first and last point a set keeps their degree (as in IEC 61131-7).
 import math
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import groupby, pairwise
+
+from msgspec import Struct
 
 from tissuec.fuzzy.duals import real
 
 
-@dataclass(frozen=True, slots=True)
-class Piecewise:
+class Piecewise(Struct, frozen=True):
     """A piecewise linear membership function.
 
     Attributes:

@@ -8,8 +8,11 @@ gradual mean each counts.
 
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
+
+from msgspec import Struct, field
+from msgspec.structs import force_setattr
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
@@ -22,8 +25,7 @@ from tissuec.fuzzy.rules import Quantity, Rule
 from tissuec.fuzzy.sets import FAINTEST, AnyShape, Powered, Shape
 
 
-@dataclass(frozen=True, slots=True)
-class _Bearing:
+class _Bearing(Struct, frozen=True):
     """A rule as it bears on one quantity."""
 
     rule: int
@@ -31,8 +33,7 @@ class _Bearing:
     shape: Shape
 
 
-@dataclass(frozen=True, slots=True)
-class _Verdict:
+class _Verdict(Struct, frozen=True):
     """What one rule says about the facts, for all its conclusions."""
 
     degree: float
@@ -41,8 +42,7 @@ class _Verdict:
     progress: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class RuleBase:
+class RuleBase(Struct, frozen=True, dict=True):
     """Properties, quantities and the rules between them.
 
     Attributes:
@@ -59,17 +59,23 @@ class RuleBase:
     quantities: Mapping[str, Quantity]
     rules: tuple[Rule, ...]
     operators: Operators = field(default_factory=Operators)
-    _atoms: tuple[tuple[Is, ...], ...] = field(init=False, repr=False, compare=False)
-    _corners: Mapping[str, list[float]] = field(init=False, repr=False, compare=False)
-    _bearings: Mapping[str, list[_Bearing]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        fill = object.__setattr__
-        fill(self, "properties", MappingProxyType(dict(self.properties)))
-        fill(self, "quantities", MappingProxyType(dict(self.quantities)))
-        fill(self, "_atoms", tuple(tuple(atoms(rule.condition)) for rule in self.rules))
-        fill(self, "_corners", _corners(self.properties, self._atoms))
-        fill(self, "_bearings", _bearings(self.quantities, self.rules))
+        force_setattr(self, "properties", MappingProxyType(dict(self.properties)))
+        force_setattr(self, "quantities", MappingProxyType(dict(self.quantities)))
+        _ = self._corners, self._bearings  # they find out what rules do not know
+
+    @cached_property
+    def _atoms(self) -> tuple[tuple[Is, ...], ...]:
+        return tuple(tuple(atoms(rule.condition)) for rule in self.rules)
+
+    @cached_property
+    def _corners(self) -> Mapping[str, list[float]]:
+        return _corners(self.properties, self._atoms)
+
+    @cached_property
+    def _bearings(self) -> Mapping[str, list[_Bearing]]:
+        return _bearings(self.quantities, self.rules)
 
     def __reduce__(self) -> tuple[type["RuleBase"], tuple[object, ...]]:
         axes, quantities = dict(self.properties), dict(self.quantities)

@@ -1,22 +1,20 @@
 """Rules as written: conditions on properties, conclusions on quantities."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.conditions import Condition
 from tissuec.fuzzy.sets import Word
 
 
-@dataclass(frozen=True, slots=True)
-class Conclusion:
+class Conclusion(Struct, frozen=True):
     """``spring constant is low``"""
 
     quantity: str
     word: Word
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+class Rule(Struct, frozen=True):
     """``if condition then conclusions weighing weight``"""
 
     condition: Condition
@@ -30,8 +28,7 @@ class Rule:
             raise ValueError("a rule needs a conclusion")
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Struct, frozen=True):
     """What rules conclude: its range, and the word that holds where no rule speaks."""
 
     axis: Axis

@@ -1,9 +1,11 @@
 """Scales: the words of a property or quantity, and the ways to lay them out over a range."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
+
+from msgspec import Struct
+from msgspec.structs import force_setattr
 
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.piecewise import points
@@ -12,8 +14,7 @@ from tissuec.fuzzy.sets import Shape
 _NEGLIGIBLE = 1e-9  # of the range; what is narrower than this is rounding, not a gap
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
+class Scale(Struct, frozen=True):
     """A range and the words for its parts; build one with the functions of this module.
 
     Attributes:
@@ -25,14 +26,13 @@ class Scale:
     words: Mapping[str, Shape]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "words", MappingProxyType(dict(self.words)))
+        force_setattr(self, "words", MappingProxyType(dict(self.words)))
 
     def __reduce__(self) -> tuple[type["Scale"], tuple[object, ...]]:
         return Scale, (self.axis, dict(self.words))  # read-only views cannot be pickled
 
 
-@dataclass(frozen=True, slots=True)
-class Plateau:
+class Plateau(Struct, frozen=True):
     """A word that is fully true from ``start`` to ``end``; None is the end of the range."""
 
     word: str

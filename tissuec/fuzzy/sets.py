@@ -4,8 +4,9 @@ Every coordinate here is the coordinate of the scale: the quantity itself, or it
 """
 
 import math
-from dataclasses import dataclass
 from typing import TypeAlias
+
+from msgspec import Struct
 
 from tissuec.fuzzy.duals import exp
 from tissuec.fuzzy.piecewise import Piecewise
@@ -17,8 +18,7 @@ REACH = math.sqrt(-2 * math.log(FAINTEST))
 """Where a bell falls below the faintest degree, in multiples of its sigma."""
 
 
-@dataclass(frozen=True, slots=True)
-class Gaussian:
+class Gaussian(Struct, frozen=True):
     """A bell: ``exp(-(x - mean)² / (2 sigma²))``, zero below the faintest degree."""
 
     mean: float
@@ -67,8 +67,7 @@ class Gaussian:
         return self
 
 
-@dataclass(frozen=True, slots=True)
-class Powered:
+class Powered(Struct, frozen=True):
     """A set whose degrees are raised to a power; only conditions can use it."""
 
     base: Piecewise | Gaussian
@@ -93,8 +92,7 @@ Shape: TypeAlias = Piecewise | Gaussian
 AnyShape: TypeAlias = Piecewise | Gaussian | Powered
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(Struct, frozen=True):
     """A word as written, hedges included, and its set in the coordinate of its scale."""
 
     text: str

@@ -1,20 +1,19 @@
 """Instruments: one file each, holding its entries and the shapes that it touches with.
 
-A member is a dataclass whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
+A member is a ``Struct`` whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
 move rigidly with the tool, except that jaws may close.
 """
 
-from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.network import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shape:
+class Shape(Struct, frozen=True, eq=False):
     """A capsule, all points near a line, or all that lies behind a plane; or an opening.
 
     Attributes:

@@ -1,16 +1,14 @@
 """Forceps: two jaws, or a grip on nodes by name."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.fields import LengthIfAny, PointsIfAny
 from tissuec.instruments import INSTRUMENTS, Shape, capsule
 
 
 @INSTRUMENTS.member("forceps")
-@dataclass(frozen=True, slots=True, eq=False)
-class Forceps:
+class Forceps(Struct, frozen=True, eq=False):
     """Two jaws that close and hold what lies between them by friction, as long as it bears.
 
     Without entries they have no shape, and what they hold is said by ``grasp``.

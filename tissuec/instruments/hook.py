@@ -1,14 +1,13 @@
 """A hook: a shaft with a bend."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from tissuec.core.fields import Length, Points, Position, PositionIfAny
 from tissuec.instruments import INSTRUMENTS, Shape, capsule
 
 
 @INSTRUMENTS.member("hook")
-@dataclass(frozen=True, slots=True, eq=False)
-class Hook:
+class Hook(Struct, frozen=True, eq=False):
     """A round shaft that bends at its end and goes on to a tip, which may bend once more.
 
     Attributes:

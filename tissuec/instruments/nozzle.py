@@ -1,10 +1,10 @@
 """A nozzle: where a jet of fluid begins, and which way it goes."""
 
-from dataclasses import dataclass
 from math import log, sqrt, tan
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Length, Measure, OneOf, Point, Position
@@ -16,8 +16,7 @@ WIDEST = 0.5  # [rad]; beyond, what leaves is a spray and no jet
 
 
 @INSTRUMENTS.member("nozzle")
-@dataclass(frozen=True, slots=True, eq=False)
-class Nozzle:
+class Nozzle(Struct, frozen=True, eq=False):
     """The round opening of a tube for irrigation; it touches nothing by itself.
 
     Attributes:

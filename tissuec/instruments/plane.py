@@ -1,9 +1,9 @@
 """A plane: a table, or a plate that presses."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Point, Position
@@ -12,8 +12,7 @@ from tissuec.network import Floats
 
 
 @INSTRUMENTS.member("plane")
-@dataclass(frozen=True, slots=True, eq=False)
-class Plane:
+class Plane(Struct, frozen=True, eq=False):
     """A plane without end that lets nothing pass to behind it.
 
     Attributes:

@@ -1,16 +1,14 @@
 """A probe: a sphere or a rounded rod."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
 from tissuec.instruments import INSTRUMENTS, Shape, capsule
 
 
 @INSTRUMENTS.member("probe")
-@dataclass(frozen=True, slots=True, eq=False)
-class Probe:
+class Probe(Struct, frozen=True, eq=False):
     """A sphere at a point, or a rod with round ends along an axis.
 
     Attributes:

@@ -4,18 +4,18 @@ Table 1 and the text around it differ, and both leave things open (A. Nürnberge
 R. Kruse, SPIE Medical Imaging 1998, section 3.1.4). Each choice is an entry of the language.
 """
 
-from dataclasses import dataclass, fields
-from typing import Annotated, get_type_hints
+from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import fields
 
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf
 from tissuec.kernels.records import Floats
 
 
-@dataclass(frozen=True, slots=True)
-class PropagationChoices:
+class PropagationChoices(Struct, frozen=True):
     """How frames of ``propagation`` are stepped.
 
     Attributes:
@@ -59,8 +59,7 @@ class PropagationChoices:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class RelaxationChoices:
+class RelaxationChoices(Struct, frozen=True):
     """How ``relaxation`` goes from one equilibrium to the next.
 
     Attributes:
@@ -93,12 +92,12 @@ def stated(choices: Choices | None, *, defaults: bool = True) -> list[str]:
     """
     if choices is None:
         return []
-    found, kinds = [], get_type_hints(type(choices), include_extras=True)
+    found = []
     for entry in fields(choices):
         name, value = entry.name.replace("_", " "), getattr(choices, entry.name)
         if value is None or (value == entry.default and not defaults):
             continue
-        (kind,) = kinds[entry.name].__metadata__
+        (kind,) = entry.type.__metadata__
         written = isinstance(value, str)
         found.append(
             f"{name} is {value}"

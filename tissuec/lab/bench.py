@@ -1,12 +1,13 @@
 """The bench on which coupons of one tissue are tested: scenes are written, run and read."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.source import Source
 from tissuec.inelastic import TIMES
@@ -36,8 +37,7 @@ class Unmeasured(Exception):
     """A test gives no number; says why."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(Struct, frozen=True):
     """What was read off during a test.
 
     Attributes:

@@ -6,16 +6,16 @@ corner. Lengths are measured between two gauges, at a quarter of the length from
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
+
+from msgspec import Struct
 
 AXES = ("x", "y", "z")
 BODY = "lab coupon"
 FIRST, SECOND, FRONT, BACK = "lab first gauge", "lab second gauge", "lab front", "lab back"
 
 
-@dataclass(frozen=True, slots=True)
-class Coupon:
+class Coupon(Struct, frozen=True):
     """A bar with a square section, or a strip of a sheet.
 
     Attributes:

@@ -12,8 +12,9 @@ R that is pressed in by δ feels the force
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import pi, sqrt
+
+from msgspec import Struct
 
 from tissuec.lab.bench import TICK, Bench, Unmeasured
 from tissuec.lab.coupon import BODY
@@ -27,8 +28,7 @@ _HARD = 80.0  # contact stiffness over Young's modulus times the length of a cel
 _THIN = 0.02  # contact layer over the length of a cell
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(Struct, frozen=True):
     """A block half as high as wide.
 
     Attributes:

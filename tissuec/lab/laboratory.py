@@ -1,9 +1,10 @@
 """The laboratory: all tests of a tissue on two coupons, beside what is known of it."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from math import isfinite, nan
 from typing import TypeAlias
+
+from msgspec import Struct, field
 
 from tissuec.core import units
 from tissuec.core.errors import TissueError, did_you_mean
@@ -32,8 +33,7 @@ _OTHERS: dict[str, Dimension] = {"relaxed in all": units.NUMBER, "time in all": 
 Values: TypeAlias = dict[str, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Struct, frozen=True):
     """One quantity that a test measured.
 
     Attributes:
@@ -64,8 +64,7 @@ class Row:
         return show(value, dimension, digits=4)
 
 
-@dataclass(slots=True)
-class Examination:
+class Examination(Struct):
     """What a tissue was found to be.
 
     Attributes:

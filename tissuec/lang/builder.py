@@ -7,11 +7,11 @@ grammar refers to by name. No tree stands in between.
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 from lark import Token
+from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, proposal
 from tissuec.core.source import Source, Span

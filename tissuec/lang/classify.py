@@ -5,10 +5,10 @@ Each function looks for one kind of mistake. The first that recognises it has th
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import takewhile
 
 from lark import Token
+from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
 from tissuec.core.source import Span

@@ -6,8 +6,9 @@ are balanced. The result is as long as the text, so that every offset stays true
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, Note, proposal
 from tissuec.core.source import Source, Span
@@ -40,8 +41,7 @@ _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _CLOSE = 'close it with "}" where the block ends'
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class Layout(Struct, frozen=True, eq=False):
     """A text made ready for the grammar.
 
     Attributes:
@@ -91,8 +91,7 @@ def lay_out(source: Source) -> Layout:
     return _Scanner(source).scan()
 
 
-@dataclass(slots=True)
-class _Scanner:
+class _Scanner(Struct):
     source: Source
     stack: list[_Opening] = field(default_factory=list)
     edits: list[tuple[int, int, str]] = field(default_factory=list)

@@ -4,29 +4,45 @@ The parser knows shapes only; what a word means is decided in :mod:`tissuec.scen
 ignores spans and the spelling of numbers, so that ``parse(fmt(x)) == parse(x)``.
 """
 
-# ruff: noqa: RUF009 (the function only abbreviates a call of "field")
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
+
+from msgspec import Struct
 
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 
+#: Fields that say where a node stands, which two nodes that are equal may differ in.
+PLACES = frozenset(("span", "head", "rows_span", "source"))
 
-def _span() -> Span:
-    """Declare the field that every node ends with: its place in the text."""
-    return field(compare=False, repr=False)
+
+class Node(Struct, frozen=True, eq=False):
+    """Something in a text, without the place where it stands."""
+
+    def _content(self) -> tuple[Any, ...]:
+        names = (name for name in self.__struct_fields__ if name not in PLACES)
+        return tuple(getattr(self, name) for name in names)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Node) or type(other) is not type(self):
+            return NotImplemented
+        return self._content() == other._content()
+
+    def __hash__(self) -> int:
+        return hash((type(self), self._content()))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}{self._content()!r}"
 
 
 # --- expressions ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Name:
+class Name(Node, frozen=True):
     """One or more words, optionally ending in a quoted part: ``tissue "head of pancreas"``."""
 
     words: str  # unquoted words as written, single blanks between them; may be empty
     quoted: str | None  # the quoted part without its quotes
-    span: Span = _span()
+    span: Span
 
     @property
     def text(self) -> str:
@@ -39,144 +55,126 @@ class Name:
         return key_of(self.text)
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
+class Number(Node, frozen=True):
     value: float
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Node, frozen=True):
     value: float  # in the written unit
     unit: str  # canonical spelling, such as "N*s/m"; "" if it, or the value, is wrong
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Vector:
+class Vector(Node, frozen=True):
     items: "tuple[Expression, ...]"
     unit: str | None  # applies to every item that has none; "" if it is wrong
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Listing:
+class Listing(Node, frozen=True):
     """``[a, b, c]``"""
 
     items: "tuple[Expression, ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+class Call(Node, frozen=True):
     """``force(pressed, 0.8 s)``; an argument may carry clauses: ``distance(a to b)``."""
 
     function: Name
     arguments: "tuple[Argument, ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Argument:
+class Argument(Node, frozen=True):
     value: "Expression"
     clauses: "tuple[Clause, ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Signed:
+class Signed(Node, frozen=True):
     """An operand behind an odd number of minus signs."""
 
     operand: "Expression"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Sum:
+class Sum(Node, frozen=True):
     """``first + a - b``: flat, so that long sums do not nest."""
 
     first: "Expression"
     rest: "tuple[tuple[Literal['+', '-'], Expression], ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Product:
+class Product(Node, frozen=True):
     first: "Expression"
     rest: "tuple[tuple[Literal['*', '/'], Expression], ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Power:
+class Power(Node, frozen=True):
     base: "Expression"
     exponent: "Expression"
-    span: Span = _span()
+    span: Span
 
 
 # --- conditions -------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Compare:
+class Compare(Node, frozen=True):
     left: "Expression"
     sign: Literal["<", "<=", ">", ">=", "==", "!="]
     right: "Expression"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Is:
+class Is(Node, frozen=True):
     """``hardness is very soft``, ``region is cover``"""
 
     subject: "Expression"
     phrase: "Phrase"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Between:
+class Between(Node, frozen=True):
     subject: "Expression"
     low: "Expression"
     high: "Expression"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Within:
+class Within(Node, frozen=True):
     """``within 4 mm of (20, 20, 10) mm``; without a subject the node itself is meant."""
 
     subject: "Expression | None"
     radius: "Expression"
     centre: "Expression"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+class Not(Node, frozen=True):
     operand: "Expression"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class And:
+class And(Node, frozen=True):
     operands: "tuple[Expression, ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Or:
+class Or(Node, frozen=True):
     operands: "tuple[Expression, ...]"
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Phrase:
+class Phrase(Node, frozen=True):
     """What stands after ``is``: a word, ``not`` a word, ``between`` a word ``and`` a word."""
 
     kind: Literal["word", "not", "between"]
     words: tuple[Name, ...]  # two for "between", otherwise one
-    span: Span = _span()
+    span: Span
 
 
 Expression: TypeAlias = (
@@ -188,24 +186,21 @@ Expression: TypeAlias = (
 # --- sentences --------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Clause:
+class Clause(Node, frozen=True):
     """A joining word and what follows it: ``with forceps A``, ``where x > 0 m``."""
 
     word: str
     value: Expression
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Bounds:
+class Bounds(Node, frozen=True):
     low: Expression
     high: Expression
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Assign:
+class Assign(Node, frozen=True):
     """``[param|let|set] name = value [between a and b] clauses``"""
 
     keyword: Literal["", "param", "let", "set"]
@@ -213,94 +208,85 @@ class Assign:
     value: Expression
     bounds: Bounds | None
     clauses: tuple[Clause, ...]
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+class Function(Node, frozen=True):
     """``name of argument [and argument] = value``: a formula of its arguments."""
 
     name: Name
     arguments: tuple[Clause, ...]  # the word of a second one is "and"
     value: Expression
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Sentence:
+class Sentence(Node, frozen=True):
     """``name [is phrase] clauses``"""
 
     name: Name
     phrase: Phrase | None
     clauses: tuple[Clause, ...]
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(Node, frozen=True):
     """``name [is phrase] clauses { items }``"""
 
     name: Name
     phrase: Phrase | None
     clauses: tuple[Clause, ...]
     items: "tuple[Item, ...]"
-    span: Span = _span()
-    head: Span = _span()  # without the braces
+    span: Span
+    head: Span  # without the braces
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
+class Table(Node, frozen=True):
     """``table name clauses { raw rows }``; the rows are read later, by a fast loader."""
 
     name: Name
     clauses: tuple[Clause, ...]
-    rows: str = field(repr=False)  # one per line, single blanks, no comments
-    span: Span = _span()
-    rows_span: Span = _span()
+    rows: str  # one per line, single blanks, no comments
+    span: Span
+    rows_span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Conclusion:
+class Conclusion(Node, frozen=True):
     quantity: Name
     phrase: Phrase
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+class Rule(Node, frozen=True):
     """``if condition then quantity is word and … weighing 0.5``"""
 
     condition: Expression
     conclusions: tuple[Conclusion, ...]
     clauses: tuple[Clause, ...]
-    span: Span = _span()
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Timed:
+class Timed(Node, frozen=True):
     """``at 0.1 s: grasp …``; either ``times`` or ``trigger`` (``when condition:``) is given."""
 
     times: tuple[Clause, ...]
     trigger: Expression | None
     body: "tuple[Item, ...]"
-    span: Span = _span()
-    head: Span = _span()
+    span: Span
+    head: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Expect:
+class Expect(Node, frozen=True):
     condition: Expression
     clauses: tuple[Clause, ...]
-    span: Span = _span()
+    span: Span
 
 
 Item: TypeAlias = Assign | Function | Sentence | Block | Table | Rule | Timed | Expect
 
 
-@dataclass(frozen=True, slots=True)
-class Module:
+class Module(Node, frozen=True):
     """A whole file."""
 
     version: Number
     items: tuple[Item, ...]
-    source: Source = field(compare=False, repr=False)
+    source: Source

@@ -5,11 +5,11 @@ A cell ``-`` means "not given" in a column where that is allowed.
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, counted
@@ -29,8 +29,7 @@ _MISSING = "-"
 _KINDS = {"number": "a number", "whole": "a whole number", "word": "a word"}
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
+class Column(Struct, frozen=True):
     """What a column holds.
 
     Attributes:

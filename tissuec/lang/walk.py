@@ -4,11 +4,10 @@ An expression may be as long as the text, so nothing here recurs.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 from tissuec.core.source import Span
-from tissuec.lang.syntax import Call, Name
+from tissuec.lang.syntax import Call, Name, Node
 
 
 def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> Iterator[Any]:
@@ -30,9 +29,9 @@ def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> It
                 yield call
                 if enters(call):
                     waiting.append(call.arguments)
-            case part if is_dataclass(part):
+            case Node() as part:
                 yield part
-                waiting.extend(getattr(part, field.name) for field in reversed(fields(part)))
+                waiting.extend(getattr(part, name) for name in reversed(part.__struct_fields__))
 
 
 def names_in(node: Any) -> Iterator[Name]:

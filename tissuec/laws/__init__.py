@@ -1,4 +1,4 @@
-"""Laws of springs and dashpots: a member is one file with a dataclass and its formula.
+"""Laws of springs and dashpots: a member is one file with a ``Struct`` and its formula.
 
 A spring pulls with f(e) + g(e, w), e being its elongation and w the speed at which it
 lengthens (the paper's equation 8; its SpringFunction and ViscosityFunction, equations 5 and 6,
@@ -6,8 +6,9 @@ are f and a g of w alone). Formulas may use the spring constant c or the viscosi
 spring, and its rest length ``rest``. Where nothing moves, g is zero.
 """
 
-from dataclasses import dataclass, field
 from typing import Protocol
+
+from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.laws.formula import Constant, Formula, Product, Variable, replaced, variables
@@ -16,8 +17,7 @@ E, C, W, D, REST = (Variable(name) for name in ("e", "c", "w", "d", "rest"))
 STRAIN, MODULUS = Variable("strain"), Variable("modulus")
 
 
-@dataclass(frozen=True, slots=True)
-class Law:
+class Law(Struct, frozen=True, eq=False):
     """What a spring does.
 
     Attributes:
@@ -32,9 +32,19 @@ class Law:
     name: str
     elastic: Formula
     viscous: Formula
-    spring: "SpringLaw | None" = field(default=None, compare=False)
-    dashpot: "ViscosityLaw | None" = field(default=None, compare=False)
-    modulus: float = field(default=1.0, compare=False)
+    spring: "SpringLaw | None" = None
+    dashpot: "ViscosityLaw | None" = None
+    modulus: float = 1.0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Law) and self._force == other._force
+
+    def __hash__(self) -> int:
+        return hash(self._force)
+
+    @property
+    def _force(self) -> tuple[str, Formula, Formula]:
+        return self.name, self.elastic, self.viscous
 
 
 def is_open(law: Law) -> bool:

@@ -4,10 +4,11 @@ Numbers are in SI units; dimensions were checked where the formula was written.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 Values: TypeAlias = Mapping[str, Any]
 
@@ -21,10 +22,8 @@ _ARRAYS: dict[str, Any] = {
 }
 
 
-class Formula:
+class Formula(Struct, frozen=True):
     """A node of a tree; operators build larger ones and drop what is zero or one."""
-
-    __slots__ = ()
 
     @property
     def parts(self) -> "tuple[Formula, ...]":
@@ -74,8 +73,7 @@ class Formula:
         return _multiply(Constant(-1.0), self)
 
 
-@dataclass(frozen=True, slots=True)
-class Constant(Formula):
+class Constant(Formula, frozen=True):
     value: float
 
     def at(self, values: Values) -> Any:
@@ -88,8 +86,7 @@ class Constant(Formula):
         return f"({self.value!r})"
 
 
-@dataclass(frozen=True, slots=True)
-class Variable(Formula):
+class Variable(Formula, frozen=True):
     name: str
 
     def at(self, values: Values) -> Any:
@@ -102,8 +99,7 @@ class Variable(Formula):
         return self.name
 
 
-@dataclass(frozen=True, slots=True)
-class Sum(Formula):
+class Sum(Formula, frozen=True):
     left: Formula
     right: Formula
     minus: bool
@@ -123,8 +119,7 @@ class Sum(Formula):
         return f"({self.left.code()} {'-' if self.minus else '+'} {self.right.code()})"
 
 
-@dataclass(frozen=True, slots=True)
-class Product(Formula):
+class Product(Formula, frozen=True):
     left: Formula
     right: Formula
 
@@ -142,8 +137,7 @@ class Product(Formula):
         return f"({self.left.code()} * {self.right.code()})"
 
 
-@dataclass(frozen=True, slots=True)
-class Quotient(Formula):
+class Quotient(Formula, frozen=True):
     above: Formula
     below: Formula
 
@@ -163,8 +157,7 @@ class Quotient(Formula):
         return f"({self.above.code()} / {self.below.code()})"
 
 
-@dataclass(frozen=True, slots=True)
-class Power(Formula):
+class Power(Formula, frozen=True):
     """A formula to the power of a number."""
 
     base: Formula
@@ -187,8 +180,7 @@ class Power(Formula):
         return f"({self.base.code()} ** {shown})"
 
 
-@dataclass(frozen=True, slots=True)
-class VariablePower(Formula):
+class VariablePower(Formula, frozen=True):
     """A formula that is not negative to the power of another one: of what learning changes."""
 
     base: Formula
@@ -214,8 +206,7 @@ class VariablePower(Formula):
         return f"({self.base.code()} ** {self.exponent.code()})"
 
 
-@dataclass(frozen=True, slots=True)
-class Applied(Formula):
+class Applied(Formula, frozen=True):
     """A smooth function of a formula."""
 
     function: str
@@ -248,8 +239,7 @@ class Applied(Formula):
         return f"{self.function}({self.argument.code()})"
 
 
-@dataclass(frozen=True, slots=True)
-class Choice(Formula):
+class Choice(Formula, frozen=True):
     """One formula where a test is at least zero, another one elsewhere."""
 
     test: Formula
@@ -274,8 +264,7 @@ class Choice(Formula):
         return f"({self.above.code()} if {self.test.code()} >= 0.0 else {self.below.code()})"
 
 
-@dataclass(frozen=True, slots=True)
-class Spline(Formula):
+class Spline(Formula, frozen=True):
     """Cubic pieces between places, and straight lines before the first and behind the last.
 
     Attributes:
@@ -351,11 +340,11 @@ def replaced(formula: Formula, variables: "Mapping[str, Formula]") -> Formula:
     if isinstance(formula, Variable):
         return variables.get(formula.name, formula)
     parts = {
-        entry.name: replaced(part, variables)
-        for entry in fields(formula)  # type: ignore[arg-type]  # every formula is a dataclass
-        if isinstance(part := getattr(formula, entry.name), Formula)
+        name: replaced(part, variables)
+        for name in formula.__struct_fields__
+        if isinstance(part := getattr(formula, name), Formula)
     }
-    return replace(formula, **parts) if parts else formula  # type: ignore[type-var]
+    return replace(formula, **parts) if parts else formula
 
 
 def every(formula: Formula) -> Iterator[Formula]:

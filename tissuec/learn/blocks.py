@@ -4,9 +4,8 @@ Parameters are pure numbers that begin at 0: logarithms of what is positive, ove
 the beginning, and otherwise differences in units of a scale.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.compiler import Compiled
 from tissuec.core.names import key_of
@@ -20,8 +19,7 @@ ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velo
 _SMALL = {"prestress": 0.01}  # what counts as one of them, where the beginning is at zero
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Block:
+class Block(Struct, frozen=True, eq=False):
     """The parameters of one ``adjust`` entry.
 
     Attributes:

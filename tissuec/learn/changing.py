@@ -1,8 +1,10 @@
 """A scene with other numbers in its tissues: what is learnt is put where it was written."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiler import Compiled, compile_scene
 from tissuec.compiling.laws_adjusted import force_with_params
@@ -12,8 +14,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Struct, frozen=True):
     """Where a number is used.
 
     Attributes:
@@ -108,7 +109,7 @@ def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene
     own = {name: value for name, value in constants.items() if hasattr(written.law, name)}
     if not own:
         return written
-    law = replace(written.law, **own)  # type: ignore[type-var]  # every law is a dataclass
+    law = replace(written.law, **own)  # type: ignore[type-var]  # every law is a Struct
     return replace(written, law=law, force=law.force())
 
 

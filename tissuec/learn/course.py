@@ -6,11 +6,12 @@ and conditions come at the times at which the engine finds them.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.kernels.sensitivity import Links, Values
@@ -39,8 +40,7 @@ class Paths(NamedTuple):
     load: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Leg:
+class Leg(Struct, frozen=True, eq=False, dict=True):
     """A stretch of time in which nothing but the state changes.
 
     Attributes:
@@ -155,8 +155,7 @@ class Leg:
         return self.start + margin, self.stop - margin
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class Course(Struct, frozen=True, eq=False):
     """All legs of a run, one behind the other."""
 
     legs: tuple[Leg, ...]

@@ -1,9 +1,9 @@
 """A net in equilibrium, and how that changes with numbers and with the places of held nodes."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.kernels.sensitivity import Links, Seeds, Values
 from tissuec.learn.kernels import Kernels
@@ -15,8 +15,7 @@ from tissuec.learn.views import View
 from tissuec.network import Floats
 
 
-@dataclass(eq=False)
-class Equilibrium:
+class Equilibrium(Struct, eq=False, dict=True):
     """A net in equilibrium, and how that changes."""
 
     stand: Stand

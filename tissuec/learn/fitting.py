@@ -14,10 +14,11 @@ refined. No pass ends at a larger error than it began with.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.optimize import least_squares, minimize
 
 from tissuec.core.errors import TissueError
@@ -54,8 +55,7 @@ class Countless(Diverged):
         return "the prediction is too far from the data: the error is not finite"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SearchState:
+class SearchState(Struct, frozen=True, eq=False):
     """Where a search stands between two passes.
 
     Attributes:

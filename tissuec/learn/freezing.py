@@ -5,10 +5,11 @@ follows from the script and the motion between its events.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.learn.course import Change, Course, Leg, leg_of
 from tissuec.learn.motion import Diverged, Motion
@@ -28,8 +29,7 @@ from tissuec.verbs.change import ChangeMotion, ChangeParameter
 _NONE: Floats = np.zeros(0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Breaks:
+class Breaks(Struct, frozen=True, eq=False):
     """Springs that break at a time [s]."""
 
     time: float

@@ -3,12 +3,12 @@
 import hashlib
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
+from msgspec.structs import asdict
 
 from tissuec.learn.fitting import SearchState
 from tissuec.learn.session import Session
@@ -48,7 +48,7 @@ def kept(path: Path, key: str) -> SearchState | None:
             if str(file["key"]) != key:
                 return None
             return SearchState(
-                **{one.name: _value(file[one.name]) for one in fields(SearchState)}
+                **{name: _value(file[name]) for name in SearchState.__struct_fields__}
             )
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None

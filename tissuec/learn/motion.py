@@ -8,11 +8,11 @@ rest is stepped again, one stretch after the other, so that N steps need the mem
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from math import ceil, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from scipy import sparse
 
 from tissuec.core.units import TIME, show
@@ -55,8 +55,7 @@ class Between(NamedTuple):
 Visit = Callable[[int, Floats, Floats], None]
 
 
-@dataclass(frozen=True, eq=False)
-class Stretch:
+class Stretch(Struct, frozen=True, eq=False):
     """Some steps of a leg, between two states that are kept.
 
     Attributes:

@@ -5,10 +5,11 @@ places and velocities at 0 s, in this order. Derivatives by numbers have the sam
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.kernels.sensitivity import Seeds, Values
@@ -18,8 +19,7 @@ VALUES = Values._fields
 STATE = ("position", "velocity")
 
 
-@dataclass(frozen=True, eq=False)
-class Order:
+class Order(Struct, frozen=True, eq=False, dict=True):
     """Where each array stands in the vector.
 
     Args:

@@ -1,17 +1,16 @@
 """What was learnt, with what it rests on: values for tissuec itself to write and to tell."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.lesson import Adjust, Lesson
 from tissuec.network import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Estimates:
+class Estimates(Struct, frozen=True, eq=False):
     """The numbers of one ``adjust`` entry.
 
     Attributes:
@@ -34,8 +33,7 @@ class Estimates:
     parts: tuple[str, ...] | NDArray[np.int64]
 
 
-@dataclass(frozen=True, slots=True)
-class Blind:
+class Blind(Struct, frozen=True):
     """A combination of numbers that the data cannot tell.
 
     Attributes:
@@ -51,8 +49,7 @@ class Blind:
     spread: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
+class Fitted(Struct, frozen=True, eq=False):
     """How well one experiment is met.
 
     Attributes:
@@ -73,8 +70,7 @@ class Fitted:
     digest: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Learnt:
+class Learnt(Struct, frozen=True, eq=False):
     """A finished learning.
 
     Attributes:

@@ -1,10 +1,9 @@
 """What was expected of parameters before anything was measured."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Prior:
+class Prior(Struct, frozen=True, eq=False):
     """What was expected of one parameter: its place, its value, and its standard deviation."""
 
     place: int

@@ -9,10 +9,10 @@ not tell.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError
@@ -29,8 +29,7 @@ CONSTANT = 1e-9  # of data: a deviation from the mean that is rounding
 CORRELATED = 0.3  # of neighbouring residuals: more is structure, if it is significant
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
+class Trial(Struct, frozen=True, eq=False):
     """An experiment with what predicts it."""
 
     experiment: Experiment

@@ -6,10 +6,10 @@ choose. What is held out has no say in it, so that it can judge the result.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError

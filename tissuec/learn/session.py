@@ -1,10 +1,11 @@
 """Everything that a learning works on: experiments read, scenes compiled, models chosen."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError
@@ -26,8 +27,7 @@ from tissuec.pipeline import Request, compile_request
 from tissuec.plan import RELAXATION
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Session:
+class Session(Struct, frozen=True, eq=False):
     """A learning, ready to begin.
 
     Attributes:
@@ -118,8 +118,7 @@ def _scales(session: Session) -> dict[int, float]:
     return found
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Scene:
+class _Scene(Struct, frozen=True, eq=False):
     """A scene as one experiment has it."""
 
     compiled: Compiled

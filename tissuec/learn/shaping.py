@@ -5,12 +5,12 @@ next. All are 0 at the beginning.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
+from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.compiler import Compiled

@@ -5,9 +5,9 @@ is taken hold of stays where it is then, and blades cut what is there.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.units import TIME, show
@@ -40,8 +40,7 @@ class Unbalanced(Diverged):
         return self.message
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stand:
+class Stand(Struct, frozen=True, eq=False):
     """An equilibrium.
 
     Attributes:

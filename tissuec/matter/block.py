@@ -13,9 +13,8 @@ With edges of the constant k and diagonals of 3/2 k they have
 so that they are isotropic with the shear modulus k / (2 a) and Poisson's ratio 1/3.
 """
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.matter.fibres import Fibres

@@ -14,10 +14,10 @@ fit together.
 Strains are in Voigt's order xx, yy, zz, yz, zx, xy, shear strains being changes of angles.
 """
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.matter.linear import elongations, solution, stiffness
@@ -36,8 +36,7 @@ _FLAT = 1e-6  # sine of an angle between normals that is rounding
 _SAMPLES = 400  # directions in which Young's modulus is compared
 
 
-@dataclass(frozen=True, slots=True)
-class Elasticity:
+class Elasticity(Struct, frozen=True):
     """Young's modulus and what belongs to it.
 
     Attributes:

@@ -5,16 +5,14 @@ tensor of stiffness. A body of Young's modulus E, stretched along f and free acr
 the modulus E + β, whatever its Poisson's ratio.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.matter.elasticity import IN_PLANE, VOIGT
 from tissuec.network import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fibres:
+class Fibres(Struct, frozen=True, eq=False):
     """Fibres of one direction.
 
     Attributes:

@@ -19,9 +19,8 @@ These have the right D, which is all that counts in strips and in plates whose b
 but ν = -1/3: moments along a free border differ.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.matter.surface import STEPS, cell_sides, in_plane, isotropic
 from tissuec.meshes import Mesh
@@ -31,8 +30,7 @@ from tissuec.network import Floats, Grid, Indices
 RIGIDITY = 3.0 / 32.0  # D / (E t³)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plate:
+class Plate(Struct, frozen=True, eq=False):
     """The hinges of a wall.
 
     Attributes:

@@ -1,17 +1,16 @@
 """What the nodes of a solid stand for: their parts of its volume and of its boundary."""
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats
 from tissuec.shapes.parallelograms import parallelograms
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solid:
+class Solid(Struct, frozen=True, eq=False):
     """How a solid is shared out among its nodes.
 
     A uniform stress σ acts on its boundary with the force σ N on each node.

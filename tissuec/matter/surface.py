@@ -15,9 +15,8 @@ Other triangles follow the area rule (see ``shapes.sharing``), which is exact fo
 stretching, and for all strains on average.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.matter.elasticity import evenly_as_tube, range_of_wall, young_around
 from tissuec.matter.fibres import Fibres
@@ -37,8 +36,7 @@ _LEAST = 0.1  # of an even share: what any spring has in a tube with springs ins
 _SHARE = 3.0**0.5 / 2.0  # k / (E t) of a spring with the share 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Surface:
+class Surface(Struct, frozen=True, eq=False):
     """A net as a surface.
 
     Attributes:

@@ -5,10 +5,10 @@ batch of samples, and its docstring is what the reference says about it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
@@ -17,8 +17,7 @@ from tissuec.measures.moment import Moment
 from tissuec.network import Indices
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Subject:
+class Subject(Struct, frozen=True, eq=False):
     """What a measure is taken of.
 
     Attributes:

@@ -5,11 +5,12 @@ is one moment. What is not asked for is not computed.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import force_setattr, replace
 from numpy.typing import NDArray
 
 from tissuec import mechanics, topology
@@ -22,8 +23,7 @@ if TYPE_CHECKING:
 _NOTHING = np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ledger:
+class Ledger(Struct, frozen=True, eq=False):
     """Where the energy went since the run began [J]; each a number or of shape (…).
 
     Attributes:
@@ -57,8 +57,7 @@ class Ledger:
         return largest
 
 
-@dataclass(frozen=True, eq=False)
-class Moment:
+class Moment(Struct, frozen=True, eq=False, dict=True):
     """The state at a time, and what follows from it.
 
     Attributes:
@@ -81,7 +80,7 @@ class Moment:
 
     def __post_init__(self) -> None:
         if self.situation.reelings:  # rest lengths are those of this time
-            object.__setattr__(self, "situation", self.situation.at(self.time))
+            force_setattr(self, "situation", self.situation.at(self.time))
 
     @classmethod
     def of(cls, situation: Situation) -> "Moment":

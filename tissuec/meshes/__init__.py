@@ -1,10 +1,11 @@
-"""Mesh generators: a member is one file with a dataclass of parameters and its ``build``."""
+"""Mesh generators: a member is one file with a ``Struct`` of parameters and its ``build``."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.fields import LocatedFile
@@ -12,16 +13,14 @@ from tissuec.core.registry import Family
 from tissuec.network import Grid
 
 
-@dataclass(frozen=True, slots=True)
-class FileOrigin:
+class FileOrigin(Struct, frozen=True):
     """The file that a mesh was read from, and the SHA-256 digest of its bytes."""
 
     file: LocatedFile
     digest: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mesh:
+class Mesh(Struct, frozen=True, eq=False):
     """Drawn topology, before any tissue: where nodes are and which springs join them.
 
     Attributes:

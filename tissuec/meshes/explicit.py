@@ -1,9 +1,9 @@
 """A net typed in as tables: node positions, and the node pair of each spring."""
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.meshes import MESHES, Mesh
@@ -24,8 +24,7 @@ class TableError(ValueError):
 
 
 @MESHES.member("explicit")
-@dataclass(frozen=True, slots=True, eq=False)
-class Explicit:
+class Explicit(Struct, frozen=True, eq=False):
     """A net given by tables; nodes and springs keep the order of their rows.
 
     It has no entries: ``table nodes of …`` and ``table springs of …`` fill it. Nodes may be

@@ -12,10 +12,10 @@ tetrahedra that end at the surface. What is as near as something else but for ro
 much there: a surface may lie on planes of the lattice, and files have few digits.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
@@ -49,8 +49,7 @@ class Filling(NamedTuple):
     remarks: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Interior:
+class Interior(Struct, frozen=True, eq=False):
     """A closed surface that is to be filled.
 
     Attributes:

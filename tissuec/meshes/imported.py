@@ -1,11 +1,11 @@
 """A mesh from a file, such as an organ out of a segmentation or a finite element model."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -35,8 +35,7 @@ class MeshFileError(ValueError):
 
 
 @MESHES.member("imported")
-@dataclass(frozen=True, eq=False)
-class Imported:
+class Imported(Struct, frozen=True, eq=False, dict=True):
     """A surface or a solid from a file, repaired where it can be.
 
     Springs run along the edges of triangles, quadrilaterals and volume cells; a face of four

@@ -4,11 +4,11 @@ Sites lie on a fine grid of whole numbers, ``divisions`` to a cell, which makes 
 "second" and "third neighbour" exact statements about squared distances on that grid.
 """
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -20,8 +20,7 @@ from tissuec.meshes.limits import require_limits
 Triple = tuple[int, int, int]
 
 
-@dataclass(frozen=True, slots=True)
-class Crystal:
+class Crystal(Struct, frozen=True):
     """Where the sites of a cell are, and how far away their neighbours.
 
     Attributes:
@@ -63,8 +62,7 @@ _MARGIN = 3  # the longest component of a third neighbour, in fine steps
 
 
 @MESHES.member("lattice")
-@dataclass(frozen=True, slots=True, eq=False)
-class Lattice:
+class Lattice(Struct, frozen=True, eq=False):
     """A block of whole crystal cells with nodes exactly on all six faces and eight corners.
 
     ========================  =====================  =====================  ================

@@ -1,9 +1,9 @@
 """A flat sheet: rows and columns of nodes in any plane, such as a patch of skin."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import OneOf, Position, Whole
@@ -14,8 +14,7 @@ from tissuec.network import Grid
 
 
 @MESHES.member("sheet")
-@dataclass(frozen=True, slots=True, eq=False)
-class Sheet:
+class Sheet(Struct, frozen=True, eq=False):
     """A parallelogram of ``columns`` times ``rows`` nodes, numbered row by row.
 
     It starts at ``corner``; the columns follow each other along the first edge and the rows

@@ -1,10 +1,10 @@
 """A sphere: an icosahedron whose triangles are divided in four, again and again."""
 
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import Length, OneOf, Position, Whole
@@ -14,8 +14,7 @@ from tissuec.meshes.limits import require_limits
 
 
 @MESHES.member("sphere")
-@dataclass(frozen=True, slots=True, eq=False)
-class Sphere:
+class Sphere(Struct, frozen=True, eq=False):
     """A closed surface of nearly equal triangles around a centre.
 
     n subdivisions give 10·4ⁿ + 2 surface nodes, 30·4ⁿ surface springs and 20·4ⁿ triangles. The

@@ -1,9 +1,9 @@
 """A thread: a suture between two points, or a sling."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Length, LengthIfAny, Point, PointsIfAny, PositionIfAny, Whole
@@ -17,8 +17,7 @@ DirectionIfAny = Annotated[Floats | None, Point(units.NUMBER)]
 
 
 @MESHES.member("thread")
-@dataclass(frozen=True, slots=True, eq=False)
-class Thread:
+class Thread(Struct, frozen=True, eq=False):
     """A chain of ``pieces`` springs without a skin: along a line, or in a loop.
 
     A loop is a polygon around ``centre`` at right angles to ``normal``; its first node lies as

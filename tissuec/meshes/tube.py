@@ -1,9 +1,9 @@
 """A tube: rings of nodes around a straight axis, such as a vessel or a Fallopian tube."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import Length, OneOf, Points, Whole
@@ -14,8 +14,7 @@ from tissuec.network import Grid
 
 
 @MESHES.member("tube")
-@dataclass(frozen=True, slots=True, eq=False)
-class Tube:
+class Tube(Struct, frozen=True, eq=False):
     """An open tube of ``rings`` times ``sides`` nodes, numbered ring by ring.
 
     Springs run round each ring and from each ring to the next. 16 rings of 10 sides have 160

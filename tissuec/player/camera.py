@@ -6,10 +6,10 @@ the target) is seen at (q·r, q·(d × r)) / (D - q·d) from the distance D. The
 same (``web/camera.js``).
 """
 
-from dataclasses import dataclass
 from math import cos, radians, sin, tan
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats
@@ -23,8 +23,7 @@ _ACROSS, _ABOVE = 24.0, 20.0  # [deg]: aslant, so that depth is seen
 _FLAT = 0.12  # heights over widths below which one looks from higher above
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Framing:
+class Framing(Struct, frozen=True, eq=False):
     """What a picture is to hold.
 
     Attributes:
@@ -104,8 +103,7 @@ def viewpoint(points: Floats) -> tuple[float, float]:
     return azimuth, 2.0 * _ABOVE if high < _FLAT * min(wide, deep) else _ABOVE
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Camera:
+class Camera(Struct, frozen=True, eq=False):
     """A view.
 
     Attributes:

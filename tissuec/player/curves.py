@@ -1,8 +1,7 @@
 """Logs and energies as curves that are small enough for a page."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from tissuec.network import Floats, Indices
 from tissuec.results.trajectory import Log, Trajectory
@@ -11,8 +10,7 @@ MOST_MOMENTS = 1200  # of a curve: more than a chart has columns of pixels
 _MOST_COLUMNS = 60
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class Curve(Struct, frozen=True, eq=False):
     """A logged quantity, or the energies.
 
     Attributes:

@@ -1,7 +1,8 @@
 """Events as marks on a timeline."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.core.errors import counted
 from tissuec.results.recording import Event
@@ -21,8 +22,7 @@ BREAKING = {"rupture": "ruptured", "crush": "crushed"}
 _MOST = 200
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """What stands on the timeline.
 
     Attributes:

@@ -7,9 +7,9 @@ several of them.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats, Indices
@@ -18,8 +18,7 @@ from tissuec.player.lives import Lives, is_there
 _SURE = 0.98  # of all numbers: scales of colours and arrows end there
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Lines:
+class Lines(Struct, frozen=True, eq=False):
     """Springs; one that comes back stands here more than once.
 
     Attributes:
@@ -39,8 +38,7 @@ class Lines:
     radius: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Skin:
+class Skin(Struct, frozen=True, eq=False):
     """Triangles of the net.
 
     Attributes:
@@ -54,8 +52,7 @@ class Skin:
     smooth: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class Piece(Struct, frozen=True, eq=False):
     """A smooth surface while its triangles stay the same.
 
     Attributes:
@@ -69,8 +66,7 @@ class Piece:
     position: NDArray
 
 
-@dataclass(frozen=True, slots=True)
-class Solid:
+class Solid(Struct, frozen=True):
     """A shape of a tool.
 
     Attributes:
@@ -86,8 +82,7 @@ class Solid:
     name: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Film:
+class Film(Struct, frozen=True, eq=False):
     """Everything that moves.
 
     Attributes:

@@ -2,10 +2,10 @@
 
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError
@@ -56,8 +56,7 @@ def lives(changes: Iterable[tuple[float, Mask]], count: int) -> Lives:
     return Lives(of[order], np.stack([births, deaths], axis=1)[order])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Timeline:
+class Timeline(Struct, frozen=True, eq=False):
     """The frames that are shown.
 
     Attributes:

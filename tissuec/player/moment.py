@@ -1,16 +1,14 @@
 """What a film shows between two of its frames."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats
 from tissuec.player.film import Film, Piece
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Moment:
+class Moment(Struct, frozen=True, eq=False):
     """A film between two of its frames.
 
     Attributes:

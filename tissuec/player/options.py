@@ -1,14 +1,14 @@
 """What can be chosen of a player or a picture."""
 
-from dataclasses import dataclass
 from typing import Literal, get_args
+
+from msgspec import Struct
 
 Colour = Literal["tension", "strain", "law"]
 COLOURS: tuple[Colour, ...] = get_args(Colour)
 
 
-@dataclass(frozen=True, slots=True)
-class Options:
+class Options(Struct, frozen=True):
     """What is shown, and how at first; all of it can be left out.
 
     Attributes:

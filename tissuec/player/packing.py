@@ -7,10 +7,10 @@ wrong by half a step at most.
 
 import base64
 import zlib
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 ORDERS = (0, 1, 2)
@@ -20,8 +20,7 @@ _TRIED = 1 << 22  # numbers: of larger arrays, a part is tried to find the order
 _THOROUGH = 1 << 24  # bytes: more of them are deflated quickly
 
 
-@dataclass(slots=True)
-class Pack:
+class Pack(Struct):
     """Arrays behind one another, and where each is.
 
     Attributes:
@@ -85,8 +84,7 @@ def to_bytes(rows: NDArray[np.uint32], order: int, width: int) -> bytes:
     return np.ascontiguousarray(planes.T).tobytes()
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
+class Scale(Struct, frozen=True):
     """What whole numbers stand for: ``origin + step * number``, for each of the last axis."""
 
     origin: tuple[float, ...]

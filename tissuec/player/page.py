@@ -2,7 +2,6 @@
 
 import html
 import json
-from dataclasses import asdict
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from tissuec import __version__
 from tissuec.core import looks
+from tissuec.core.data import as_data
 from tissuec.player import facts
 from tissuec.player.camera import ANGLE, MARGIN, framing, viewpoint
 from tissuec.player.curves import Curve, read_curves
@@ -134,12 +134,12 @@ def describe(
             "radius": float(film.lines.radius.max(initial=0.0)),
         },
         "laws": film.laws,
-        "solids": [asdict(solid) for solid in film.solids],
+        "solids": [as_data(solid) for solid in film.solids],
         "surfaces": _surfaces(film, pack, scale.step),
         "curves": [
             _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
         ],
-        "marks": [asdict(mark) for mark in marks(trajectory.events, duration)],
+        "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
         "view": _view(film, options),
         "colour": options.colour,
         "start": float(film.times[0] if options.time is None else options.time),

@@ -4,10 +4,10 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import looks

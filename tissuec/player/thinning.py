@@ -7,9 +7,8 @@ Modeling in Computer Graphics, 1993, pp. 455-465). Nodes of different bodies, or
 pieces at the end, never come together, so that a cut stays open.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec import topology
@@ -18,8 +17,7 @@ from tissuec.player.lives import FOREVER, Lives
 from tissuec.results.trajectory import Trajectory
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Thinning:
+class Thinning(Struct, frozen=True, eq=False):
     """Which nodes are drawn.
 
     Attributes:
@@ -100,8 +98,7 @@ def _groups(trajectory: Trajectory) -> Indices:
     return np.where(alone, 0, labels + 1) * (int(bodies.max(initial=0)) + 1) + bodies
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Strands:
+class Strands(Struct, frozen=True, eq=False):
     """What lines are drawn for the springs.
 
     Attributes:

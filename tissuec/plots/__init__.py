@@ -1,13 +1,14 @@
 """Plots: one kind a file; what is drawn of results, vocabularies and benches.
 
-A member is a dataclass whose fields are its options, on the command line as in Python. None of
+A member is a ``Struct`` whose fields are its options, on the command line as in Python. None of
 them imports matplotlib or opens a file before something is drawn.
 """
 
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
+
+from msgspec.structs import fields
 
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.registry import Family
@@ -108,7 +109,7 @@ def usual(subjects: "Sequence[Subject]", options: dict[str, Any]) -> str:
     first = USUAL[subjects[0].kind]
     ordered = [*first, *(name for name in taking if name not in first)]
     for name in ordered:
-        known = {field.name for field in fields(cast(Any, PLOTS[name]))}
+        known = set(cast(Any, PLOTS[name]).__struct_fields__)
         if known >= set(options) and (PLOTS[name].several or len(subjects) == 1):
             return name
     return first[0]

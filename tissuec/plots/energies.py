@@ -1,10 +1,10 @@
 """Where the energy is, where it went, and how well the books close."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.looks import INK, SERIES
@@ -45,8 +45,7 @@ class Books(NamedTuple):
 
 
 @PLOTS.member("energies")
-@dataclass(frozen=True, slots=True)
-class Energies:
+class Energies(Struct, frozen=True):
     """Energies over time: a stack that reaches what was put in, and how far it fails to.
 
     Attributes:

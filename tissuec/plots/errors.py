@@ -1,10 +1,10 @@
 """How well positions are known: what steps and the companion run say, what is allowed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.drawing.curves import look, plain
@@ -22,8 +22,7 @@ ESTIMATE, COMPANION = "estimated", "companion run"
 
 
 @PLOTS.member("errors")
-@dataclass(frozen=True, slots=True)
-class Errors:
+class Errors(Struct, frozen=True):
     """The error of positions over time: estimated, by the companion run, and allowed."""
 
     takes: ClassVar[str] = "result"

@@ -1,10 +1,10 @@
 """The net at some moments, side by side and seen from the same place."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError
@@ -56,8 +56,7 @@ class Part(NamedTuple):
 
 
 @PLOTS.member("frames")
-@dataclass(frozen=True, slots=True)
-class Frames:
+class Frames(Struct, frozen=True):
     """The net at some moments: springs coloured by tension, or skins in the light.
 
     Of solid bodies only the springs on the side that is looked at are drawn.
@@ -140,8 +139,7 @@ def telling_frames(trajectory: "Trajectory") -> list[int]:
     return [int(np.abs(along - place).argmin()) for place in wanted]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class Shown(Struct, frozen=True, eq=False):
     """What is drawn of a run, read and laid out.
 
     Attributes:

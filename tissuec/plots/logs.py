@@ -1,10 +1,11 @@
 """What was logged over time: forces with their components, lengths, pressures, …"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError, alternatives, counted
 from tissuec.drawing.curves import look, plain
@@ -26,8 +27,7 @@ NOTHING = 1e-9  # of the largest component: one that is smaller is not there
 
 
 @PLOTS.member("logs")
-@dataclass(frozen=True, slots=True)
-class Logs:
+class Logs(Struct, frozen=True):
     """Forces, and what else a scene logs, over time; vectors with components and magnitude.
 
     Attributes:

@@ -1,8 +1,9 @@
 """What a result has on one page: some frames, what was logged, and the energies."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
+
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.drawing.over_time import WIDTH, picture_of
@@ -22,8 +23,7 @@ HEAD = 12.0  # [mm]
 
 
 @PLOTS.member("overview")
-@dataclass(frozen=True, slots=True)
-class Overview:
+class Overview(Struct, frozen=True):
     """Some frames, what was logged and the energies of one run on one page.
 
     Attributes:

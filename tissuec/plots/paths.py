@@ -1,10 +1,10 @@
 """Where sets go: their centres over time, and from where to where their nodes reach."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.drawing.curves import look
@@ -44,8 +44,7 @@ class Path(NamedTuple):
 
 
 @PLOTS.member("paths")
-@dataclass(frozen=True, slots=True)
-class Paths:
+class Paths(Struct, frozen=True):
     """Displacements of sets over time: the centre, and the range of all nodes around it.
 
     Attributes:

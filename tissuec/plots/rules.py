@@ -2,11 +2,11 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError, alternatives
@@ -61,8 +61,7 @@ class Surface(NamedTuple):
 
 
 @PLOTS.member("rules")
-@dataclass(frozen=True, slots=True)
-class Rules:
+class Rules(Struct, frozen=True):
     """What rules conclude of two properties: contours, with the other properties stated.
 
     Attributes:

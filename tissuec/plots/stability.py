@@ -2,8 +2,9 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
+
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.looks import INK
@@ -26,8 +27,7 @@ WIDTH, ROW, LINE, AROUND = 180.0, 5.0, 3.6, 24.0  # [mm]
 
 
 @PLOTS.member("stability")
-@dataclass(frozen=True, slots=True)
-class Stability:
+class Stability(Struct, frozen=True):
     """The map of a stress test: a row for each scene, a column for each method."""
 
     takes: ClassVar[str] = "stress"

@@ -1,10 +1,10 @@
 """Stress against strain of tissues in the laboratory, beside what is known of them."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.looks import INK, SERIES
@@ -31,8 +31,7 @@ KNOWN = {
 
 
 @PLOTS.member("stress-strain")
-@dataclass(frozen=True, slots=True)
-class StressStrain:
+class StressStrain(Struct, frozen=True):
     """Stress against strain of each tissue, on both coupons, beside what is known."""
 
     takes: ClassVar[str] = "laboratory"

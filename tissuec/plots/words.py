@@ -1,8 +1,9 @@
 """The words of a vocabulary: how true each is over the range of its property or quantity."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.names import key_of
@@ -20,8 +21,7 @@ WIDTH, ROW, AROUND = 180.0, 36.0, 6.0  # [mm]
 
 
 @PLOTS.member("words")
-@dataclass(frozen=True, slots=True)
-class Words:
+class Words(Struct, frozen=True):
     """The words of properties and quantities as sets.
 
     Attributes:

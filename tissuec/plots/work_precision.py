@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.looks import INK, SERIES
@@ -30,8 +31,7 @@ class Curve(NamedTuple):
 
 
 @PLOTS.member("work-precision")
-@dataclass(frozen=True, slots=True)
-class WorkPrecision:
+class WorkPrecision(Struct, frozen=True):
     """Time against error of every solver of a bench; those of tissuec are filled."""
 
     takes: ClassVar[str] = "bench"

@@ -1,11 +1,11 @@
 """The scene of a result, compiled once more from the texts that the file keeps."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec import __version__
 from tissuec.compiler import Compiled
@@ -23,8 +23,7 @@ _ARRAYS = ("position", "mass", "stiffness", "damping", "rest", "strength", "crus
 _ROUNDING = 1e-9  # relative: another machine may have other sines
 
 
-@dataclass(frozen=True, slots=True)
-class Doubt:
+class Doubt(Struct, frozen=True):
     """Something that is not, or may not be, as it was when the scene ran.
 
     Attributes:
@@ -36,8 +35,7 @@ class Doubt:
     details: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Retelling:
+class Retelling(Struct, frozen=True, eq=False):
     """What the texts of a result say today.
 
     Attributes:

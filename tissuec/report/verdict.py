@@ -1,8 +1,9 @@
 """How a run came out, in one word, a sign and a sentence."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Literal
+
+from msgspec import Struct
 
 from tissuec.results.manifest import RUNNING
 
@@ -11,8 +12,7 @@ Tone = Literal["good", "bad", "warned", "open"]
 SIGNS: Mapping[Tone, str] = {"good": "✓", "bad": "✗", "warned": "!", "open": "…"}
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Struct, frozen=True):
     """What a reader sees first.
 
     Attributes:

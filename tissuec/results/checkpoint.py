@@ -6,10 +6,10 @@ network it is.
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from hashlib import sha256
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec import __version__
@@ -25,8 +25,7 @@ FORMAT = 1
 Value = NDArray | int | float | bool | str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Checkpoint:
+class Checkpoint(Struct, frozen=True, eq=False):
     """What the last checkpoint of a file holds.
 
     Attributes:

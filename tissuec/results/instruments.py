@@ -1,10 +1,10 @@
 """Instruments in the file: where the nodes of their shapes are, and who holds what."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats, Indices, Network
@@ -18,8 +18,7 @@ HOLDS = "/tissuec/holds"
 TOOL_CHUNK = 1024
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Hold:
+class Hold(Struct, frozen=True, eq=False):
     """Who holds which nodes from a time on, until the next of the same holder.
 
     Attributes:

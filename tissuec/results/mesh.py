@@ -1,9 +1,9 @@
 """What of the network is drawn in a frame: lines, triangles, and single nodes as vertices."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Indices, Network
@@ -40,8 +40,7 @@ class Cells(NamedTuple):
         return other is self or (other is not None and all(map(np.array_equal, self, other)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RecordedMesh:
+class RecordedMesh(Struct, frozen=True, eq=False):
     """The part of a network that frames show.
 
     A triangle of the skin vanishes with the first of its edges that tears: a cut opens the skin

@@ -1,13 +1,13 @@
 """What is known of the promise that a run's tolerance makes about positions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import inf
 from typing import Any, Self
 
+from msgspec import Struct
 
-@dataclass(frozen=True, slots=True)
-class Promise:
+
+class Promise(Struct, frozen=True):
     """Whether positions are as accurate as the tolerance asks for.
 
     Attributes:

@@ -1,8 +1,9 @@
 """What a run records: the wish of the scene's output block, and the rows that come of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from tissuec.network import Indices, Network
 
@@ -11,8 +12,7 @@ MOST_JUMPING = 1024
 """Numbers in a row of a log, above which jumps are not kept: many events would fill a disk."""
 
 
-@dataclass(frozen=True, slots=True)
-class LogChannel:
+class LogChannel(Struct, frozen=True):
     """A quantity that is logged over time, one row of numbers per moment.
 
     Attributes:
@@ -33,8 +33,7 @@ class LogChannel:
         return len(self.columns) <= MOST_JUMPING
 
 
-@dataclass(frozen=True, slots=True)
-class SurfaceChannel:
+class SurfaceChannel(Struct, frozen=True):
     """A smooth surface that is written over time.
 
     Attributes:
@@ -48,8 +47,7 @@ class SurfaceChannel:
     entries: Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Recording:
+class Recording(Struct, frozen=True, eq=False):
     """What is written while a scene runs.
 
     Attributes:
@@ -69,8 +67,7 @@ class Recording:
     surfaces: tuple[SurfaceChannel, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedGroup:
+class NamedGroup(Struct, frozen=True, eq=False):
     """Nodes or springs that have a name: a set of the scene, or a region of a body.
 
     Attributes:
@@ -86,8 +83,7 @@ class NamedGroup:
     body: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Struct, frozen=True):
     """Something that happened at a moment: a cut, a rupture, a grasp, a release, a trigger.
 
     Attributes:
@@ -105,8 +101,7 @@ class Event:
     place: str
 
 
-@dataclass(frozen=True, slots=True)
-class Judged:
+class Judged(Struct, frozen=True):
     """What became of an expectation.
 
     Attributes:

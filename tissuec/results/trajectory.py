@@ -3,7 +3,6 @@
 import shutil
 import weakref
 from collections.abc import Callable
-from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from tempfile import mkdtemp
@@ -354,7 +353,7 @@ class Trajectory:
     @cached_property
     def expectations(self) -> tuple[Judged, ...]:
         """What became of each ``expect`` of the scene; nothing before the run has ended."""
-        names = [field.name for field in fields(Judged)]
+        names = Judged.__struct_fields__
         rows = self.manifest.get("expectations", ())
         return tuple(Judged(*(row[name] for name in names)) for row in rows)
 

@@ -3,8 +3,9 @@
 import heapq
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import Self
+
+from msgspec import Struct, field
 
 from tissuec.network import Floats
 from tissuec.plan import Event, Plan
@@ -14,8 +15,7 @@ from tissuec.verbs import Action
 _ADDED, _SCRIPTED = 0, 1
 
 
-@dataclass(slots=True, eq=False)
-class Timetable:
+class Timetable(Struct, eq=False):
     """Actions at times; those that an action added come before scripted ones of that time.
 
     Attributes:

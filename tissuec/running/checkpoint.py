@@ -1,17 +1,17 @@
 """Values of a run as plain text and arrays, so that it can be kept in a file and gone on with.
 
-Dataclasses of this package, tuples, lists, dictionaries, numbers, texts and arrays are written
+Structs of this package, tuples, lists, dictionaries, numbers, texts and arrays are written
 out; what network and plan hold anyway (``known``) is only referred to. Numbers come back to the
 last bit. Reading makes nothing but values of this package: a file cannot run anything.
 """
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
 from importlib import import_module
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 PACKAGE = __name__.partition(".")[0]
@@ -54,9 +54,9 @@ def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArr
 
     def _plain_record(value: object) -> Any:
         kind = type(value)
-        if not is_dataclass(value) or kind.__module__.partition(".")[0] != PACKAGE:
+        if not isinstance(value, Struct) or kind.__module__.partition(".")[0] != PACKAGE:
             raise TypeError(f"a checkpoint cannot hold {kind.__module__}.{kind.__qualname__}")
-        content = {entry.name: plain(getattr(value, entry.name)) for entry in fields(value)}
+        content = {name: plain(getattr(value, name)) for name in value.__struct_fields__}
         return {"record": f"{kind.__module__}:{kind.__qualname__}", "fields": content}
 
     text = json.dumps(plain(value))
@@ -95,11 +95,11 @@ def read_state(state: Mapping[str, Any], known: Iterable[object]) -> Any:
 
 
 def _record_class(name: str) -> Any:
-    """Return a dataclass of this package by ``module:name``."""
+    """Return a class of this package by ``module:name``."""
     module, _, qualified = name.partition(":")
     if module.partition(".")[0] != PACKAGE:
         raise ValueError(f'"{name}" is not a record of {PACKAGE}')
     found = getattr(import_module(module), qualified, None)
-    if not isinstance(found, type) or not is_dataclass(found):
+    if not isinstance(found, type) or not issubclass(found, Struct):
         raise ValueError(f'"{name}" is not a record of {PACKAGE}')
     return found

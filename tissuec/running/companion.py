@@ -15,12 +15,13 @@ import subprocess
 import time as clock
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any, Literal, Self, TypeAlias
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.processors import permitted
 from tissuec.matter.elasticity import wall_springs
@@ -48,8 +49,7 @@ State: TypeAlias = Literal["kept", "broken", "unknown", "not checked"]
 Launch: TypeAlias = Callable[[Path], Sequence[str]]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ErrorEstimate:
+class ErrorEstimate(Struct, frozen=True, eq=False):
     """How far a run and its companion came apart, and what that says of the promise.
 
     Attributes:

@@ -9,8 +9,9 @@ show what is after all of it.
 import signal
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
+
+from msgspec import Struct, field
 
 from tissuec.measures.moment import Ledger
 from tissuec.network import Floats, Network
@@ -37,8 +38,7 @@ Kind = Literal["done", "diverged", "stuck", "interrupted"]
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class Outcome(Struct, frozen=True, eq=False):
     """How a run ended.
 
     Attributes:

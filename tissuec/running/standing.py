@@ -1,10 +1,10 @@
 """Where a run stands: everything beside network and plan that is needed to go on."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.network import Network
@@ -16,8 +16,7 @@ from tissuec.situation import Situation
 from tissuec.verbs import Happening
 
 
-@dataclass(slots=True, eq=False)
-class Standing:
+class Standing(Struct, eq=False):
     """A run between two of its steps.
 
     Attributes:
@@ -72,7 +71,7 @@ def read_standing(state: Mapping[str, Any], network: Network, plan: Plan) -> Sta
 
 def _known(network: Network, plan: Plan) -> list[object]:
     """Return what a checkpoint need not hold, always in the same order."""
-    arrays = [getattr(network, entry.name) for entry in fields(network)]
+    arrays = [getattr(network, name) for name in network.__struct_fields__]
     events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
     actions = [event.action for event in events]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]

@@ -1,8 +1,8 @@
 """Whether expectations hold, judged while a run goes on."""
 
-from dataclasses import dataclass, field, replace
-
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from tissuec.measures.moment import Moment
 from tissuec.network import Floats
@@ -10,8 +10,7 @@ from tissuec.plan import Expectation
 from tissuec.running.sampling import rows_at, rows_within
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(Struct, frozen=True):
     """The first time at which an expectation did not hold.
 
     Attributes:
@@ -25,8 +24,7 @@ class Failure:
     measured: str
 
 
-@dataclass(slots=True, eq=False)
-class Memory:
+class Memory(Struct, eq=False):
     """What a recorder must know to go on after an interruption.
 
     Attributes:

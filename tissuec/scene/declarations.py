@@ -1,8 +1,9 @@
 """What a program declares, sorted by kind, each name once."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import NoReturn, TypeVar
+
+from msgspec import Struct, field
 
 from tissuec.core.errors import Edit, Hint, Note, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
@@ -46,16 +47,14 @@ _EXAMPLES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Declared:
+class Declared(Struct, frozen=True):
     """A named thing and the item that declares it."""
 
     name: s.Name
     item: s.Item
 
 
-@dataclass(slots=True)
-class Declarations:
+class Declarations(Struct):
     """Everything that a program declares, by lower-case name.
 
     ``named`` holds, for each kind ("param", "let", "set", "property", …, "hedge"), its names;

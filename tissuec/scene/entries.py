@@ -1,7 +1,6 @@
 """Entries of blocks: how each is written, what holds without it, and what it means."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING
 
 import numpy as np
 
@@ -66,7 +65,7 @@ def kind_in_words(kind: Kind) -> str:
 
 def default_in_words(entry: Entry) -> str:
     """Return what holds without an entry, as code; "needed", or nothing."""
-    if entry.default is MISSING:
+    if entry.is_required:
         return "needed"
     if entry.default is None or entry.default == "":
         return ""

@@ -2,8 +2,9 @@
 
 import os.path
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+
+from msgspec import Struct
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.files import read_bytes
@@ -29,8 +30,7 @@ HDF5 = b"\x89HDF"  # how result files begin
 MESHES = (".stl", ".obj", ".ply", ".vtk", ".vtu", ".msh", ".feb")
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(Struct, frozen=True):
     """A scene's own module and everything it uses.
 
     Attributes:

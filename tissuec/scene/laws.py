@@ -2,9 +2,9 @@
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import Note, alternatives
@@ -40,8 +40,7 @@ GROUP = 16  # terms or factors that are joined one after another
 SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0, MODULUS.name: 1.0}
 
 
-@dataclass(frozen=True, slots=True)
-class Form:
+class Form(Struct, frozen=True):
     """A free formula of a law.
 
     Attributes:
@@ -75,8 +74,7 @@ class Form:
         return {**self.names, **dict(zip(written, meant, strict=True))}
 
 
-@dataclass(frozen=True, slots=True)
-class LawKind:
+class LawKind(Struct, frozen=True):
     """How one of the two laws of a tissue is written: by name behind ``word``, or freely."""
 
     family: Family[type]

@@ -2,8 +2,10 @@
 
 import os.path
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.nearby import nearby
@@ -18,8 +20,7 @@ from tissuec.scene.parameters import Constants
 DATA = "data"
 
 
-@dataclass(frozen=True, slots=True)
-class Held:
+class Held(Struct, frozen=True):
     """A file that is held out, and where that is written."""
 
     name: str

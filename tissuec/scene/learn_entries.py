@@ -1,7 +1,8 @@
 """The entries of a learn block: one table for checks, editors and the reference."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf, Whole
@@ -14,8 +15,7 @@ METHODS = ("automatic", "least squares", "l-bfgs-b")
 SCALED, ABSOLUTE = "scaled", "absolute"
 
 
-@dataclass(frozen=True, slots=True)
-class Sentences:
+class Sentences(Struct, frozen=True):
     """One kind of sentence of a learn block.
 
     Attributes:
@@ -102,8 +102,7 @@ SENTENCES: dict[str, Sentences] = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class LearnSettings:
+class LearnSettings(Struct, frozen=True):
     """How is learnt.
 
     Attributes:

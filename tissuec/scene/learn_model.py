@@ -1,8 +1,9 @@
 """A learn block as far as it can be read without a mesh."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -13,8 +14,7 @@ FIT, AGAINST, ADJUST = "fit", "against column", "adjust"
 AXES = ("time", "displacement")
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenLesson:
+class WrittenLesson(Struct, frozen=True):
     """A learn block whose sentences about nodes and springs are still to be read.
 
     Attributes:

@@ -3,9 +3,10 @@
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+
+from msgspec import Struct
 
 from tissuec.core import resources
 from tissuec.core.errors import CompileError, Edit, Hint, TissueError, did_you_mean
@@ -25,8 +26,7 @@ LINKED = "copy what it leads to, or give the folder where that lies with --libra
 SCENE_BLOCKS = ("body", "joint", "environment", "script", "simulate", "output")
 
 
-@dataclass(frozen=True, slots=True)
-class Library:
+class Library(Struct, frozen=True):
     """The folders in which a text finds the files that it uses; the first hit counts.
 
     Attributes:

@@ -1,6 +1,6 @@
 """What words of the language mean that no schema describes, one sentence each.
 
-Entries that are fields of a dataclass are described there, and verbs, measures, meshes, tools,
+Entries that are fields of a class are described there, and verbs, measures, meshes, tools,
 laws and methods in their docstrings. The reference and editors show both.
 """
 

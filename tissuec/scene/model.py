@@ -1,8 +1,9 @@
 """Scene: everything a text says, with names bound and numbers in SI units, before any mesh."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TypeAlias
+
+from msgspec import Struct
 
 from tissuec.core.source import Source, Span
 from tissuec.core.units import show
@@ -24,8 +25,7 @@ from tissuec.scene.vocabulary import Vocabulary
 ABOUT = 0.05
 
 
-@dataclass(frozen=True, slots=True)
-class Fired:
+class Fired(Struct, frozen=True):
     """A rule that spoke for a quantity, for explanations."""
 
     word: str  # of the conclusion, as read: "low", "very low (low, shifted outward)"
@@ -34,8 +34,7 @@ class Fired:
     span: Span  # of the rule
 
 
-@dataclass(frozen=True, slots=True)
-class Given:
+class Given(Struct, frozen=True):
     """One quantity of a tissue and where it is from.
 
     Attributes:
@@ -56,8 +55,7 @@ class Given:
     fired: tuple[Fired, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Known:
+class Known(Struct, frozen=True):
     """What is known of one quantity of a tissue: evidence.
 
     Attributes:
@@ -93,8 +91,7 @@ class Known:
         return " to ".join(show(value, dimension, digits=4) for value in self.stated)
 
 
-@dataclass(frozen=True, slots=True)
-class Fact:
+class Fact(Struct, frozen=True):
     """A property of a tissue as it was written and as the rules see it."""
 
     property: str
@@ -103,8 +100,7 @@ class Fact:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenLaw:
+class WrittenLaw(Struct, frozen=True):
     """A law of springs or dashpots as a tissue has it.
 
     Attributes:
@@ -122,8 +118,7 @@ class WrittenLaw:
 WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
 
 
-@dataclass(frozen=True, slots=True)
-class Tissue:
+class Tissue(Struct, frozen=True):
     """A preset with everything it inherits.
 
     Attributes:
@@ -142,8 +137,7 @@ class Tissue:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Region:
+class Region(Struct, frozen=True):
     """A part of a body with a tissue of its own."""
 
     name: str
@@ -153,8 +147,7 @@ class Region:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class SpringPart:
+class SpringPart(Struct, frozen=True):
     """Springs of a body that are made of something else than their nodes.
 
     Attributes:
@@ -176,8 +169,7 @@ class SpringPart:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Tables:
+class Tables(Struct, frozen=True):
     """Explicit nodes and springs."""
 
     nodes: s.Table
@@ -185,16 +177,14 @@ class Tables:
     laws: Mapping[str, WrittenLaws]  # that rows may name, by lower-case name
 
 
-@dataclass(frozen=True, slots=True)
-class Bending:
+class Bending(Struct, frozen=True):
     """Springs between second neighbours of a surface."""
 
     part: float  # of the tissue's spring constant and viscosity; above zero
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class Body(Struct, frozen=True, eq=False):
     """A mesh made of tissue.
 
     Attributes:
@@ -245,8 +235,7 @@ class Body:
         return tuple(part.tissue for part in parts if part.tissue is not None)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Joint:
+class Joint(Struct, frozen=True, eq=False):
     """Springs from nodes to others.
 
     Attributes:
@@ -266,8 +255,7 @@ class Joint:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenForce:
+class WrittenForce(Struct, frozen=True):
     """A force on nodes, from its block.
 
     Attributes:
@@ -285,8 +273,7 @@ class WrittenForce:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Tool:
+class Tool(Struct, frozen=True):
     """An instrument.
 
     Attributes:
@@ -319,8 +306,7 @@ class Tool:
         return self.kind in (kind, "")
 
 
-@dataclass(frozen=True, slots=True)
-class ContactLaw:
+class ContactLaw(Struct, frozen=True):
     """What is written of contact.
 
     Attributes:
@@ -344,8 +330,7 @@ class ContactLaw:
     friction: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Environment:
+class Environment(Struct, frozen=True, eq=False):
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
     mass_damping: float  # [1/s]
@@ -354,8 +339,7 @@ class Environment:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class Scene(Struct, frozen=True, eq=False):
     """A whole text, resolved; ``declarations`` still holds what needs meshes, such as sets.
 
     What was found wrong is left out or, in environment and simulation, stood in for.

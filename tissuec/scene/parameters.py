@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NoReturn
+
+from msgspec import Struct
 
 from tissuec.core.errors import CompileError, Note, alternatives
 from tissuec.lang import syntax as s
@@ -20,8 +21,7 @@ from tissuec.scene.values import Value
 CONSTANTS = {"pi": math.pi}
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(Struct, frozen=True):
     """A ``param`` of the scene with the value that holds in this run."""
 
     name: str

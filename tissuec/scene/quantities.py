@@ -1,9 +1,10 @@
 """The physical quantities a tissue can give to a network; rules may conclude only these."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.names import key_of
@@ -20,8 +21,7 @@ SHEAR_MODULUS = "shear modulus"
 Spread = Literal["each spring", "each node", "whole body", "matter"]
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Struct, frozen=True):
     """A quantity of the network.
 
     Attributes:

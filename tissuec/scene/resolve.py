@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.plan import Simulation
 from tissuec.scene.bodies import read_body
@@ -23,8 +23,7 @@ from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
 
 
-@dataclass(frozen=True, slots=True)
-class Words:
+class Words(Struct, frozen=True):
     """What a program says without any body: numbers, vocabulary, laws, tissues."""
 
     declarations: Declarations

@@ -1,7 +1,8 @@
 """Properties and quantities: a range, and the words for its parts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.source import Span
@@ -25,8 +26,7 @@ SHAPES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class QuantityScale:
+class QuantityScale(Struct, frozen=True):
     """A quantity of a vocabulary: its words, what it applies to, and its fallback.
 
     Attributes:

@@ -1,17 +1,17 @@
-"""Schemas of blocks: the fields of a dataclass say which entries a block has.
+"""Schemas of blocks: the fields of a ``Struct`` say which entries a block has.
 
-Only what stands here reads entries; a new mesh or tool brings its dataclass and is checked,
+Only what stands here reads entries; a new mesh or tool brings its ``Struct`` and is checked,
 converted, suggested and documented like all others.
 """
 
-import dataclasses
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass
-from typing import Any, NoReturn, TypeVar, get_type_hints
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
+from msgspec import NODEFAULT, Struct
+from msgspec.structs import fields
 
 from tissuec.core.errors import Edit, Hint, Note, alternatives, insertion, proposal
 from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
@@ -33,8 +33,7 @@ Kind = Measure | Whole | OneOf | Point | FromTo | Several | FileIn
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """One entry of a block: its name in the language, its kind, default and description."""
 
     name: str
@@ -45,7 +44,7 @@ class Entry:
 
     @property
     def is_required(self) -> bool:
-        return self.default is MISSING
+        return self.default is NODEFAULT
 
     @property
     def example(self) -> str:
@@ -71,12 +70,11 @@ class Entry:
 
 
 def entries_of(cls: type) -> dict[str, Entry]:
-    """Return the entries that a dataclass declares, by name in the language."""
-    hints = get_type_hints(cls, include_extras=True)
+    """Return the entries that a class declares, by name in the language."""
     about = _attributes(cls.__doc__ or "")
     entries = {}
-    for field in dataclasses.fields(cls):
-        kinds = getattr(hints[field.name], "__metadata__", ())
+    for field in fields(cls):
+        kinds = getattr(field.type, "__metadata__", ())
         if not kinds:
             raise TypeError(f"{cls.__name__}.{field.name} has no entry kind")
         name = field.name.rstrip("_").replace("_", " ")
@@ -99,7 +97,7 @@ def build(
     """Return a member built from the items of its block, and the place of each entry.
 
     Args:
-        cls: Dataclass whose fields are the entries.
+        cls: Class whose fields are the entries.
         items: What stands between the braces.
         scope: Where names in expressions are looked up.
         what: The block in messages, such as "mesh tube".

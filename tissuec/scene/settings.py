@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, Note, insertion
@@ -30,8 +30,7 @@ AUTOMATIC = "automatic"
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EnvironmentEntries:
+class EnvironmentEntries(Struct, frozen=True, eq=False):
     """What acts everywhere.
 
     Attributes:
@@ -70,8 +69,7 @@ class EnvironmentEntries:
     surface_damping: Annotated[float, Measure(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class SimulateEntries:
+class SimulateEntries(Struct, frozen=True):
     """How the motion is computed.
 
     Attributes:

@@ -1,10 +1,11 @@
 """Tissues: words and numbers of a preset, its parent's first, turned into quantities."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import NoReturn, TypeAlias
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from tissuec.core.errors import Edit, Hint, Note, alternatives, proposal
 from tissuec.core.fields import Measure
@@ -39,8 +40,7 @@ _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 Answers: TypeAlias = Mapping[str, Inference | NoRule]
 
 
-@dataclass(slots=True)
-class _Written:
+class _Written(Struct):
     """The entries of a tissue and its parents, the nearest one winning.
 
     Attributes:

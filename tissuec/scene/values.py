@@ -1,8 +1,7 @@
 """Values with a dimension, and the arithmetic that refuses to mix them."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.units import NUMBER, Dimension, show, si_unit
@@ -11,8 +10,7 @@ from tissuec.core.units import NUMBER, Dimension, show, si_unit
 LARGEST_NUMBER = 1e100
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Value:
+class Value(Struct, frozen=True, eq=False):
     """A number, a vector or one number per node, in SI units.
 
     Attributes:

@@ -1,7 +1,9 @@
 """Vocabularies: hedges, scales and rules of a program, turned into rule bases."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.source import Span
@@ -21,8 +23,7 @@ from tissuec.scene.scales import QuantityScale, ScaleReader
 from tissuec.scene.words import NamedScale, read_hedge, read_word
 
 
-@dataclass(frozen=True, slots=True)
-class Rules:
+class Rules(Struct, frozen=True):
     """One ``rules`` block.
 
     Attributes:
@@ -36,8 +37,7 @@ class Rules:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Vocabulary:
+class Vocabulary(Struct, frozen=True):
     """All words of a program; every mapping goes by lower-case names."""
 
     hedges: Mapping[str, Hedge]

@@ -1,10 +1,10 @@
 """Hedges, and the reading of a phrase as a word of a scale."""
 
 from collections.abc import Container, Mapping
-from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.errors import Edit, Hint, Note, did_you_mean
 from tissuec.core.source import Span
@@ -18,8 +18,7 @@ from tissuec.scene.expressions import Scope
 DIRECTIONS = ("outward", "inward")
 
 
-@dataclass(frozen=True, slots=True)
-class NamedScale:
+class NamedScale(Struct, frozen=True):
     """The words of a property or quantity, by lower-case name, and where they are declared."""
 
     name: str

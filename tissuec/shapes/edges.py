@@ -3,11 +3,11 @@
 Triangles that share an edge face the same way where they run along it in opposite directions.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.topology import pieces
@@ -16,8 +16,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class Edges:
+class Edges(Struct, frozen=True, eq=False, dict=True):
     """The edges of a set of triangles.
 
     Attributes:

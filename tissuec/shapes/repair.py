@@ -7,9 +7,9 @@ files without any surface or cell.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -34,8 +34,7 @@ _CLOSE = 1e-6  # of the diagonal of the mesh: nodes that are no further apart ar
 _SHORTER = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shape:
+class Shape(Struct, frozen=True, eq=False):
     """A repaired mesh.
 
     Attributes:
@@ -62,8 +61,7 @@ class Shape:
         return bool(len(self.tetrahedra) or self.others)
 
 
-@dataclass(slots=True)
-class _Draft:
+class _Draft(Struct):
     """A mesh on its way."""
 
     position: Floats

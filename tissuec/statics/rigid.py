@@ -13,11 +13,11 @@ free body is where it was, whatever the way that the steps went.
 """
 
 import itertools
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
+from msgspec import Struct
 from scipy.linalg import qr
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
 
@@ -29,8 +29,7 @@ INDEPENDENT = 1e-6  # singular values below it, of twists in units of the piece,
 NEUTRAL = 1e-10  # variations of the work below it, relative to the load and the size, are none
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class Piece(Struct, frozen=True, eq=False):
     """Free nodes that springs join, and the nodes that stay beside them.
 
     Attributes:
@@ -47,8 +46,7 @@ class Piece:
         return (3 * self.nodes[:, None] + np.arange(3)).ravel()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Freedom:
+class Freedom(Struct, frozen=True, eq=False):
     """How a piece can move as a whole at no cost.
 
     Attributes:

@@ -5,9 +5,8 @@ and Newton's method again. Where the equilibrium is unstable, the net is pushed 
 motion in which it buckles, and goes on from there.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec import mechanics, topology
@@ -40,8 +39,7 @@ class Unsettled(Exception):
         self.message, self.node = message, node
 
 
-@dataclass(frozen=True, slots=True)
-class Remark:
+class Remark(Struct, frozen=True):
     """What is to be known of an equilibrium, and the node that shows it best, if one does."""
 
     message: str

@@ -5,10 +5,10 @@ aside, is positive. Where it is negative, the least disturbance grows: a pressed
 (S. P. Timoshenko, J. M. Gere, Theory of Elastic Stability, 1961, chapter 2.)
 """
 
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
+from msgspec import Struct
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from tissuec.network import Floats
@@ -21,8 +21,7 @@ from tissuec.statics.stiffness import Factor
 LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mode:
+class Mode(Struct, frozen=True, eq=False):
     """The motion about an equilibrium that the net resists least.
 
     Attributes:

@@ -6,17 +6,15 @@ inertia of [[S, W], [Wᵀ, -1]], K has as many negative ones as S, less those of
 complement 1 + Wᵀ S⁻¹ W (E. V. Haynsworth, Linear Algebra Appl. 1:73, 1968).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from scipy.sparse import csc_matrix, diags_array
 from scipy.sparse.linalg import splu
 
 from tissuec.network import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stiffness:
+class Stiffness(Struct, frozen=True, eq=False):
     """K = S + W Wᵀ.
 
     Attributes:

@@ -6,8 +6,10 @@ each topology, and applied to all frames at once.
 """
 
 from collections.abc import Mapping
-from dataclasses import Field, asdict
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from tissuec.core.registry import Family
 from tissuec.surfaces.refinement import Refinement
@@ -25,7 +27,7 @@ class Smoothing(Protocol):
         subdivisions: How often every edge of the skin is halved.
     """
 
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    __struct_fields__: ClassVar[tuple[str, ...]]
     needs_grid: ClassVar[bool]
 
     def __init__(self, *, subdivisions: int = ...) -> None: ...
@@ -46,4 +48,4 @@ ON_GRIDS, ELSEWHERE = "interpolating spline", "loop subdivision"
 
 def entries_of(smoothing: Smoothing) -> Mapping[str, Any]:
     """Return the entries that a smoothing was made with, to make the same again."""
-    return asdict(smoothing)
+    return asdict(cast(Struct, smoothing))

@@ -1,9 +1,9 @@
 """A cubic spline surface near the nodes."""
 
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.fields import Whole
 from tissuec.network import Floats
@@ -14,8 +14,7 @@ from tissuec.surfaces.skin import Skin
 
 
 @SURFACES.member("approximating spline")
-@dataclass(frozen=True, slots=True)
-class ApproximatingSpline:
+class ApproximatingSpline(Struct, frozen=True):
     """A bicubic spline whose control points are the nodes of a tube or sheet.
 
     It stays within the hull of the nodes and so never overshoots; in turn a tube becomes

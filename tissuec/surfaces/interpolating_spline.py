@@ -1,10 +1,10 @@
 """A cubic spline surface through the nodes."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.fields import Whole
 from tissuec.network import Floats
@@ -20,8 +20,7 @@ _NOTHING = 1e-18
 
 
 @SURFACES.member("interpolating spline")
-@dataclass(frozen=True, slots=True)
-class InterpolatingSpline:
+class InterpolatingSpline(Struct, frozen=True):
     """A bicubic spline through all nodes of a tube or sheet, with continuous curvature.
 
     It is closed round a tube without a seam. At ends and torn edges it is one-sided, and its

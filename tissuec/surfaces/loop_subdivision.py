@@ -11,10 +11,10 @@ In the end all points move to where further divisions would take them: to (1 - n
 themselves and ω = 1/(3/(8β) + n) of each neighbour, or to 1/6, 2/3, 1/6 along free edges.
 """
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import Whole
@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 
 @SURFACES.member("loop subdivision")
-@dataclass(frozen=True, slots=True)
-class LoopSubdivision:
+class LoopSubdivision(Struct, frozen=True):
     """Loop's subdivision surface, with the nodes of any skin of triangles as control points.
 
     It stays within the hull of the nodes: a ball becomes a little smaller, and a block loses

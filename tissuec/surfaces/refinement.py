@@ -1,9 +1,9 @@
 """A smooth surface as a linear map of node positions."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.network import Floats, Indices
 
@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Refinement:
+class Refinement(Struct, frozen=True, eq=False):
     """What takes the nodes of one body, in one topology, to the points of its surface.
 
     Attributes:

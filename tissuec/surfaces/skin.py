@@ -1,16 +1,14 @@
 """What a smooth surface is drawn over: the skin of one body, and where it is torn."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import BodyPart, Grid, Indices, Network
 from tissuec.strands import Edges, Strands
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Skin:
+class Skin(Struct, frozen=True, eq=False):
     """The skin of a body in one topology.
 
     Attributes:
@@ -38,8 +36,7 @@ class Skin:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BodySkin:
+class BodySkin(Struct, frozen=True, eq=False):
     """The skin of a body as it was drawn, and the springs that hold it.
 
     A triangle goes with the first of its edges that tears, as in the frames of a result.

@@ -1,9 +1,9 @@
 """Quantities of a run held against those of the reference."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -20,8 +20,7 @@ from tissuec.verbs.holding import FIX
 FLOOR = 1e-6  # of the largest energy of the run: below, rounding is not told from errors
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Struct, frozen=True):
     """The largest error of something.
 
     Attributes:

@@ -5,9 +5,9 @@ integrated there, since an interpolant is less exact than the steps.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from scipy.optimize import brentq, minimize_scalar
 
 from tissuec.network import Floats, Indices
@@ -21,8 +21,7 @@ ROUNDING = np.float64(4.0 * np.finfo(float).eps)  # the finest that brentq takes
 NEAR = 1e-6  # of the step: crossings this near to the first one may be the first
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Break:
+class Break(Struct, frozen=True, eq=False):
     """Springs that broke by themselves at a time [s]."""
 
     time: float

@@ -13,10 +13,10 @@ lost in dampers, by friction, by ambient damping and by springs that relax or fl
 Displacements, because they keep the digits that positions far from the origin would lose.
 """
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
@@ -72,8 +72,7 @@ class Energies(NamedTuple):
         return self.kinetic + self.elastic + self.gravity
 
 
-@dataclass(frozen=True, slots=True)
-class Scales:
+class Scales(Struct, frozen=True):
     """What an error is measured against.
 
     Attributes:

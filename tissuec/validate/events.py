@@ -1,10 +1,10 @@
 """Events of two solutions held against each other: what broke or fired, and when."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats, Network
@@ -14,8 +14,7 @@ from tissuec.validate.solution import Firing
 TIE = 1e-9  # of the duration: events closer than this have no order
 
 
-@dataclass(frozen=True, slots=True)
-class Miss:
+class Miss(Struct, frozen=True):
     """Something that happened in one solution only.
 
     Attributes:
@@ -34,8 +33,7 @@ class Miss:
     is_tie: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Matching:
+class Matching(Struct, frozen=True):
     """How the events of a run match those of the reference.
 
     Attributes:

@@ -1,9 +1,10 @@
 """The engine's run of a plan, watched: states at output times, and what happened."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.measures.moment import Ledger, Moment
@@ -22,8 +23,7 @@ MOST_ROWS = 2001
 MOST_BYTES = 256e6  # that the states of one solution may take
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Observed:
+class Observed(Struct, frozen=True, eq=False):
     """A run of the engine at chosen times.
 
     Attributes:

@@ -1,10 +1,10 @@
 """A validation as plain data for programs; ``telling`` makes text for people of it."""
 
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
+from tissuec.core.data import as_data
 from tissuec.network import Network
 from tissuec.validate.compare import Quantity
 from tissuec.validate.validation import Comparison, Validation
@@ -26,7 +26,7 @@ def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
             "outcome": validation.run.outcome.kind,
             "message": validation.run.outcome.message,
             "wall_time": validation.run.outcome.wall_time,
-            **asdict(statistics),
+            **as_data(statistics),
         },
     }
     if validation.comparison is not None:
@@ -40,16 +40,16 @@ def _comparison(comparison: Comparison, network: Network) -> dict[str, Any]:
     return {
         "judged_until": comparison.judged,
         "quantities": [_quantity(quantity, network) for quantity in comparison.quantities],
-        "ruptures": asdict(comparison.ruptures),
-        "triggers": asdict(comparison.triggers),
+        "ruptures": as_data(comparison.ruptures),
+        "triggers": as_data(comparison.triggers),
         "reference": {
             "method": reference.method,
             "rtol": reference.rtol,
             "uncertainty": float(known.uncertainty[-1]),
             "is_sensitive": known.is_sensitive,
             "energy_imbalance": float(np.abs(reference.imbalance).max()),
-            **asdict(reference.effort),
-            "compared_with": {"rtol": second.rtol, **asdict(second.effort)},
+            **as_data(reference.effort),
+            "compared_with": {"rtol": second.rtol, **as_data(second.effort)},
         },
     }
 

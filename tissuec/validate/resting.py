@@ -6,10 +6,10 @@ no cost, as a body that nobody holds can, neither says where it comes to rest; i
 to its start as it can.
 """
 
-from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.optimize import minimize

@@ -1,9 +1,9 @@
 """What a reference knows: states at the times that were asked for, and what happened."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation
@@ -14,16 +14,14 @@ from tissuec.validate.stepping import Effort
 Holders = tuple[Mapping[str, Indices], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Firing:
+class Firing(Struct, frozen=True):
     """A trigger, by its place in the plan, and when it fired [s]."""
 
     time: float
     trigger: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reference:
+class Reference(Struct, frozen=True, eq=False):
     """A solution at the times that were asked for.
 
     Attributes:

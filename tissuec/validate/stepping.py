@@ -1,11 +1,11 @@
 """Steps of SciPy's solvers over one stretch, each of which can be looked into."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from scipy import integrate
 
 from tissuec.core.errors import TissueError
@@ -22,8 +22,7 @@ class ReferenceFailure(TissueError):
     """SciPy's solver could not go on; the message says where and why."""
 
 
-@dataclass(slots=True)
-class Effort:
+class Effort(Struct):
     """What a reference cost: steps, evaluations of the forces, and wall time [s]."""
 
     steps: int = 0
@@ -31,8 +30,7 @@ class Effort:
     wall_time: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Step:
+class Step(Struct, frozen=True, eq=False, dict=True):
     """One accepted step from ``start`` to ``stop`` [s].
 
     Attributes:

@@ -7,9 +7,10 @@ chance.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.network import Floats, Network
 from tissuec.plan import Plan
@@ -25,8 +26,7 @@ WORTHWHILE = 3.0  # a finer reference that gains less than this has met sensitiv
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
+class Known(Struct, frozen=True, eq=False):
     """A reference and how well it is known.
 
     Attributes:

@@ -1,7 +1,8 @@
 """From a compiled scene to a verdict: run, reference, comparison."""
 
 import time as clock
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.compiler import Compiled
 from tissuec.validate.compare import Quantity
@@ -14,8 +15,7 @@ from tissuec.validate.uncertainty import Known, Progress, known_reference
 from tissuec.validate.wording import reasons
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Comparison:
+class Comparison(Struct, frozen=True, eq=False):
     """What a run that came to its end has to show.
 
     Attributes:
@@ -32,8 +32,7 @@ class Comparison:
     known: Known
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Validation:
+class Validation(Struct, frozen=True, eq=False):
     """What came out.
 
     Attributes:

@@ -5,9 +5,8 @@ as long as no node has gone far, and what the force, its power and the bristles 
 is looked up once.
 """
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.forces.contact import Contact, Pairs

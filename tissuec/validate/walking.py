@@ -7,10 +7,10 @@ only one that is shared with a run.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.measures.moment import Ledger, Moment
 from tissuec.network import Floats, Indices, Network

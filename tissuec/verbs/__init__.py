@@ -5,8 +5,9 @@ frozen action that holds network indices and SI numbers; ``apply`` carries it ou
 """
 
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
 from typing import ClassVar, NoReturn, Protocol, runtime_checkable
+
+from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
@@ -16,8 +17,7 @@ from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
 
-@dataclass(frozen=True, slots=True)
-class Happening:
+class Happening(Struct, frozen=True):
     """One row of the event log: what happened, to which springs, and why."""
 
     kind: str  # "cut", "grasp", "release", "rupture", "trigger", …
@@ -79,16 +79,14 @@ class Failed(Exception):
         self.message, self.node, self.span = message, node, span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
+class Group(Struct, frozen=True, eq=False):
     """Nodes or springs under a name: a set or a whole body."""
 
     name: str
     indices: Indices  # ascending
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mover:
+class Mover(Struct, frozen=True, eq=False):
     """Who moves: a set (``nodes`` given) or a tool with whatever it holds then (None)."""
 
     name: str

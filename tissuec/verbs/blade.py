@@ -6,9 +6,8 @@ counts as in front of it, so that a plane through a ring of nodes cuts the sprin
 ring and no others, whatever rounding did to the nodes.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Floats
@@ -16,8 +15,7 @@ from tissuec.network import Floats
 ON_PLANE = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Blade:
+class Blade(Struct, frozen=True, eq=False):
     """The points origin + p first + q second.
 
     Attributes:

@@ -1,10 +1,10 @@
 """``change``: another gravity, another tissue, another velocity."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import alternatives, counted
@@ -46,8 +46,7 @@ PARAMETERS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class ChangeParameter:
+class ChangeParameter(Struct, frozen=True):
     """A number for every spring or node of a group, or a factor on what they have."""
 
     array: str
@@ -67,8 +66,7 @@ class ChangeParameter:
         return (_changed(self.span),)
 
 
-@dataclass(frozen=True, slots=True)
-class ChangeMemory:
+class ChangeMemory(Struct, frozen=True):
     """The same of what springs relax or flow by."""
 
     name: str
@@ -100,8 +98,7 @@ class ChangeMemory:
         return (_changed(self.span),)
 
 
-@dataclass(frozen=True, slots=True)
-class ChangeSurroundings:
+class ChangeSurroundings(Struct, frozen=True):
     """Another gravity [m/s²], shape (3,), or another ambient damping [N s/m]."""
 
     gravity: Floats | None
@@ -116,8 +113,7 @@ class ChangeSurroundings:
         return (_changed(self.span),)
 
 
-@dataclass(frozen=True, slots=True)
-class ChangeMotion:
+class ChangeMotion(Struct, frozen=True):
     """Another velocity [m/s] or angular velocity [rad/s], shape (3,), of free nodes."""
 
     group: Group

@@ -1,7 +1,8 @@
 """``close``: jaws that move towards each other."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
@@ -12,8 +13,7 @@ from tissuec.verbs.jaws import drive_jaws, flaw_of_jaws, read_jaws
 
 
 @VERBS.member("close")
-@dataclass(frozen=True, slots=True)
-class Close:
+class Close(Struct, frozen=True):
     """Closes the jaws of forceps by a length, half of it each, across both.
 
     The forceps must not be moved as a whole at the same time. What lies between the jaws is

@@ -1,9 +1,9 @@
 """``cut``: springs that are removed."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import alternatives
@@ -18,8 +18,7 @@ from tissuec.verbs.motion import schedule
 
 
 @VERBS.member("cut")
-@dataclass(frozen=True, slots=True)
-class Cut:
+class Cut(Struct, frozen=True):
     """Removes for good the intact springs of a body or set that a blade goes through now.
 
     ``along plane`` is a whole plane; ``along stroke`` is the parallelogram that an edge sweeps
@@ -99,8 +98,7 @@ class Cut:
         return springs[across], share[across]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Snip:
+class Snip(Struct, frozen=True, eq=False):
     """Closing blades that have come so far along their edge."""
 
     cut: Cut

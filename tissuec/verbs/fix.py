@@ -1,7 +1,8 @@
 """``fix``: nodes that stay where they are until they are freed."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.situation import Situation
@@ -10,8 +11,7 @@ from tissuec.verbs.holding import FIX, sentence, take
 
 
 @VERBS.member("fix")
-@dataclass(frozen=True, slots=True)
-class Fix:
+class Fix(Struct, frozen=True):
     """Holds nodes in place from this time on, whatever else is released; ``free`` ends it.
 
     Nodes that move when they are fixed are stopped where they are.

@@ -1,7 +1,8 @@
 """``free``: the end of every hold."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.situation import Situation
@@ -10,8 +11,7 @@ from tissuec.verbs.holding import let_go, sentence
 
 
 @VERBS.member("free")
-@dataclass(frozen=True, slots=True)
-class Free:
+class Free(Struct, frozen=True):
     """Ends every hold on nodes: fixed, held, grasped or driven, they move freely from now on.
 
     What was driven along a path flies on with the velocity of that path.

@@ -1,7 +1,8 @@
 """``grasp``: a tool takes hold of nodes."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.situation import Situation
@@ -11,8 +12,7 @@ from tissuec.verbs.motion import joined
 
 
 @VERBS.member("grasp")
-@dataclass(frozen=True, slots=True)
-class Grasp:
+class Grasp(Struct, frozen=True):
     """Takes nodes into the rigid grip of a tool, besides those that it holds already.
 
     The tool must be forceps. Nodes that move are stopped; if the tool is moving what it holds,

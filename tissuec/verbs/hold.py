@@ -1,7 +1,8 @@
 """``hold``: nodes that stay where they are for a while."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.situation import Situation
@@ -9,8 +10,7 @@ from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import held_by, let_go, sentence, take
 
 
-@dataclass(frozen=True, slots=True)
-class EndHold:
+class EndHold(Struct, frozen=True):
     """The end of a hold for an interval, unless the set was held anew in the meantime."""
 
     holder: str
@@ -28,8 +28,7 @@ class EndHold:
 
 
 @VERBS.member("hold")
-@dataclass(frozen=True, slots=True)
-class Hold:
+class Hold(Struct, frozen=True):
     """Holds nodes at their present places: for the interval, or until ``release`` or ``free``.
 
     A motion that drives them ends for them. A later ``hold`` or ``move`` of the same set takes

@@ -5,9 +5,9 @@ and rests, and one that is driven follows its new path, whoever else holds it.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.core.source import Span
 from tissuec.network import Indices

@@ -1,9 +1,9 @@
 """``irrigate``: jets of fluid on surfaces."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Protocol, Self, cast
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
@@ -35,8 +35,7 @@ class Opening(Protocol):
     def growth(self) -> float: ...
 
 
-@dataclass(frozen=True, slots=True)
-class EndJet:
+class EndJet(Struct, frozen=True):
     """The end of a jet, unless another one took its place before."""
 
     nozzle: str
@@ -52,8 +51,7 @@ class EndJet:
 
 
 @VERBS.member("irrigate")
-@dataclass(frozen=True, slots=True)
-class Irrigate:
+class Irrigate(Struct, frozen=True):
     """Lets a jet of fluid out of a nozzle, for the interval or until ``stop irrigating``.
 
     The jet pushes the surface that it meets, of a body or of a set of its nodes, or, where none

@@ -5,9 +5,10 @@ a rigid motion of everything that the mover drives, whatever of it is under way.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
@@ -17,8 +18,7 @@ from tissuec.verbs import Agenda, Happening, Mover
 from tissuec.verbs.holding import halt, held_by, sentence
 
 
-@dataclass(frozen=True, slots=True)
-class EndMotion:
+class EndMotion(Struct, frozen=True):
     """The end of one order of motion: what is over rests exactly where it ends, still held."""
 
     mover: str

@@ -1,9 +1,9 @@
 """``move``: nodes that follow a prescribed path."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint
@@ -17,8 +17,7 @@ from tissuec.verbs.motion import EndMotion, driven_by, schedule, set_off
 
 
 @VERBS.member("move")
-@dataclass(frozen=True, slots=True)
-class Move:
+class Move(Struct, frozen=True):
     """Shifts a set, or whatever a tool holds, by a vector times a profile.
 
     With ``table "path.csv"`` and no ``by``, the displacements themselves are prescribed, in

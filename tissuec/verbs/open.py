@@ -1,7 +1,8 @@
 """``open``: jaws that move apart."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
@@ -12,8 +13,7 @@ from tissuec.verbs.jaws import drive_jaws, flaw_of_jaws, read_jaws
 
 
 @VERBS.member("open")
-@dataclass(frozen=True, slots=True)
-class Open:
+class Open(Struct, frozen=True):
     """Opens the jaws of forceps by a length, half of it each, across both.
 
     The forceps must not be moved as a whole at the same time. What lies between the jaws is

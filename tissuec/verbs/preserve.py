@@ -1,7 +1,8 @@
 """``preserve`` and ``inflate``: volumes that are kept, or changed, by pressure."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.source import Span
@@ -18,8 +19,7 @@ FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
 
 
 @VERBS.member("preserve")
-@dataclass(frozen=True, slots=True)
-class Preserve:
+class Preserve(Struct, frozen=True):
     """Keeps the volume that the closed surface of a body encloses, by pressure.
 
     A lattice keeps that of each of its cubic cells, by a pressure of its own; so does a body of
@@ -60,8 +60,7 @@ class Preserve:
 
 
 @VERBS.member("inflate")
-@dataclass(frozen=True, slots=True)
-class Inflate:
+class Inflate(Struct, frozen=True):
     """Changes the volume that is preserved, within the interval or at once.
 
     The pump works against the pressure that there is: with soft walls the volume follows, with

@@ -1,6 +1,5 @@
 """``pull``: the same as ``push``, for sentences that read better with it."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from tissuec.verbs import VERBS
@@ -8,8 +7,7 @@ from tissuec.verbs.push import Push
 
 
 @VERBS.member("pull")
-@dataclass(frozen=True, slots=True)
-class Pull(Push):
+class Pull(Push, frozen=True):
     """Lets an external force act on nodes, exactly as ``push`` does."""
 
     forms: ClassVar[tuple[str, ...]] = tuple(

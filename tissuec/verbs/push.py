@@ -1,7 +1,8 @@
 """``push`` and ``pull``: external forces on nodes."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
@@ -17,8 +18,7 @@ from tissuec.verbs.motion import schedule
 FORCE, DIRECTION = "with 0.1 N along (0, 0, 1)", "along (0, 0, -1)"
 
 
-@dataclass(frozen=True, slots=True)
-class EndPush:
+class EndPush(Struct, frozen=True):
     """The end of a force for an interval, unless it was stopped before."""
 
     load: str
@@ -31,8 +31,7 @@ class EndPush:
 
 
 @VERBS.member("push")
-@dataclass(frozen=True, slots=True)
-class Push:
+class Push(Struct, frozen=True):
     """Lets an external force act on nodes, for the interval or until ``stop pushing``.
 
     The force is that on the whole set and is shared equally by its nodes; with ``on each

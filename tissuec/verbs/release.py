@@ -1,7 +1,8 @@
 """``release``: the end of a hold or of a grip."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.situation import Situation
@@ -10,8 +11,7 @@ from tissuec.verbs.holding import FIX, gripped, let_go, sentence
 
 
 @VERBS.member("release")
-@dataclass(frozen=True, slots=True)
-class Release:
+class Release(Struct, frozen=True):
     """Releases nodes: those of SET, from TOOL or from all that hold it, or all that TOOL holds.
 
     Released nodes keep the velocity that they have: one that rests starts from rest, one that

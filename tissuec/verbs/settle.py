@@ -1,9 +1,9 @@
 """``settle``: nodes that go to their equilibrium at once."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.situation import Situation
@@ -12,8 +12,7 @@ from tissuec.verbs.holding import sentence
 
 
 @VERBS.member("settle")
-@dataclass(frozen=True, slots=True)
-class Settle:
+class Settle(Struct, frozen=True):
     """Moves nodes, of a set or of everything, to static equilibrium, where all forces balance.
 
     Forces are those of this moment: springs, weight, pressure, tools and pushes;

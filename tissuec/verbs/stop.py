@@ -1,7 +1,8 @@
 """``stop``: the end of a force, of a jet or of a motion."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
+
+from msgspec import Struct
 
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
@@ -22,8 +23,7 @@ _STOPS = {
 
 
 @VERBS.member("stop")
-@dataclass(frozen=True, slots=True)
-class Stop:
+class Stop(Struct, frozen=True):
     """Ends every force on a set, or freezes the motion or the turn of a mover where it is.
 
     What was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. Jets end by

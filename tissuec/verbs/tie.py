@@ -1,9 +1,9 @@
 """``tie``: knots."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import alternatives
@@ -26,8 +26,7 @@ KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
 
 
 @VERBS.member("tie")
-@dataclass(frozen=True, slots=True)
-class Tie:
+class Tie(Struct, frozen=True):
     """Ties the two ends of a thread with a knot, or a loop where it is closed, or a joint.
 
     The knot is a piece of thread between the ends as they stand, without viscosity. It holds

@@ -1,9 +1,9 @@
 """``tighten`` and ``loosen``: threads and joints that are drawn in or paid out."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.source import Span
@@ -17,8 +17,7 @@ from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule
 
 
-@dataclass(frozen=True, slots=True)
-class Reel:
+class Reel(Struct, frozen=True):
     """Another length for a thread, or for every spring of a joint.
 
     A thread gets it by shares of the lengths that its pieces have.
@@ -68,8 +67,7 @@ class Reel:
         return (Happening("reel", (), text, self.span),)
 
 
-@dataclass(frozen=True, slots=True)
-class EndReel:
+class EndReel(Struct, frozen=True):
     """The end of drawing in or paying out, unless another order took its place."""
 
     thread: str

@@ -1,9 +1,9 @@
 """``turn``: nodes that are turned about an axis."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.source import Span
@@ -18,8 +18,7 @@ from tissuec.verbs.move import nothing_to_move, refuse_jump
 
 
 @VERBS.member("turn")
-@dataclass(frozen=True, slots=True)
-class Turn:
+class Turn(Struct, frozen=True):
     """Turns a set, or whatever a tool holds, about an axis by an angle times a profile.
 
     The axis goes through the mean position of what is turned when the turn begins, or through

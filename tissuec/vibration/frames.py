@@ -6,11 +6,11 @@ of the body that has most of the energy. Forces and tensions change linearly wit
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec import mechanics, topology
 from tissuec.compiler import Compiled

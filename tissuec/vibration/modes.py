@@ -7,11 +7,12 @@ chapters 11 and 12.)
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, diags_array
 
@@ -29,8 +30,7 @@ Kind = Literal["unstable", "rigid", "mechanism", "vibration"]
 IN_BALANCE = 1e-6  # of the largest force: what may be left at an equilibrium
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mode:
+class Mode(Struct, frozen=True, eq=False):
     """A motion about a state in which all nodes move in phase.
 
     Attributes:
@@ -59,8 +59,7 @@ class Mode:
         return 1.0 / self.frequency if self.frequency else None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Modes:
+class Modes(Struct, frozen=True, eq=False):
     """Modes of a scene or a body: unstable ones, then rigid ones, then by frequency.
 
     Attributes:
@@ -85,8 +84,7 @@ class Modes:
         return self.modes[place]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Net:
+class _Net(Struct, frozen=True, eq=False):
     """The free nodes of a situation with their springs, and the matrix of their motions."""
 
     situation: Situation

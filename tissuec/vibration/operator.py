@@ -8,11 +8,11 @@ S is sparse; W has one column for each enclosed volume with a large surface, who
 between all of its nodes.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, log
 
 import numpy as np
+from msgspec import Struct
 from scipy.sparse import csc_matrix, csr_matrix, diags_array, eye_array
 from scipy.sparse.linalg import splu
 
@@ -28,8 +28,7 @@ class Unsound(Exception):
     """A factorisation without exchanges of rows has lost its digits."""
 
 
-@dataclass(frozen=True, eq=False)
-class Operator:
+class Operator(Struct, frozen=True, eq=False, dict=True):
     """A = S + W Wᵀ.
 
     Attributes:

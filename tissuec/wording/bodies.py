@@ -1,11 +1,11 @@
 """What bodies are as matter, in rows of a table and as plain data."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from math import inf, isfinite
 from typing import Any
 
 from tissuec.bodies import BodyProperties, Breaking, Vibration
+from tissuec.core.data import as_data
 from tissuec.core.errors import counted
 from tissuec.core.units import (
     DENSITY,
@@ -121,7 +121,7 @@ def _each(frequencies: Iterator[float]) -> str:
 
 def as_dict(body: BodyProperties) -> dict[str, Any]:
     """Return a body as plain data in SI units."""
-    found = asdict(body)
+    found = as_data(body)
     for vibration, one in zip(found["vibrations"], body.vibrations, strict=True):
         vibration["decay_time"] = one.decay_time
     derived = ("density", "wave_speeds", "shear_wave_speed")

@@ -1,8 +1,9 @@
 """The scenes of the stress test, as a user would write them, along one axis each."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from math import pi, sqrt
+
+from msgspec import Struct
 
 TOLERANCE = 1e-4
 STIFFNESS, MASS = 400.0, 1e-3  # c [N/m], m [kg] of what is not varied
@@ -11,8 +12,7 @@ DAMPING = 0.063  # d [N s/m]: a damping ratio of 0.05
 FRAMES = 20
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
+class Cell(Struct, frozen=True):
     """One scene.
 
     Attributes:

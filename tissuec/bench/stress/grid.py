@@ -2,13 +2,15 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from tissuec.bench.ours import AUTOMATIC
 from tissuec.bench.report import columns
 from tissuec.bench.stress.cells import Cell
 from tissuec.bench.stress.verdict import Court, Kind, Verdict
+from tissuec.core.data import as_data
 from tissuec.integrators import INTEGRATORS
 from tissuec.plan import RELAXATION
 
@@ -26,8 +28,7 @@ SIGNS: dict[Kind, tuple[str, str]] = {
 BAD: tuple[Kind, ...] = ("wrong", "crash")
 
 
-@dataclass(frozen=True, slots=True)
-class Stress:
+class Stress(Struct, frozen=True):
     """The verdicts of a stress test.
 
     Attributes:
@@ -110,5 +111,5 @@ def as_dict(stress: Stress) -> dict[str, Any]:
         "methods": list(stress.methods),
         "bad": len(stress.bad),
         "signs": {kind: list(sign) for kind, sign in SIGNS.items()},
-        "verdicts": [asdict(verdict) for verdict in stress.verdicts],
+        "verdicts": [as_data(verdict) for verdict in stress.verdicts],
     }

@@ -1,9 +1,9 @@
 """What is known of a stress scene before any method is judged on it."""
 
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem
@@ -17,8 +17,7 @@ SHAKEN = 1e-10  # of the largest displacement: how far a twin begins from the re
 AMPLIFIED = 1e4  # times this difference that the twin may come away; beyond, it is chaos
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
+class Known(Struct, frozen=True, eq=False):
     """The reference of a scene.
 
     Attributes:

@@ -1,9 +1,10 @@
 """A run of a stress scene, looked at from all sides: positions, energy, momentum."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.bench.problem import Problem
 from tissuec.bench.starting import situation_at_start
@@ -13,8 +14,7 @@ from tissuec.plan import Plan
 from tissuec.validate.observing import Observed, observe
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class Look(Struct, frozen=True, eq=False):
     """What a run shows.
 
     Attributes:

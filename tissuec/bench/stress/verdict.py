@@ -6,10 +6,11 @@ no companion run that tells.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
 from tissuec.bench.problem import Problem
@@ -39,8 +40,7 @@ SUITED = 0.5  # step of a method that promises nothing, times the fastest rate o
 MADE = 0.5  # part of the energy that a fixed step may not make from nothing
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Struct, frozen=True):
     """What came of a scene with a method.
 
     Attributes:

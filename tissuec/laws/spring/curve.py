@@ -1,7 +1,8 @@
 """A measured curve: points of elongation and force, joined without overshoot."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Several
@@ -11,8 +12,7 @@ from tissuec.laws.points import check_points, through
 
 
 @SPRING_LAWS.member("curve")
-@dataclass(frozen=True, slots=True)
-class Curve:
+class Curve(Struct, frozen=True):
     """A curve through points: cubic pieces that rise and fall only where the points do.
 
     F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5:300 (1984). Beyond the points it

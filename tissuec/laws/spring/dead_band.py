@@ -1,7 +1,8 @@
 """Springs with play: nothing resists until the play is used up."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
@@ -10,8 +11,7 @@ from tissuec.laws.formula import ZERO, Choice, Formula
 
 
 @SPRING_LAWS.member("dead band")
-@dataclass(frozen=True, slots=True)
-class DeadBand:
+class DeadBand(Struct, frozen=True):
     """No force while e is within the slack to either side, c times what is beyond it.
 
     Attributes:

@@ -1,7 +1,8 @@
 """The exponential law of soft tissue: compliant at first, then stiffer and stiffer."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
@@ -10,8 +11,7 @@ from tissuec.laws.formula import Formula, exp
 
 
 @SPRING_LAWS.member("exponential")
-@dataclass(frozen=True, slots=True)
-class Exponential:
+class Exponential(Struct, frozen=True):
     """The force c L0/k (exp(k e/L0) - 1): c at rest, and stiffer with the strain e/L0.
 
     The one-dimensional form of Y. C. Fung, Am. J. Physiol. 213:1532 (1967): the stiffness grows

@@ -1,7 +1,8 @@
 """A polynomial of the elongation: the oscillators of Helmholtz and Duffing."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
@@ -10,8 +11,7 @@ from tissuec.laws.formula import Formula
 
 
 @SPRING_LAWS.member("polynomial")
-@dataclass(frozen=True, slots=True)
-class Polynomial:
+class Polynomial(Struct, frozen=True):
     """The force c e + a e² + b e³.
 
     Attributes:

@@ -1,7 +1,8 @@
 """A measured curve of matter: points of strain and stress, joined without overshoot."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Several
@@ -11,8 +12,7 @@ from tissuec.laws.points import check_points, through
 
 
 @SPRING_LAWS.member("stress curve")
-@dataclass(frozen=True, slots=True)
-class StressCurve:
+class StressCurve(Struct, frozen=True):
     """A curve of the nominal stress by the strain, drawn like that of ``curve``.
 
     Young's modulus has no part in it.

@@ -1,14 +1,13 @@
 """Springs that pull and never push, such as threads and ligaments."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from tissuec.laws import SPRING_LAWS, C, E
 from tissuec.laws.formula import ZERO, Choice, Formula
 
 
 @SPRING_LAWS.member("tension only")
-@dataclass(frozen=True, slots=True)
-class TensionOnly:
+class TensionOnly(Struct, frozen=True):
     """The force c e under tension; none in compression."""
 
     def force(self) -> Formula:

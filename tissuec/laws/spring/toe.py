@@ -1,7 +1,8 @@
 """The toe of tendons: crimped fibres are straightened before they resist."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
@@ -10,8 +11,7 @@ from tissuec.laws.formula import ZERO, Choice, Formula
 
 
 @SPRING_LAWS.member("toe")
-@dataclass(frozen=True, slots=True)
-class Toe:
+class Toe(Struct, frozen=True):
     """No force in compression, c e²/(2 e*) up to e* = strain times L0, then c (e - e*/2).
 
     The stiffness grows evenly from nothing to c and stays there.

@@ -1,14 +1,13 @@
 """The linear dashpot, which every spring has unless its tissue says otherwise."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from tissuec.laws import LINEAR, VISCOSITY_LAWS
 from tissuec.laws.formula import Formula
 
 
 @VISCOSITY_LAWS.member("linear")
-@dataclass(frozen=True, slots=True)
-class Linear:
+class Linear(Struct, frozen=True):
     """The force d w: in proportion to the speed."""
 
     def force(self) -> Formula:

@@ -1,7 +1,8 @@
 """Dashpots whose force is a power of the speed: thinning or thickening liquids."""
 
-from dataclasses import dataclass
 from typing import Annotated
+
+from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure
@@ -10,8 +11,7 @@ from tissuec.laws.formula import Choice, Formula
 
 
 @VISCOSITY_LAWS.member("power")
-@dataclass(frozen=True, slots=True)
-class PowerLaw:
+class PowerLaw(Struct, frozen=True):
     """The force d v (|w|/v)ⁿ against the motion: that of d w at the speed v.
 
     Below an exponent of 1 the dashpot is the stiffer the slower it moves, and at rest without

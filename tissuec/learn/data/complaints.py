@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import NoReturn
+
+from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Span
@@ -13,8 +14,7 @@ from tissuec.lesson import Data
 _MOST_NAMED = 30
 
 
-@dataclass(frozen=True, slots=True)
-class Complaints:
+class Complaints(Struct, frozen=True):
     """Everything that is wrong with one file."""
 
     data: Data

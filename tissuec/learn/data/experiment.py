@@ -1,16 +1,15 @@
 """What was measured in one experiment: values in time, in SI units."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.lesson import Data, Fit
 from tissuec.network import Floats, Indices
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Series:
+class Series(Struct, frozen=True, eq=False):
     """What was measured for one ``fit``.
 
     Attributes:
@@ -38,8 +37,7 @@ class Series:
         return replace(self, times=self.times[rows], values=self.values[rows])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Experiment:
+class Experiment(Struct, frozen=True, eq=False):
     """One file of data.
 
     Attributes:

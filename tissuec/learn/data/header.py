@@ -1,8 +1,9 @@
 """Which columns of a table are read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NoReturn
+
+from msgspec import Struct
 
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
@@ -13,8 +14,7 @@ from tissuec.learn.data.naming import unit_of
 from tissuec.lesson import Axis, Column, Fit
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Wanted:
+class Wanted(Struct, frozen=True, eq=False):
     """The columns that are read; the first of them is the axis.
 
     Attributes:

@@ -1,9 +1,10 @@
 """The rows of a table that count: by time or by displacement, each known by its line."""
 
-from dataclasses import dataclass, replace
 from typing import NoReturn
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, TIME, show
@@ -14,8 +15,7 @@ from tissuec.lesson import Fit
 from tissuec.network import Floats, Indices
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Text:
+class Text(Struct, frozen=True, eq=False):
     """A table as it was read, so that its lines can be named."""
 
     text: str
@@ -36,8 +36,7 @@ class Text:
         return f"lines {numbers[0]} and {numbers[1]} of {self.file}"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class Rows(Struct, frozen=True, eq=False):
     """The rows of a table.
 
     Attributes:

@@ -7,10 +7,10 @@ third derivative, which grows with its square (J. Nocedal, S. J. Wright, Numeric
 2006, chapter 8).
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.learn.data.experiment import Series

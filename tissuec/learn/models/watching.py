@@ -1,8 +1,7 @@
 """What the engine makes of an experiment, seen as what was measured."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.models import Slots

@@ -5,9 +5,10 @@ of what ``run`` computes, discretisation included.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
+
+from msgspec import Struct
 
 from tissuec.compiled.tables import RecordTable
 from tissuec.kernels.sensitivity import Links, Seeds, Values
@@ -43,8 +44,7 @@ class State(NamedTuple):
     a: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Act:
+class Act(Struct, frozen=True, eq=False, dict=True):
     """What holds on a leg for the numbers of the moment."""
 
     leg: Leg

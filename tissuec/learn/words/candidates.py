@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.fuzzy.sets import Shape
@@ -16,8 +17,7 @@ from tissuec.scene.words import NamedScale
 _REMARK = re.compile(r'"[^"\n]*"|(#[^\n]*)')
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
+class Candidate(Struct, frozen=True):
     """One change of one rule.
 
     Attributes:
@@ -30,8 +30,7 @@ class Candidate:
     what: str
 
 
-@dataclass(frozen=True, slots=True)
-class RuleTexts:
+class RuleTexts(Struct, frozen=True):
     """A ``rules`` block: what its rules mean and where they are written, in one order."""
 
     scene: Scene

@@ -1,7 +1,8 @@
 """How far words moved from where the expert has them, for people to judge."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.core.units import show
 from tissuec.fuzzy.scale import Scale
@@ -11,8 +12,7 @@ from tissuec.scene.words import NamedScale
 _NOTHING = 0.0005  # of the range; less is shown as 0.0 %
 
 
-@dataclass(frozen=True, slots=True)
-class Drift:
+class Drift(Struct, frozen=True):
     """How far one word moved.
 
     Attributes:

@@ -1,7 +1,8 @@
 """How the words of a scale are written: their corners, and the numbers that stand for these."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.fuzzy.sets import Gaussian
@@ -14,16 +15,14 @@ from tissuec.scene.words import NamedScale
 _DEGREES = {"triangle": (0.0, 1.0, 0.0), "trapezoid": (0.0, 1.0, 1.0, 0.0)}
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
+class Written(Struct, frozen=True):
     """A number in the text and the coordinate that it stands for."""
 
     node: s.Expression
     place: float
 
 
-@dataclass(frozen=True, slots=True)
-class Form:
+class Form(Struct, frozen=True):
     """A word of a scale, in the coordinate of the scale.
 
     Attributes:
@@ -46,8 +45,7 @@ class Form:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class ScaleForm:
+class ScaleForm(Struct, frozen=True):
     """A scale as it is written.
 
     Attributes:

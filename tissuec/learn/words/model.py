@@ -7,10 +7,10 @@ carried along by the same functions; minimum and maximum choose a branch.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.fuzzy.duals import slopes_of

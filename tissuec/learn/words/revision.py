@@ -5,9 +5,10 @@ rule from one that fits the noise.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from difflib import unified_diff
 from types import MappingProxyType
+
+from msgspec import Struct
 
 from tissuec.core.errors import CompileError
 from tissuec.lang import syntax as s
@@ -33,8 +34,7 @@ Score = Callable[[Mapping[str, str]], tuple[float, float]]
 not; not finite where there is none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(Struct, frozen=True):
     """A change of rules that was made.
 
     Attributes:

@@ -8,10 +8,10 @@ words of which one is fully true within the core of the other, either middle may
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from msgspec.structs import replace
 
 from tissuec.fuzzy.duals import Dual, Slopes
 from tissuec.fuzzy.piecewise import Piecewise

@@ -1,7 +1,8 @@
 """Tissues that a scene uses, and their descriptions, to be asked again with other words."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
@@ -10,8 +11,7 @@ from tissuec.scene.vocabulary import Vocabulary
 from tissuec.scene.words import read_word
 
 
-@dataclass(frozen=True, slots=True)
-class Use:
+class Use(Struct, frozen=True):
     """A tissue that is described in words.
 
     Attributes:

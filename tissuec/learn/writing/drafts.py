@@ -1,7 +1,8 @@
 """Which tissues a preset is to hold, and which of their numbers were learnt."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from tissuec.core.names import key_of
 from tissuec.core.units import Dimension
@@ -13,8 +14,7 @@ from tissuec.scene.quantities import QUANTITIES
 LEARNED = "learned"
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
+class Number(Struct, frozen=True):
     """A number that was learnt, in SI units, with its interval."""
 
     value: float
@@ -25,8 +25,7 @@ class Number:
     dimension: Dimension
 
 
-@dataclass(slots=True)
-class Draft:
+class Draft(Struct):
     """A tissue that is to be written.
 
     Attributes:

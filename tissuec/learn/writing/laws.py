@@ -1,8 +1,9 @@
 """Laws as they are written into a preset: by name with numbers, or as a formula of numbers."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from tissuec.core.fields import Measure, OneOf, Several, Whole
 from tissuec.core.source import Source

@@ -1,8 +1,9 @@
 """The preset that a learning writes: a text of the language, and what lies beside it."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from tissuec.compiler import Compiled
 from tissuec.core.errors import CompileError, TissueError
@@ -22,8 +23,7 @@ from tissuec.scene.library import SUFFIX, Library
 from tissuec.scene.model import Scene
 
 
-@dataclass(frozen=True, slots=True)
-class Preset:
+class Preset(Struct, frozen=True):
     """Texts to be written.
 
     Attributes:

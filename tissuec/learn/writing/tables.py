@@ -5,10 +5,10 @@ So these tables are for people and for other programs; they have exactly what wa
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.core.units import si_unit
 from tissuec.learn.outcome import Estimates, Learnt
@@ -18,8 +18,7 @@ from tissuec.network import Network
 _AXES = "xyz"
 
 
-@dataclass(frozen=True, slots=True)
-class Tables:
+class Tables(Struct, frozen=True):
     """Tables of what was learnt one by one.
 
     Attributes:

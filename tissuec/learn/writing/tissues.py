@@ -4,7 +4,8 @@ The first is the shortest and needs a file that can be used; the last stands by 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from tissuec.core.units import LENGTH
 from tissuec.lang.words import written_name
@@ -19,8 +20,7 @@ FORMS = (LIKE, IN_WORDS, IN_NUMBERS)
 WHOLE = "whole body"
 
 
-@dataclass(frozen=True, slots=True)
-class Scribe:
+class Scribe(Struct, frozen=True):
     """Writes tissues of one scene.
 
     Attributes:

@@ -1,8 +1,9 @@
 """Vocabularies whose words moved or whose rules were revised, as files beside a preset."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+
+from msgspec import Struct
 
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
@@ -13,8 +14,7 @@ from tissuec.scene.library import SUFFIX, belongs_to_scenes
 from tissuec.scene.model import Scene
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
+class Written(Struct, frozen=True):
     """What is written of vocabularies.
 
     Attributes:

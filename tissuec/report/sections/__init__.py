@@ -1,12 +1,11 @@
 """The parts of the page, one file each; each has one function, from a ``Story`` to markup."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from tissuec.report.markup import Html, element
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(Struct, frozen=True):
     """A part of the page.
 
     Attributes:

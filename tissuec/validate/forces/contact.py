@@ -5,10 +5,10 @@ and shapes are near, and how often each counts, is given; where nodes are in sha
 here.
 """
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
@@ -21,8 +21,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Touching:
+class Touching(Struct, frozen=True):
     """What contact does in one state.
 
     Attributes:
