@@ -10,12 +10,17 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy; workers share processors
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests.browser import browser as browser
 from tests.browser import page as page
 from tissuec.core.resources import library
 from tissuec.pipeline import Request, Result, compile_request, simulate
 from tissuec.running.interrupting import SIGNALS
+
+# How long an example takes says how busy the machine is.
+settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("tests")
 
 SLOW = Path(__file__).with_name("slow.txt")
 

@@ -54,7 +54,6 @@ def many(count: int) -> settings:
         max_examples=examples(count),
         derandomize=True,
         database=None,
-        deadline=None,
         suppress_health_check=list(HealthCheck),
     )
 

@@ -114,7 +114,7 @@ def unions(draw):
     return low, high, terms, draw(st.sampled_from(CHOICES["implication"]))
 
 
-@settings(max_examples=examples(400), deadline=None, derandomize=True)
+@settings(max_examples=examples(400), derandomize=True)
 @given(unions())
 def test_the_centre_of_any_union_is_exact(union):
     low, high, terms, implication = union

@@ -185,7 +185,7 @@ def hedge_cases(draw, count: int = 1):
     return axis, shift, [draw(sets_on(axis)) for _ in range(count)]
 
 
-LAWS = settings(max_examples=examples(300), deadline=None, derandomize=True)
+LAWS = settings(max_examples=examples(300), derandomize=True)
 
 
 @LAWS

@@ -192,7 +192,7 @@ def comments_of(source):
     return [comment.text for comment in lay_out(source).comments]
 
 
-@settings(deadline=None, max_examples=examples(200))
+@settings(max_examples=examples(200))
 @given(modules)
 def test_formatting_keeps_meaning_and_comments_and_is_idempotent(text):
     source = normalise(text, "random.tis")
@@ -202,7 +202,7 @@ def test_formatting_keeps_meaning_and_comments_and_is_idempotent(text):
     assert format_source(printed) == printed.text
 
 
-@settings(deadline=None, max_examples=examples(100))
+@settings(max_examples=examples(100))
 @given(modules)
 def test_formatted_text_has_no_needless_blanks_and_lines(text):
     printed = format_source(normalise(text, "random.tis"))
@@ -243,7 +243,7 @@ def assert_module_or_findings(text):
         assert as_dict(finding)["line"] >= 1
 
 
-@settings(deadline=None, max_examples=examples(300))
+@settings(max_examples=examples(300))
 @given(st.text())
 @example("))\x1f\x1f\x08\x08\x08\x08[\x08")
 @example("language 1\n)table x {\n1\n}")
@@ -257,7 +257,7 @@ def test_any_text_gives_a_module_or_findings(text):
     assert_module_or_findings("language 1\n" + text)
 
 
-@settings(deadline=None, max_examples=examples(300))
+@settings(max_examples=examples(300))
 @given(st.binary())
 def test_any_bytes_give_a_module_or_findings(raw):
     assert_module_or_findings(raw)
@@ -267,13 +267,13 @@ KEYWORDS = ["==", "if", "then", "is", "at", "3", "mm", "x", "table", "and"]
 SIGNS = [*'\n;{}()[],:=<+-^"#%.', *KEYWORDS]
 
 
-@settings(deadline=None, max_examples=examples(300))
+@settings(max_examples=examples(300))
 @given(st.lists(st.sampled_from(SIGNS), max_size=40))
 def test_any_tokens_give_a_module_or_findings(tokens):
     assert_module_or_findings("language 1\n" + " ".join(tokens))
 
 
-@settings(deadline=None, max_examples=examples(200))
+@settings(max_examples=examples(200))
 @given(st.data())
 def test_damaged_scenes_give_a_module_or_findings(data):
     text = data.draw(st.sampled_from(EXAMPLES)).read_text(encoding="utf-8")

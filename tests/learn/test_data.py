@@ -77,7 +77,7 @@ def written_tables(draw):
     return text.encode(codec), names, numbers
 
 
-@settings(max_examples=examples(200), deadline=None)
+@settings(max_examples=examples(200))
 @given(written_tables())
 def test_a_table_in_any_dialect_gives_the_numbers_that_were_written(folder, table):
     text, names, numbers = table
@@ -89,7 +89,7 @@ def test_a_table_in_any_dialect_gives_the_numbers_that_were_written(folder, tabl
         np.testing.assert_array_equal(one.times, np.arange(len(numbers)))
 
 
-@settings(max_examples=examples(100), deadline=None)
+@settings(max_examples=examples(100))
 @given(written_tables(), st.integers(1, 60))
 def test_where_blocks_end_makes_no_difference(folder, table, block):
     text, names, numbers = table
@@ -99,7 +99,7 @@ def test_where_blocks_end_makes_no_difference(folder, table, block):
     np.testing.assert_array_equal(found.series[0].values, numbers[:, -1])
 
 
-@settings(max_examples=examples(200), deadline=None)
+@settings(max_examples=examples(200))
 @given(written_tables())
 def test_the_fast_way_and_the_exact_way_agree(folder, table):
     text, names, _ = table
@@ -249,7 +249,7 @@ def test_a_table_that_cannot_be_read_is_refused_at_its_row(folder, text, message
 SIGNS = st.text(st.sampled_from('0123456789.,;:\t \r\n"#-+eENAnaninf_µ[('), max_size=60)
 
 
-@settings(max_examples=examples(300), deadline=None)
+@settings(max_examples=examples(300))
 @given(st.sampled_from(["", "t,a\n", "t;a\n0;1\n", "t a\n0 1\n"]), SIGNS | st.binary())
 @example("", '"')
 def test_whatever_stands_in_a_file_is_read_or_refused(folder, head, rest):
@@ -262,7 +262,7 @@ def test_whatever_stands_in_a_file_is_read_or_refused(folder, head, rest):
     assert not np.isinf(one.values).any()
 
 
-@settings(max_examples=examples(300), deadline=None)
+@settings(max_examples=examples(300))
 @given(st.text(st.sampled_from("0123456789.,; \t\n-eNAnan"), max_size=40))
 @example(" ,")
 @example("0,1 2\n1,")
@@ -344,7 +344,7 @@ def test_positions_of_one_node_need_no_column_of_nodes(folder):
     assert told.startswith("positions(net) has 4 nodes, but x, y and z describe one node")
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(60))
 @given(st.data())
 def test_a_long_table_is_read_in_whatever_order_its_rows_are(folder, data_):
     times = sorted(data_.draw(st.sets(st.floats(0, 10), min_size=1, max_size=4)))
