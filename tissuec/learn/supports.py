@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tissuec.compiled.tables import RecordTable
 from tissuec.kernels.sensitivity import Links, Values
 from tissuec.learn.course import Leg
 from tissuec.learn.kernels import Kernels
@@ -17,35 +18,38 @@ class Support:
 
     def __init__(self, subject: Subject, kernels: Kernels):
         self.subject, self.kernels = subject, kernels
-        self._links: dict[int, tuple[Leg, Links]] = {}  # with the leg, so that it lives on
+        self._links: dict[
+            int, tuple[Leg, RecordTable]
+        ] = {}  # with the leg, so that it lives on
 
     def at(self, view: View) -> Floats:
         """Return x, y and z [N]."""
-        return -self._forces(view).reshape(-1, 3).sum(axis=0)
+        return -self._forces(view, RecordTable(view.values)).reshape(-1, 3).sum(axis=0)
 
     def slopes(self, view: View) -> list[Slope]:
         """Return the derivatives, by what a force on these nodes depends on."""
-        links, forces = self._of(view.leg), self._forces(view)
+        links, values = self._of(view.leg), RecordTable(view.values)
+        forces = self._forces(view, values)
         nodes, found = np.flatnonzero(links.inverse), []
         for axis in range(3):
             weight, by_x, by_v = np.zeros((3, len(view.x)))
             weight[3 * nodes + axis] = -1.0
             by = Values(*(np.zeros_like(part) for part in view.values))
             self.kernels.pull_back(
-                view.x, view.v, forces, weight, links, view.values, by_x, by_v, by
+                view.x, view.v, forces, weight, links, values, by_x, by_v, by
             )
             by.mass[:] = 0.0  # no mass is in a force
             found.append(Slope(by_x, by_v, by))
         return found
 
-    def _forces(self, view: View) -> Floats:
+    def _forces(self, view: View, values: RecordTable) -> Floats:
         forces = np.empty_like(view.x)
         self.kernels.acceleration(
-            view.x, view.v, np.zeros(0), self._of(view.leg), view.values, forces
+            view.x, view.v, np.zeros(0), self._of(view.leg), values, forces
         )
         return forces
 
-    def _of(self, leg: Leg) -> Links:
+    def _of(self, leg: Leg) -> RecordTable:
         """Return the springs that reach out of the nodes, each of which weighs 1 kg."""
         if id(leg) not in self._links:
             inside = np.zeros(len(leg.held), dtype=bool)
@@ -58,5 +62,5 @@ class Support:
             links = Links(
                 low, high, alive, law, inside.astype(float), steady, drag, _NONE, _NONE
             )
-            self._links[id(leg)] = leg, links
+            self._links[id(leg)] = leg, RecordTable(links)
         return self._links[id(leg)][1]

@@ -15,6 +15,8 @@ Other triangles follow the area rule (see ``shapes.sharing``), which is exact fo
 stretching, and for all strains on average.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from msgspec import Struct
 
@@ -138,6 +140,12 @@ def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:
         weight: w, shape (k,).
         least: Least k, as a part of what it is if all springs are alike.
     """
+    return _isotropic(stretch.tobytes(), weight.tobytes(), least).copy()
+
+
+@lru_cache(maxsize=64)  # learning compiles the same net many times
+def _isotropic(stretches: bytes, weights: bytes, least: float) -> Floats:
+    stretch, weight = np.frombuffer(stretches).reshape(-1, 3), np.frombuffer(weights)
     found, wanted, before = np.zeros(len(weight)), _ISOTROPIC, np.nan
     for _ in range(_ROUNDS):
         found = _made_of(stretch, weight, wanted, least)
