@@ -18,7 +18,7 @@ from tissuec.core.resources import library
 from tissuec.pipeline import Request, Result, compile_request, simulate
 from tissuec.running.interrupting import SIGNALS
 
-# How long an example takes says how busy the machine is.
+# How long an example takes depends on what else the machine does.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tests")
 

@@ -63,7 +63,7 @@ class Axis(Struct, frozen=True, dict=True):
 
     @cached_property
     def rounding(self) -> float:
-        """Return below which distance two coordinates are the same number, up to rounding."""
+        """Return the distance up to which coordinates differ by rounding alone."""
         return _ULPS * max(*map(abs, self.bounds), 1.0 if self.log else 0.0)
 
     def to_scale(self, value: float) -> float:

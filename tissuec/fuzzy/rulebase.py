@@ -63,7 +63,7 @@ class RuleBase(Struct, frozen=True, dict=True):
     def __post_init__(self) -> None:
         force_setattr(self, "properties", MappingProxyType(dict(self.properties)))
         force_setattr(self, "quantities", MappingProxyType(dict(self.quantities)))
-        _ = self._corners, self._bearings  # they find out what rules do not know
+        _ = self._corners, self._bearings  # raise ValueError if a rule is wrong
 
     @cached_property
     def _atoms(self) -> tuple[tuple[Is, ...], ...]:

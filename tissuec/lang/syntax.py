@@ -11,12 +11,12 @@ from msgspec import Struct
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 
-#: Fields that say where a node stands, which two nodes that are equal may differ in.
+#: Fields that say where a node stands; equal nodes may differ in them.
 PLACES = frozenset(("span", "head", "rows_span", "source"))
 
 
 class Node(Struct, frozen=True, eq=False):
-    """Something in a text, without the place where it stands."""
+    """A node of the syntax tree; equality and representation ignore where it stands."""
 
     def _content(self) -> tuple[Any, ...]:
         names = (name for name in self.__struct_fields__ if name not in PLACES)

@@ -18,9 +18,8 @@ class Support:
 
     def __init__(self, subject: Subject, kernels: Kernels):
         self.subject, self.kernels = subject, kernels
-        self._links: dict[
-            int, tuple[Leg, RecordTable]
-        ] = {}  # with the leg, so that it lives on
+        # By the identity of the leg, which is kept so that no other gets its number.
+        self._links: dict[int, tuple[Leg, RecordTable]] = {}
 
     def at(self, view: View) -> Floats:
         """Return x, y and z [N]."""
