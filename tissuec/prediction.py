@@ -10,6 +10,7 @@ from tissuec.checks import situation_at_start
 from tissuec.compiler import Compiled
 from tissuec.core.errors import counted
 from tissuec.engine.choice import choose, measured_facts
+from tissuec.engine.contest import evaluation_time
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Method
 from tissuec.integrators import INTEGRATORS
@@ -19,7 +20,6 @@ from tissuec.plan import RELAXATION
 from tissuec.results.size import file_size
 from tissuec.running.recording import wishes
 
-SECONDS = 5.5e-9  # per spring and force evaluation, everything included, measured
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
 
 
@@ -84,7 +84,7 @@ def predict(compiled: Compiled) -> Prediction:
         skipped=tuple(skipped(compiled)),
         steps=steps,
         evaluations=evaluations,
-        seconds=evaluations * network.spring_count * SECONDS,
+        seconds=evaluations * evaluation_time(situation, len(layout.springs.ids)),
         bytes=file_size(network, wishes(network, plan), plan.output, simulation.duration),
     )
 

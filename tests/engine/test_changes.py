@@ -8,6 +8,13 @@ import pytest
 from tests.engine.members import those
 from tests.engine.running import Bench, chain, pair
 from tests.engine.test_closed_forms import relaxation
+from tissuec.core.source import Source, Span
+from tissuec.engine.contest import Contest
+from tissuec.engine.state import new_progress
+from tissuec.forces import Imposed
+from tissuec.forces.foundation import Bed
+
+NOWHERE = Span(Source("", ""), 0, 0)
 
 
 @pytest.mark.parametrize("method", those(conservative=True))
@@ -70,7 +77,7 @@ def test_automatic_goes_over_to_implicit_steps_where_explicit_ones_are_at_their_
     assert far < 1e-4 * ran.largest_displacement[-1]
 
 
-def stiff_reference():
+def stiff_reference(*forces):
     bench = Bench(
         chain(24, stiffness=100.0, mass=1e-3, damping=20.0),
         20.0,
@@ -78,8 +85,68 @@ def stiff_reference():
         tolerance=1e-8,
         fixed=[0],
     )
+    bench.situation.forces = forces
     bench.push([25], [0.2, 0.0, 0.0])
     return bench.run().position
+
+
+def bed():
+    """Return an elastic foundation under all nodes of the chain that are not fixed."""
+    home = chain(24, stiffness=100.0, mass=1e-3, damping=20.0).position
+    nodes = np.arange(1, len(home))
+    field = Bed(nodes, home[nodes], np.full(len(nodes), 0.5), np.zeros(len(nodes)))
+    return Imposed("bed", "foundation", field, NOWHERE)
+
+
+@pytest.mark.parametrize("creeping", [np.inf, 4.0])
+def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
+    monkeypatch.setattr("tissuec.engine.choice.CREEPING", creeping)
+    bench = stiff()
+    bench.situation.forces = (bed(),)
+    ran = bench.run()
+    assert ran.engine.statistics.method in those(implicit=True)
+    far = np.abs(ran.position - stiff_reference(bed())).max()
+    assert far < 1e-4 * ran.largest_displacement[-1]
+
+
+def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():
+    """Forty evaluations instead of 180, as each costs ten times what was predicted."""
+    contest, start = Contest(), new_progress(0.0)
+    contest.begin(start, effort_of(0), "dop853", 0.0)
+
+    def at(time, evaluations, cost, name):
+        return contest.decide(
+            start._replace(time=time), effort_of(evaluations), cost, name, 100.0,
+            lambda pace: ("esdirk43", 0.02),
+        )  # fmt: skip
+
+    assert at(0.1, 360, 0.1, "dop853") is None  # steps have grown
+    assert at(0.2, 720, 0.2, "dop853").name == "esdirk43"
+    assert at(0.2, 735, 0.205, "esdirk43") is None  # within what was predicted
+    found = at(0.2, 760, 0.22, "esdirk43")
+    assert found.name == "dop853"
+    assert at(0.3, 761, 0.23, "dop853") is None
+
+
+def test_a_trial_that_costs_more_than_predicted_but_leads_goes_on():
+    contest, start = Contest(), new_progress(0.0)
+    contest.begin(start, effort_of(0), "dop853", 0.0)
+    for time, evaluations, cost, name, expected in (
+        (0.1, 360, 0.1, "dop853", None),
+        (0.2, 720, 0.2, "dop853", "esdirk43"),
+        (2.0, 760, 0.5, "esdirk43", None),
+        (5.0, 920, 1.0, "esdirk43", None),
+        (9.0, 1100, 2.0, "esdirk43", None),
+    ):
+        found = contest.decide(
+            start._replace(time=time), effort_of(evaluations), cost, name, 100.0,
+            lambda pace: ("esdirk43", 0.02),
+        )  # fmt: skip
+        assert (found and found.name) == expected
+
+
+def effort_of(evaluations):
+    return np.array([evaluations, 0, 0, 0, 0])
 
 
 def test_contests_are_decided_by_counts_so_that_runs_repeat():

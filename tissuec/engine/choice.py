@@ -98,7 +98,7 @@ def _creeping(
 
     The rates are measured only where bounds of them, from the sums at each node, allow it.
     """
-    if situation.fields or situation.inelastic is not None:
+    if situation.inelastic is not None:
         return None
     if _damping_ratio_of_nodes(situation) < CREEPING:
         return None

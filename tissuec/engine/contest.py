@@ -18,9 +18,10 @@ from msgspec.structs import asdict
 from tissuec.engine.choice import Choice
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import Progress, Solver
-from tissuec.network import Network
+from tissuec.situation import Situation
 
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
+GLANCE = 12  # force evaluations after which a trial is looked at
 BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
 WORTHWHILE = 0.3  # predicted time to come below which nothing is tried [s]
 TRIALS = 20.0  # times as much as a trial costs must be to come
@@ -40,6 +41,9 @@ class Contest(Struct):
         look: Force evaluations at which to look again.
         length: Of the next window of the method that goes on, in force evaluations.
         window: Of the window under way; short in a trial, whose evaluations may cost more.
+        end: Force evaluations at which it ends.
+        allowance: What each window of a trial may cost if it falls behind [s], 0 outside of
+            trials.
         warming: Whether the window under way only lets steps grow.
         time: When the window began [s].
         spent: Predicted cost until then [s].
@@ -50,6 +54,8 @@ class Contest(Struct):
     look: int = 0
     length: int = 0
     window: int = 0
+    end: int = 0
+    allowance: float = 0.0
     warming: bool = True
     time: float = 0.0
     spent: float = 0.0
@@ -84,13 +90,19 @@ class Contest(Struct):
         """
         if effort[0] < self.look:
             return None
-        if self.warming:
+        pace = (now.time - self.time) / max(cost - self.spent, 1e-12)
+        behind = self.rival_pace > BETTER * pace
+        # Equations that are hard to solve may cost many times as much as was predicted.
+        lost = behind and cost - self.spent > self.allowance > 0.0
+        if effort[0] < self.end and not lost:
+            self.look = min(int(effort[0]) + GLANCE, self.end)
+            return None
+        if self.warming and not lost:
             self._open(now, effort, cost, self.window, warming=False)
             return None
-        pace = (now.time - self.time) / max(cost - self.spent, 1e-12)
         ahead = duration - now.time
-        change, window = None, self.length
-        if self.rival and self.rival_pace > BETTER * pace:
+        change, window, allowance = None, self.length, 0.0
+        if self.rival and behind:
             gain = self.rival_pace / pace if pace else np.inf
             reason = f"it advances {gain:.2g} times as fast as {name}, by counts of operations"
             change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
@@ -109,18 +121,20 @@ class Contest(Struct):
                 else f"stability and not accuracy limits the steps of {name}: tried instead"
             )
             change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
-            window = STEPS * INTEGRATORS[other].evaluations
+            window, allowance = STEPS * INTEGRATORS[other].evaluations, 0.5 * found[1]
         else:
             # What the other method was worth then is forgotten, so that it is tried again.
             self.length, self.rival = 2 * self.length, ""
             window = self.length
+        self.allowance = allowance
         self._open(now, effort, cost, window, warming=change is not None)
         return change
 
     def _open(
         self, now: Progress, effort: np.ndarray, cost: float, window: int, *, warming: bool
     ) -> None:
-        self.window, self.look = window, int(effort[0]) + window
+        self.window, self.end = window, int(effort[0]) + window
+        self.look = min(self.end, int(effort[0]) + GLANCE) if self.allowance else self.end
         self.time, self.spent, self.warming = now.time, cost, warming
 
     def state(self) -> dict[str, Any]:
@@ -134,14 +148,24 @@ class Contest(Struct):
         return cls(**{name: type(value)(state[name]) for name, value in asdict(fresh).items()})
 
 
-def evaluation_time(network: Network, springs: int) -> float:
-    """Return the predicted time of a compiled force evaluation [s]."""
-    return CALL + SPRING * springs + NODE * network.node_count
+def evaluation_time(situation: Situation, springs: int) -> float:
+    """Return the predicted time of a compiled force evaluation [s].
+
+    Args:
+        springs: That act.
+    """
+    beside = sum(field.seconds for field in situation.fields)
+    return CALL + SPRING * springs + NODE * situation.network.node_count + beside
 
 
-def cost_of(effort: np.ndarray, network: Network, springs: int, solver: Solver) -> float:
-    """Return the predicted time of compiled steps so far [s]."""
-    evaluation = evaluation_time(network, springs)
+def cost_of(effort: np.ndarray, evaluation: float, springs: int, solver: Solver) -> float:
+    """Return the predicted time of compiled steps so far [s].
+
+    Args:
+        effort: As ``Work.effort``.
+        evaluation: Predicted time of a force evaluation [s].
+        springs: That act.
+    """
     numbers = solver.band.size
     factor = FACTOR * numbers * solver.band.shape[1] + 4.0 * SPRING * springs
     solution = BAND * numbers if numbers else GRADIENTS * springs
@@ -182,9 +206,9 @@ def candidate_for(
     return "esdirk43"
 
 
-def trial_cost(name: str, network: Network, springs: int, solver: Solver) -> float:
+def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> float:
     """Return the predicted time of both windows of a trial [s]."""
     member = INTEGRATORS[name]
     steps, solutions = 2 * STEPS, member.evaluations if member.implicit else 0
     effort = np.array([member.evaluations, int(member.implicit), solutions]) * steps
-    return cost_of(effort, network, springs, solver)
+    return cost_of(effort, evaluation, springs, solver)

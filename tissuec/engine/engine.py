@@ -343,7 +343,12 @@ class Engine:
     def _cost(self) -> float:
         """Return the predicted time of all steps so far, at what they cost now [s]."""
         springs, work = len(self._layout.springs.ids), self._work
-        return cost_of(work.effort, self.network, springs, work.solver)
+        return cost_of(work.effort, self._evaluation_time, springs, work.solver)
+
+    @property
+    def _evaluation_time(self) -> float:
+        """Return the predicted time of a force evaluation [s]."""
+        return evaluation_time(self._layout.situation, len(self._layout.springs.ids))
 
     def _contend(self, situation: Situation) -> None:
         """Go over to another method if that comes further, where the choice is ours."""
@@ -353,18 +358,18 @@ class Engine:
             return
 
         def candidate(pace: float) -> tuple[str, float] | None:
-            if situation.fields or situation.inelastic is not None:
-                return None  # what they do is not in the matrix of implicit steps
+            if situation.inelastic is not None:
+                return None  # implicit methods refuse such springs
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
             solver = self._layout.solver()
             step, name, banded = self._progress.step, self.choice.name, self._layout.is_banded()
-            springs = len(self._layout.springs.ids)
-            evaluation = evaluation_time(self.network, springs)
+            evaluation = self._evaluation_time
             found = candidate_for(name, step, pace, self._facts, evaluation, banded=banded)
             if found is None:
                 return None
-            return found, trial_cost(found, self.network, springs, solver)
+            springs = len(self._layout.springs.ids)
+            return found, trial_cost(found, evaluation, springs, solver)
 
         change = self._contest.decide(
             self._progress,
@@ -396,6 +401,7 @@ class Engine:
         if not (failed and self._integrator.implicit and self.method.name == "automatic"):
             return False
         why = f"{self.choice.name} could not solve the equations of a step"
+        self._contest.rival = ""
         self._change(Choice("dop853", why, {}), situation)
         return True
 

@@ -67,6 +67,7 @@ MOST = 16  # parts of an edge; jets that would need more are widened
 BLUR, THIN = 0.4, 0.35  # of b0, and of the height of a triangle: how far its shade is blurred
 SLIGHT = 1e-6  # of an edge: step of differences
 AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
+TRIANGLE_SECONDS = 3e-7  # that the kernel takes for a triangle, measured [s]
 
 
 class Skin(Struct, frozen=True, eq=False):
@@ -252,6 +253,11 @@ class Jet(Field, frozen=True):
     course: Course
     skin: Skin
     span: Span
+
+    @property
+    def seconds(self) -> float:
+        """Return about how long one evaluation takes [s]."""
+        return TRIANGLE_SECONDS * len(self.skin.corners)
 
     def torn(self, alive: NDArray[np.bool_]) -> "Jet":
         """Return the same while the springs ``alive``, shape (spring,), are there."""
