@@ -189,7 +189,7 @@ def test_a_ball_under_pressure_settles_where_all_forces_balance():
     situation.enclosures = {"net": enclosure.swollen(0.3, Course("constant", 0.0, np.inf))}
     settle(situation, np.ones(net.node_count, dtype=bool))
     still = np.zeros_like(net.position)
-    left = mechanics.inner_forces(situation, 0.0, situation.position, still)
+    left = mechanics.inner_forces(situation, 0.0, situation.position, still).node
     left += situation.mass[:, None] * situation.gravity
     largest = np.abs(forces(situation.enclosures["net"], situation.position)).max()
     free = ~situation.held

@@ -183,7 +183,7 @@ def test_a_shell_settles_where_all_forces_balance():
     situation = start(net, gravity=(0.0, 0.0, -9.81))
     situation.holders["fix"] = np.arange(16)
     settle(situation, np.ones(net.node_count, dtype=bool))
-    left = inner_forces(situation, 0.0, situation.position, np.zeros_like(net.position))
+    left = inner_forces(situation, 0.0, situation.position, np.zeros_like(net.position)).node
     left += situation.mass[:, None] * situation.gravity
     assert np.abs(left[16:]).max() < 1e-9 * 9.81e-4
     assert np.abs(forces(net.hinges, situation.position)).max() > 1e-4

@@ -230,7 +230,7 @@ def test_every_spring_of_a_joint_is_drawn_in_to_the_length_and_keeps_balance():
     springs = seam_of(situation)
     assert situation.rest[springs] == pytest.approx(1e-3, rel=1e-12)
     # At rest, the seam and the support of either far edge bear the same force.
-    pull = mechanics.inner_forces(situation, 0.2, situation.position, situation.velocity)
+    pull = mechanics.inner_forces(situation, 0.2, situation.position, situation.velocity).node
     first, second = situation.network.ends[springs].T
     along = situation.position[second] - situation.position[first]
     along /= np.linalg.norm(along, axis=1)[:, None]

@@ -7,6 +7,11 @@ from tests.hand_net import chain, make_net, start
 from tissuec import mechanics
 
 
+def spring_forces(situation, position, velocity):
+    """Return the forces on nodes of a net without fields [N]."""
+    return mechanics.inner_forces(situation, 0.0, position, velocity).node
+
+
 def random_net(seed=0, **parameters):
     random = np.random.default_rng(seed)
     pairs = np.array([(a, b) for a in range(8) for b in range(a)])[::2]
@@ -33,14 +38,14 @@ def test_springs_that_are_dead_or_have_no_length_do_not_pull():
     network = make_net([(0, 0, 0), (0, 0, 0), (2, 0, 0)], [(0, 1), (1, 2)], rest=1, damping=1)
     situation = start(network)
     situation.alive = np.array([True, False])
-    force = mechanics.spring_forces(situation, network.position, np.ones((3, 3)))
+    force = spring_forces(situation, network.position, np.ones((3, 3)))
     assert np.all(force == 0.0)
 
 
 def test_elastic_forces_are_minus_the_gradient_of_the_elastic_energy():
     network, position, velocity = random_net(damping=0.0)
     situation = start(network)
-    force = mechanics.spring_forces(situation, position, np.zeros_like(position))
+    force = spring_forces(situation, position, np.zeros_like(position))
     step = 1e-5
     for node in range(8):
         for axis in range(3):
@@ -55,7 +60,7 @@ def test_elastic_forces_are_minus_the_gradient_of_the_elastic_energy():
 
 def test_spring_forces_have_no_sum_and_no_moment():
     network, position, velocity = random_net()
-    force = mechanics.spring_forces(start(network), position, velocity)
+    force = spring_forces(start(network), position, velocity)
     assert force.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-13)
     assert np.cross(position, force).sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
 
@@ -63,7 +68,7 @@ def test_spring_forces_have_no_sum_and_no_moment():
 def test_a_rigid_rotation_meets_no_viscous_force():
     network, position, _ = random_net(stiffness=0.0)
     velocity = np.cross([0.3, -1.0, 2.0], position)
-    force = mechanics.spring_forces(start(network), position, velocity)
+    force = spring_forces(start(network), position, velocity)
     assert force == pytest.approx(np.zeros((8, 3)), abs=1e-13)
 
 
@@ -72,12 +77,12 @@ def test_a_batch_gives_what_each_of_its_states_gives_to_the_last_bit():
     situation = start(network, gravity=(0, 1, -9))
     situation.holders["fix"] = np.array([2])
     batch = np.stack([position, 2 * position, position + velocity]), np.stack([velocity] * 3)
-    forces = mechanics.spring_forces(situation, *batch)
+    forces = spring_forces(situation, *batch)
     energies = mechanics.energies(situation, 0.0, *batch)
     on = mechanics.pull_on(situation, *batch, np.array([1, 5]))
     for sample in range(3):
         state = batch[0][sample], batch[1][sample]
-        assert np.array_equal(forces[sample], mechanics.spring_forces(situation, *state))
+        assert np.array_equal(forces[sample], spring_forces(situation, *state))
         single = mechanics.energies(situation, 0.0, *state)
         assert [e[sample] for e in energies] == pytest.approx(list(single), rel=1e-15)
         assert on[sample] == pytest.approx(
@@ -90,7 +95,7 @@ def test_the_pull_on_a_group_is_the_sum_of_the_forces_on_its_nodes():
     situation = start(network)
     situation.alive = np.arange(network.spring_count) % 3 > 0
     nodes = np.array([0, 3, 4])
-    forces = mechanics.spring_forces(situation, position, velocity)
+    forces = spring_forces(situation, position, velocity)
     pull = mechanics.pull_on(situation, position, velocity, nodes)
     assert pull == pytest.approx(forces[nodes].sum(axis=0))
 
@@ -126,7 +131,7 @@ def test_a_net_without_springs_or_nodes_has_no_forces_and_no_energy():
     for nodes in (0, 3):
         situation = start(make_net(np.zeros((nodes, 3)), []))
         state = situation.position, situation.velocity
-        assert mechanics.spring_forces(situation, *state).shape == (nodes, 3)
+        assert spring_forces(situation, *state).shape == (nodes, 3)
         assert float(mechanics.energies(situation, 0.0, *state).total) == 0.0
 
 
@@ -142,3 +147,19 @@ def test_energies_of_a_sample_do_not_depend_on_the_others():
         alone = mechanics.energies(situation, 0.0, many[0][sample], many[1][sample])
         for part, whole in zip(alone, together, strict=True):
             assert part == whole[sample]
+
+
+def test_forces_are_the_same_however_many_springs_are_looked_at_at_once(monkeypatch):
+    """Sums of several parts differ by rounding; tensions of springs not at all."""
+    network, position, velocity = random_net()
+    states = np.stack([position, position + 0.1]), np.stack([velocity, 2.0 * velocity])
+    whole = mechanics.inner_forces(start(network), 0.0, *states)
+    monkeypatch.setattr(mechanics, "TOGETHER", 5)
+    assert network.spring_count > 5
+    parts = mechanics.inner_forces(start(network), 0.0, *states)
+    assert parts.tension.tobytes() == whole.tension.tobytes()
+    assert np.abs(parts.node - whole.node).max() < 1e-14 * np.abs(whole.tension).max()
+    some = np.arange(1, network.spring_count, 2)
+    tension = mechanics.tension(start(network), *states, some)
+    assert tension.tobytes() == whole.tension[:, some].tobytes()
+    assert mechanics.tension(start(network), *states, some[:0]).shape == (2, 0)

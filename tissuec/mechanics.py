@@ -11,6 +11,7 @@ that a whole batch of samples is one call. Parameters are those of a :class:`Sit
 rest lengths may have the leading axes of the states.
 """
 
+from collections.abc import Iterator
 from functools import lru_cache
 from math import prod
 from typing import NamedTuple
@@ -21,6 +22,8 @@ from numpy.typing import NDArray
 from tissuec.inelastic import flat, pulled, tightened
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
+
+TOGETHER = 1 << 18  # springs that are looked at at once: more need much memory, and take longer
 
 
 class Pull(NamedTuple):
@@ -90,7 +93,9 @@ def tension(
     situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
     """Return the tension of some springs, all of them by default [N], shape (…, spring)."""
-    return pull(situation, position, velocity, springs).tension
+    parts = _in_parts(situation.network if springs is None else springs)
+    found = [pull(situation, position, velocity, part).tension for part in parts]
+    return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
 def rest_lengths(
@@ -102,38 +107,60 @@ def rest_lengths(
     return rest if memory is None else rest + memory.flowed(flat(velocity))
 
 
-def spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Floats:
-    """Return the sum of the spring forces on every node [N], shape (…, node, 3).
+class Forces(NamedTuple):
+    """What springs, pressure and contact do.
 
-    Summed in the order of the springs, so that the result does not depend on the batch.
+    Attributes:
+        node: Their sum on every node [N], shape (…, node, 3).
+        tension: Of every spring [N], shape (…, spring).
     """
-    acting = pull(situation, position, velocity)
-    forces = acting.tension[..., None] * acting.direction
-    samples = forces.shape[:-2]
-    flat = forces.reshape(prod(samples), *forces.shape[-2:])
-    first, second = situation.network.ends.T
-    count = situation.network.node_count
-    total = np.empty((len(flat), count, 3))
-    for sample, force in enumerate(flat):
-        for axis in range(3):
-            total[sample, :, axis] = np.bincount(first, force[:, axis], minlength=count)
-            total[sample, :, axis] -= np.bincount(second, force[:, axis], minlength=count)
-    return total.reshape(*samples, count, 3)
+
+    node: Floats
+    tension: Floats
 
 
 def inner_forces(
     situation: Situation, time: Floats | float, position: Floats, velocity: Floats
-) -> Floats:
-    """Return what springs, pressure and contact do to every node [N], shape (…, node, 3).
+) -> Forces:
+    """Return what springs, pressure and contact do.
 
     Args:
         time: [s], shape (…).
         position, velocity: [m], [m/s], shape (…, node, 3).
     """
-    total = spring_forces(situation, position, velocity)
+    forces = _spring_forces(situation, position, velocity)
     for acting in situation.fields:
-        acting.add_forces(time, position, velocity, total)
-    return total
+        acting.add_forces(time, position, velocity, forces.node)
+    return forces
+
+
+def _spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Forces:
+    """Return what springs do, summed in their order: it does not depend on the batch."""
+    network, samples = situation.network, position.shape[:-2]
+    total, tension = np.zeros((prod(samples), network.node_count, 3)), []
+    for part in _in_parts(network):
+        acting = pull(situation, position, velocity, part)
+        forces = acting.tension[..., None] * acting.direction
+        first, second = network.ends[slice(None) if part is None else part].T
+        for to, force in zip(total, forces.reshape(len(total), -1, 3), strict=True):
+            for axis in range(3):
+                to[:, axis] += np.bincount(first, force[:, axis], minlength=len(to))
+                to[:, axis] -= np.bincount(second, force[:, axis], minlength=len(to))
+        tension.append(acting.tension)
+    whole = tension[0] if len(tension) == 1 else np.concatenate(tension, axis=-1)
+    return Forces(total.reshape(*samples, *total.shape[1:]), whole)
+
+
+def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:
+    """Yield springs, None for all of a small network, in parts that memory has room for."""
+    if not isinstance(springs, Network):
+        count = len(springs)
+    elif (count := springs.spring_count) <= TOGETHER:
+        yield None
+        return
+    for start in range(0, max(count, 1), TOGETHER):
+        stop = min(start + TOGETHER, count)
+        yield np.arange(start, stop) if isinstance(springs, Network) else springs[start:stop]
 
 
 def applied_forces(situation: Situation) -> Floats:
@@ -281,7 +308,7 @@ def energies(
 
 def _reach(ends: NDArray[np.int32], values: Floats) -> Floats:
     """Return the difference of a nodal vector along each spring, shape (…, spring, 3)."""
-    return values[..., ends[:, 1], :] - values[..., ends[:, 0], :]
+    return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
 
 
 def _free(situation: Situation, nodes: Indices | None) -> Indices:

@@ -73,7 +73,7 @@ def test_forces_are_minus_the_slope_of_the_energy_at_what_is_remembered():
     situation = state(tangle(**BOTH))
     velocity = situation.velocity.copy()
     velocity[:6] = 0.0
-    force = mechanics.spring_forces(situation, situation.position, velocity)
+    force = mechanics.inner_forces(situation, 0.0, situation.position, velocity).node
     for node in range(6):
         for axis in range(3):
             step = np.zeros_like(situation.position)
@@ -105,7 +105,7 @@ def test_power_of_the_forces_is_what_energy_and_losses_take():
         at = position + sign * 1e-6 * moving
         energies.append(mechanics.elastic_energy(situation, at, there))
     gained = (energies[0] - energies[1]) / 2e-6
-    force = mechanics.spring_forces(situation, position, velocity)
+    force = mechanics.inner_forces(situation, 0.0, position, velocity).node
     assert -np.vdot(force, moving) == pytest.approx(gained + lost, rel=1e-7)
 
 

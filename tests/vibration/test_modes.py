@@ -187,7 +187,7 @@ def differentiated(situation):
         step = np.zeros(situation.position.size)
         step[entry] = 1e-5
         forces = [
-            mechanics.inner_forces(situation, 0.0, situation.position + way, still).ravel()
+            mechanics.inner_forces(situation, 0.0, situation.position + way, still).node.ravel()
             for way in (step.reshape(-1, 3), -step.reshape(-1, 3))
         ]
         matrix[:, column] = (forces[1] - forces[0])[free] / 2e-5

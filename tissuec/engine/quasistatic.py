@@ -197,8 +197,8 @@ class QuasiStatic:
         force = np.zeros_like(position)
         for load in situation.loads.values():
             np.add.at(force, load.nodes, load.at(situation.time))
-        springs = mechanics.inner_forces(situation, situation.time, position, still)
-        force[held] = -springs[held]
+        inner = mechanics.inner_forces(situation, situation.time, position, still)
+        force[held] = -inner.node[held]
         for jet in situation.jets.values():
             jet.add_forces(situation.time, position, still, force)
         moving = situation.velocity if self._moves else still

@@ -101,7 +101,9 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def node_force(self) -> Floats:
         """Return the sum of the inner forces on every node [N], shape (…, node, 3)."""
-        return mechanics.inner_forces(self.situation, self.time, self.position, self.velocity)
+        found = mechanics.inner_forces(self.situation, self.time, self.position, self.velocity)
+        self.__dict__.setdefault("tension", found.tension)  # which is asked for, too
+        return found.node
 
     @cached_property
     def pieces(self) -> NDArray[np.int32]:

@@ -27,12 +27,11 @@ def rests_pressed(situation: Situation) -> bool:
     free, memory = ~situation.held, situation.network.memory
     still = np.zeros_like(situation.velocity)
     still[memory] = situation.velocity[memory]  # what springs and friction remember
-    tension = mechanics.tension(situation, situation.position, still)
-    largest = float(np.abs(tension).max(initial=0.0))
-    if tension.min(initial=0.0) >= -AT_REST * largest:
+    inner = mechanics.inner_forces(situation, situation.time, situation.position, still)
+    largest = float(np.abs(inner.tension).max(initial=0.0))
+    if inner.tension.min(initial=0.0) >= -AT_REST * largest:
         return False
-    force = mechanics.inner_forces(situation, situation.time, situation.position, still)
-    force += mechanics.applied_forces(situation)
+    force = inner.node + mechanics.applied_forces(situation)
     energy = mechanics.energies(
         situation, situation.time, situation.position, situation.velocity
     )

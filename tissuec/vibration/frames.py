@@ -101,11 +101,10 @@ def _amplitude(network: Network, mode: Mode) -> float:
     return AMPLITUDE * size / float(np.sqrt((mode.shape**2).sum(axis=1).max()))
 
 
-def _pulled(situation: Situation, shift: Floats) -> tuple[Floats, Floats]:
-    """Return forces on nodes and tensions of springs beside the place of a situation [N]."""
+def _pulled(situation: Situation, shift: Floats) -> mechanics.Forces:
+    """Return what springs and fields do beside the place of a situation."""
     still = np.zeros_like(situation.velocity)
     memory = situation.network.memory
     still[memory] = situation.velocity[memory]
     place = situation.position + shift
-    force = mechanics.inner_forces(situation, situation.time, place, still)
-    return force, mechanics.tension(situation, place, still)
+    return mechanics.inner_forces(situation, situation.time, place, still)
