@@ -21,6 +21,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.matter.breaking import breaking_strains
+from tissuec.mechanics import lengths
 from tissuec.network import BodyPart, Floats, Indices, Network
 from tissuec.plan import RELAXATION
 from tissuec.running.failing import explain_action
@@ -169,7 +170,7 @@ def uncounted(compiled: Compiled) -> list[str]:
 def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network
-    length = _drawn_lengths(network)
+    length = lengths(network.ends, network.position)
     for body in network.parts:
         zero = np.flatnonzero(length[body.springs] == 0.0)
         if len(zero):
@@ -228,7 +229,7 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
 def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
     """W305: rest lengths of zero or less, which make a spring pull for ever."""
     network = compiled.network
-    drawn = _drawn_lengths(network)
+    drawn = lengths(network.ends, network.position)
     for body in network.parts:
         rest = network.rest[body.springs]
         bad = rest[(rest <= 0.0) & (drawn[body.springs] > 0.0)]
@@ -515,11 +516,6 @@ class _Forgetful:
 
     def land(self, times: Floats) -> None:
         pass
-
-
-def _drawn_lengths(network: Network) -> Floats:
-    first, second = network.position[network.ends].swapaxes(0, 1)
-    return np.linalg.norm(second - first, axis=1)
 
 
 def _bodies(

@@ -198,29 +198,26 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     def every(
         pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type
     ) -> NDArray:
-        picked = [np.asarray(pick(body), dtype=kind) for body in bodies]
-        return np.concatenate([np.zeros((0, *shape), dtype=kind), *picked])
+        return _behind_one_another([pick(body) for body in bodies], shape, kind)
 
     def both(pick: Callable[[BodyArrays | JointArrays], NDArray], kind: type) -> NDArray:
-        picked = [np.asarray(pick(part), dtype=kind) for part in parts]
-        return np.concatenate([np.zeros(0, dtype=kind), *picked])
+        return _behind_one_another([pick(part) for part in parts], (), kind)
 
     shifted = list(zip(bodies, nodes, strict=False))
     laws = tuple(dict.fromkeys([LINEAR, *(law for part in parts for law in part.laws)]))
     numbers: dict[str, Any] = {
         name: both(lambda p, name=name: p.arrays[name], np.float64) for name in ARRAYS
     }
-    ends = [*(b.mesh.ends + np.int32(n) for b, n in shifted), *(joint.ends for joint in joints)]
+    ends = [*(_shifted(b.mesh.ends, n) for b, n in shifted), *(joint.ends for joint in joints)]
+    skin = [_shifted(b.mesh.skin, n) for b, n in shifted]
     return Network(
         position=every(lambda b: b.mesh.position, (3,), np.float64),
         velocity=every(lambda b: b.velocity, (3,), np.float64),
         **numbers,
         law=both(lambda p: np.array([laws.index(law) for law in p.laws])[p.law], np.int32),
         laws=laws,
-        ends=np.concatenate([np.zeros((0, 2), np.int32), *ends]),
-        skin=np.concatenate(
-            [np.zeros((0, 3), np.int32), *(b.mesh.skin + np.int32(n) for b, n in shifted)]
-        ),
+        ends=_behind_one_another(ends, (2,), np.int32),
+        skin=_behind_one_another(skin, (3,), np.int32),
         node_ids=every(lambda b: b.node_ids, (), np.int64),
         spring_ids=both(lambda p: p.spring_ids, np.int64),
         bodies=tuple(
@@ -259,11 +256,28 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     )
 
 
+def _behind_one_another(
+    parts: Sequence[NDArray], shape: tuple[int, ...], kind: type[np.generic] | type
+) -> NDArray:
+    """Return parts as one array of rows of a shape; a single one as it is."""
+    if len(parts) == 1:
+        return np.asarray(parts[0], dtype=kind)
+    return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts]).astype(kind, copy=False)
+
+
+def _shifted(nodes: NDArray[np.int32], first: int) -> NDArray[np.int32]:
+    """Return nodes of a body as those of the network."""
+    return nodes + np.int32(first) if first else nodes
+
+
 def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
     starts = np.cumsum([0, *(len(part.origins) for part in parts)])
     index = [part.index + np.int32(start) for part, start in zip(parts, starts, strict=False)]
     origins = tuple(origin for part in parts for origin in part.origins)
-    return Provenance(np.concatenate([np.zeros(0, np.int32), *index]), origins)
+    joined = np.concatenate([np.zeros(0, np.int32), *index])
+    if len(joined) and (joined == joined[0]).all():
+        joined = np.broadcast_to(joined[0], joined.shape)  # takes no room
+    return Provenance(joined, origins)
 
 
 def _place(drawings: Sequence[Drawing]) -> Mapping[str, Placed]:

@@ -43,7 +43,10 @@ class Pull(NamedTuple):
 
 def lengths(ends: NDArray[np.int32], position: Floats) -> Floats:
     """Return the distance between the ends of each spring [m], shape (…, spring)."""
-    return np.linalg.norm(_reach(ends, position), axis=-1)
+    starts = range(0, max(len(ends), 1), TOGETHER)
+    parts = (_reach(ends[start : start + TOGETHER], position) for start in starts)
+    found = [np.linalg.norm(part, axis=-1) for part in parts]
+    return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
 def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Floats:
@@ -259,12 +262,15 @@ def elastic_energy(
     """Return what alive springs (among ``springs``) and their branches store [J], shape (…)."""
     chosen = np.flatnonzero(situation.alive) if springs is None else springs
     chosen = chosen[situation.alive[chosen]]
-    rest = rest_lengths(situation, velocity, chosen)
-    stretched = elongation(situation.network.ends[chosen], position, rest)
-    energy = situation.behaviour(chosen).energy(stretched)
-    if (memory := situation.memory(chosen)) is not None:
-        energy = energy + memory.energy(stretched, memory.variables(flat(velocity)))
-    return _sum_each(energy)
+    total = np.zeros(position.shape[:-2])
+    for part in _in_parts(chosen):
+        rest = rest_lengths(situation, velocity, part)
+        stretched = elongation(situation.network.ends[part], position, rest)
+        energy = situation.behaviour(part).energy(stretched)
+        if (memory := situation.memory(part)) is not None:
+            energy = energy + memory.energy(stretched, memory.variables(flat(velocity)))
+        total = total + _sum_each(energy)
+    return total
 
 
 def gravity_energy(situation: Situation, position: Floats) -> Floats:

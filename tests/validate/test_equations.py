@@ -76,9 +76,7 @@ def test_independent_formulas_agree_with_those_of_logs():
     equations = Equations(situation, 1.0)
     moved = situation.position - situation.network.position
     springs = equations.pull(0.0, moved, situation.velocity)
-    theirs = mechanics.inner_forces(
-        situation, 0.0, situation.position, situation.velocity
-    ).node
+    theirs = mechanics.inner_forces(situation, 0.0, situation.position, situation.velocity).node
     assert equations.node_forces(springs) == pytest.approx(theirs, rel=1e-12, abs=1e-12)
     ours = equations.energies(situation.time, moved, situation.velocity)
     assert ours == pytest.approx(

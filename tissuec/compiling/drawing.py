@@ -13,6 +13,7 @@ from tissuec.compiling.threads import knot_pairs, thread_of
 from tissuec.core.errors import Note, alternatives, counted
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
+from tissuec.mechanics import lengths
 from tissuec.meshes import Mesh, Threaded
 from tissuec.meshes.imported import Imported, MeshFileError
 from tissuec.network import Floats, Thread
@@ -75,11 +76,10 @@ def draw(body: Body, scope: Scope) -> Drawing:
         columns = columns.with_springs(_bending(body, columns.mesh, scope.findings))
     mesh = columns.mesh
     regions = _select_regions(body, mesh, scope)
-    part = np.zeros(len(mesh.position), dtype=np.int64)
+    part = np.zeros(len(mesh.position), dtype=np.int32)
     for number, inside in enumerate(regions.values(), start=1):
         part[inside] = number
-    first, second = mesh.position[mesh.ends].swapaxes(0, 1)
-    length = np.linalg.norm(second - first, axis=1)
+    length = lengths(mesh.ends, mesh.position)
     refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
     if thread is not None:  # a knot is made of as much thread as any piece
         length[[thread.hold, thread.slip]] = length[thread.pieces].mean()

@@ -26,18 +26,21 @@ from tissuec.verbs import Group
 KINDS = ("nodes", "springs")
 
 
-class Placed(Struct, frozen=True, eq=False):
-    """A body with the numbers of its first node and spring in the network."""
+class Placed(Struct, frozen=True, eq=False, dict=True):
+    """A body with the numbers of its first node and spring in the network.
+
+    It has its arrays once, however many sentences name it.
+    """
 
     drawing: Drawing
     first_node: int
     first_spring: int
 
-    @property
+    @cached_property
     def nodes(self) -> Indices:
         return np.arange(len(self.drawing.mesh.position)) + self.first_node
 
-    @property
+    @cached_property
     def springs(self) -> Indices:
         return np.arange(len(self.drawing.mesh.ends)) + self.first_spring
 
@@ -82,13 +85,11 @@ class Groups:
         self.findings = scope.findings
         self.sets = Definitions("sets", self._needs, self._choose, scope.findings)
         self.used: set[str] = set()
-        # Each body and set has its arrays once, however many sentences name it.
-        self.whole = {key: (placed.nodes, placed.springs) for key, placed in bodies.items()}
         self.inside: dict[str, Indices] = {}
 
     def add_joints(self, joints: Sequence[tuple[Drawing, NDArray[np.int32]]]) -> None:
         """Let joints be known, with the nodes of their springs; their springs come last."""
-        first = sum(len(springs) for _, springs in self.whole.values())
+        first = sum(len(placed.drawing.mesh.ends) for placed in self.bodies.values())
         for drawing, ends in joints:
             key = s.key_of(drawing.body.name)
             self.joints[key] = PlacedJoint(drawing, ends, first)
@@ -140,7 +141,7 @@ class Groups:
     def nodes(self, name: s.Name) -> Group:
         """Return the nodes of a set of nodes or of a body."""
         if name.key in self.bodies:
-            return Group(self._body(name), self.whole[name.key][0])
+            return Group(self._body(name), self.bodies[name.key].nodes)
         if name.key in self.named_joints:
             self._refuse_joint(name, "name a set or a body that it joins")
         if self._says_springs(name) or self._find(name).of_springs:
@@ -161,7 +162,7 @@ class Groups:
     def springs(self, name: s.Name) -> Group:
         """Return the springs of a set of springs, a body or joint, or inside a set of nodes."""
         if name.key in self.bodies:
-            return Group(self._body(name), self.whole[name.key][1])
+            return Group(self._body(name), self.bodies[name.key].springs)
         if name.key in self.joints:
             joint = self.joints[name.key]
             return Group(joint.drawing.body.name, joint.springs)

@@ -32,8 +32,11 @@ def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
         OSError: It cannot be read, is larger, or is no regular file.
     """
     with open_regular(path) if regular else path.open("rb") as file:
-        is_larger = os.fstat(file.fileno()).st_size > most
-        data = b"" if is_larger else file.read(-1 if regular else most + 1)
+        found = os.fstat(file.fileno())
+        is_larger = found.st_size > most
+        # Python makes room for all that is asked for; only what may never end needs a limit.
+        asked = -1 if stat.S_ISREG(found.st_mode) else most + 1
+        data = b"" if is_larger else file.read(asked)
     if is_larger or len(data) > most:
         raise OSError(errno.EFBIG, f"it is larger than {most >> 20} MiB", str(path))
     return data

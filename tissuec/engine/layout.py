@@ -50,8 +50,9 @@ class Springs(Struct):
     Attributes:
         ids: Their numbers in the network, shape (spring,).
         low, high: Their ends as places of nodes, shape (spring,).
-        stiffness, damping, rest, strength, crush: Present values; zero and infinite for dead
-            ones.
+        stiffness, damping, rest: Present values; zero for dead ones.
+        strength, crush: The same, infinite for dead ones, shape (spring,) or, where none may
+            break, (0,).
         law: Numbers among ``laws``, shape (spring,).
         laws: All of the net; the first is linear.
         inelastic: What they remember, by places of nodes; None where none of the net does.
@@ -105,9 +106,11 @@ class Layout:
         self.place[self.order] = np.arange(len(self.order))
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
-        ends = self.place[network.ends]
+        ends = self.place.astype(np.int32)[network.ends]
         self._low, self._high = ends.min(axis=1), ends.max(axis=1)
-        self._sorted = np.lexsort((self._high, self._low))
+        key = self._low.astype(np.int64) * all_nodes + self._high
+        is_sorted = bool((key[1:] >= key[:-1]).all())
+        self._sorted = None if is_sorted else np.lexsort((self._high, self._low))
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
@@ -153,13 +156,22 @@ class Layout:
         # Sums of energies would be grouped otherwise than in a run that is resumed.
         much = self._dead > (0 if self.ledger else len(acting) // 20)
         if grown or much or not hasattr(self, "springs"):
-            self._ids = self._sorted[acting[self._sorted]]
+            among = self._sorted
+            self._ids = np.flatnonzero(acting) if among is None else among[acting[among]]
             self._places = None
             self._dead = 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
-        stiffness = np.where(alive, situation.stiffness[ids], 0.0)
-        law = np.where(alive, situation.network.law[ids], 0).astype(np.int32)
+        every = self._sorted is None and len(ids) == len(acting) and bool(alive.all())
+
+        def present(values: NDArray, dead: float) -> NDArray:
+            """Return numbers of the springs; no copies where all of them act in order."""
+            if every:
+                return np.ascontiguousarray(values)
+            return np.where(alive, values[ids], values.dtype.type(dead))
+
+        stiffness = present(situation.stiffness, 0.0)
+        law = present(situation.network.law, 0)
         jumps = (stiffness > 0.0) | (law > 0)
         rest = situation.rest[ids]
         inelastic = situation.memory(ids)
@@ -172,11 +184,11 @@ class Layout:
             low=self._low[ids],
             high=self._high[ids],
             stiffness=stiffness,
-            damping=np.where(alive, situation.damping[ids], 0.0),
+            damping=present(situation.damping, 0.0),
             # Without a force that could jump, it does not matter when one turns over.
             rest=np.where(jumps, rest, 0.0),
-            strength=np.where(alive, situation.strength[ids], np.inf),
-            crush=np.where(alive, situation.crush[ids], np.inf),
+            strength=present(situation.strength, np.inf) if self.watched else np.zeros(0),
+            crush=present(situation.crush, np.inf) if self.watched else np.zeros(0),
             law=law,
             laws=situation.network.laws,
             inelastic=inelastic,
@@ -269,6 +281,8 @@ class Layout:
 
     def near(self, integrator: type[Integrator]) -> dict[str, Floats]:
         """Return the tension and the pressure from which springs deserve a closer look [N]."""
+        if not self.watched:
+            return {"near": np.zeros(0), "near_crush": np.zeros(0)}
         part, springs = integrator.nearness, self.springs
         return {"near": part * springs.strength, "near_crush": part * springs.crush}
 

@@ -23,7 +23,7 @@ from tissuec.network import (
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.recording import LogChannel, Recording
-from tissuec.results.store import Store
+from tissuec.results.store import LARGE, Store
 from tissuec.results.surface_table import read_surfaces
 from tissuec.results.tables import ENERGY_PATH, read_channel, read_channels
 
@@ -57,7 +57,9 @@ INELASTIC = {
 def write_network(store: Store, network: Network) -> None:
     """Write the arrays of ``network`` and the parts of its bodies."""
     for name, (unit, description) in ARRAYS.items():
-        store.array(f"{NETWORK}/{name}", getattr(network, name), description, unit=unit)
+        value = getattr(network, name)
+        compress = len(value) >= LARGE
+        store.array(f"{NETWORK}/{name}", value, description, unit=unit, compress=compress)
     bodies = network.bodies
     table = {
         "nodes": ("first node and the one behind the last", [_range(b.nodes) for b in bodies]),
@@ -227,7 +229,8 @@ def write_recording(store: Store, recording: Recording) -> None:
     """Write what is recorded, so that a resumed run records the same."""
     for name in ("nodes", "springs"):
         data = np.asarray(getattr(recording, name), dtype=np.int64)
-        store.array(f"{RECORDING}/{name}", data, f"network numbers of the {name} in the frames")
+        text = f"network numbers of the {name} in the frames"
+        store.array(f"{RECORDING}/{name}", data, text, compress=len(data) >= LARGE)
     store.group(RECORDING).attrs["single"] = recording.single
 
 

@@ -22,6 +22,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -31,10 +32,14 @@ except ImportError:  # Windows has no advisory locks of this kind
     fcntl = None
 
 PAGE = 4096
+TOGETHER = 256  # pages that are written at once
 MAGIC = b"tisjrnl1"
 _RUN = struct.Struct("<QQ")  # offset, length
 _TRAILER = struct.Struct("<8sQQI")  # magic, size of the new state, length of the runs, checksum
 _LOCKED_BYTE = 1 << 62  # far behind any data, so that no lock of a reader meets it
+
+#: A place in the file, and the pages that stand there one after another.
+Run = tuple[int, list[bytearray]]
 
 
 class JournaledFile(io.RawIOBase):
@@ -123,19 +128,22 @@ class JournaledFile(io.RawIOBase):
         """
         if not self.pending and self._size == self._kept:
             return
-        runs = list(self._runs())
+        runs = self._runs()
         try:
-            end = self._put_tail()
+            end = max(self._put_tail(), self._kept)
             self._sync()
             if runs:
-                self._put(max(end, self._kept), _journal(runs, self._size))
+                for part in _journal(runs, self._size):
+                    end = self._put(end, part)
                 self._sync()
         except OSError:
             with suppress(OSError):
                 self._raw.truncate(self._kept)
             raise
-        for offset, data in runs:
-            self._put(offset, data)
+        for offset, pages in runs:
+            place = offset
+            for part in _joined(pages):
+                place = self._put(place, part)
         if runs:
             self._sync()
         self._raw.truncate(self._size)
@@ -186,18 +194,16 @@ class JournaledFile(io.RawIOBase):
             self._pages[number] = page
         return page
 
-    def _runs(self) -> Iterator[tuple[int, bytes]]:
-        """Yield the changed stretches of the kept part, neighbours joined, in file order."""
-        first, run = -1, bytearray()
+    def _runs(self) -> list[Run]:
+        """Return the changed stretches of the kept part, neighbours joined, in file order."""
+        runs: list[Run] = []
+        former = -2
         for number in sorted(self._pages):
-            if run and number * PAGE != first + len(run):
-                yield first, bytes(run)
-                run.clear()
-            if not run:
-                first = number * PAGE
-            run += self._pages[number]
-        if run:
-            yield first, bytes(run)
+            if number != former + 1:
+                runs.append((number * PAGE, []))
+            runs[-1][1].append(self._pages[number])
+            former = number
+        return runs
 
     def _put(self, offset: int, data: bytes | bytearray) -> int:
         """Write all of ``data`` at ``offset``; return where it ends."""
@@ -250,10 +256,21 @@ def has_journal(path: Path) -> bool:
         return file.recovered
 
 
-def _journal(runs: list[tuple[int, bytes]], size: int) -> bytes:
-    body = b"".join(_RUN.pack(offset, len(data)) + data for offset, data in runs)
-    checksum = zlib.crc32(body, size & 0xFFFFFFFF)
-    return body + _TRAILER.pack(MAGIC, size, len(body), checksum)
+def _journal(runs: list[Run], size: int) -> Iterator[bytes]:
+    """Yield the parts of a journal."""
+    checksum, length = size & 0xFFFFFFFF, 0
+    for offset, pages in runs:
+        header = _RUN.pack(offset, sum(map(len, pages)))
+        for part in chain([header], _joined(pages)):
+            checksum, length = zlib.crc32(part, checksum), length + len(part)
+            yield part
+    yield _TRAILER.pack(MAGIC, size, length, checksum)
+
+
+def _joined(pages: list[bytearray]) -> Iterator[bytes]:
+    """Yield pages joined, not so many at once that they take much memory."""
+    for first in range(0, len(pages), TOGETHER):
+        yield b"".join(pages[first : first + TOGETHER])
 
 
 def _open(path: Path, mode: str) -> io.FileIO:

@@ -69,8 +69,8 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         """
         nodes = _ascending(nodes, network.node_count, "node")
         springs = _ascending(springs, network.spring_count, "spring")
-        row = np.full(network.node_count, -1, dtype=np.int64)
-        row[nodes] = np.arange(len(nodes))
+        row = np.full(network.node_count, -1, dtype=np.int32)
+        row[nodes] = np.arange(len(nodes), dtype=np.int32)
         lines = row[network.ends[springs]].reshape(-1, 2)
         if (lines < 0).any():
             spring = springs[(lines < 0).any(axis=1)][0]
@@ -84,12 +84,13 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return what is drawn while the springs ``alive``, shape (spring,), are there."""
         shown = alive[self.springs]
-        lines = self.lines[shown]
+        everything = slice(None) if shown.all() else shown  # which copies nothing
+        lines, springs = self.lines[everything], self.springs[everything]
         triangles = self.triangles[self.edges.holding(alive).all(axis=1)]
         lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False
-        return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, self.springs[shown])
+        return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, springs)
 
 
 def _ascending(numbers: Indices, count: int, what: str) -> Indices:

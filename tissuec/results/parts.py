@@ -7,7 +7,7 @@ from tissuec.network import Indices
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.mesh import Cells
-from tissuec.results.store import CHUNK, FEW, Column, Store
+from tissuec.results.store import CHUNK, FEW, LARGE, Column, Store
 
 ROOT = "/VTKHDF"
 KINDS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -23,14 +23,18 @@ _TEXTS = {
 class CellTables:
     """The cells of all parts of one PolyData group, written from the start or gone on with.
 
+    Args:
+        cells: About how many a part has.
+
     Attributes:
         first_cells: How many cells of each kind stand before the last part.
         first_ids: How many point numbers of each kind stand before the last part.
     """
 
-    def __init__(self, store: Store, root: str):
+    def __init__(self, store: Store, root: str, cells: int):
         self._store = store
         column = store.column
+        room = _room(cells)
         self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part", chunk=FEW)
         self._cells = {
             kind: {
@@ -38,8 +42,8 @@ class CellTables:
                     f"{root}/{kind}/{name}",
                     "i8",
                     f"{text} ({kind})",
-                    chunk=FEW if name.startswith("NumberOf") else CHUNK,
                     in_parts=name == "Connectivity",
+                    **({"chunk": FEW} if name.startswith("NumberOf") else room),
                 )
                 for name, text in _TEXTS.items()
             }
@@ -82,14 +86,14 @@ class Parts(CellTables):
     """
 
     def __init__(self, store: Store, nodes: int, spring_ids: Indices, shown: Indices):
-        super().__init__(store, ROOT)
+        super().__init__(store, ROOT, len(shown))
         self._nodes = nodes
         self._ids = spring_ids
-        self._spring_id = store.column(
-            f"{ROOT}/CellData/spring_id", "i8", "id of each line's spring; -1 at other cells"
-        )
+        room = _room(len(shown))
+        text = "id of each line's spring; -1 at other cells"
+        self._spring_id = store.column(f"{ROOT}/CellData/spring_id", "i8", text, **room)
         text = "network number of each line's spring"
-        self._springs = store.column(SPRINGS, "i8", text, in_parts=True)
+        self._springs = store.column(SPRINGS, "i8", text, in_parts=True, **room)
         self.drawn: Cells | None = None
         if self.count:
             self.drawn = read_cells(store.content, self.count - 1, shown)
@@ -108,6 +112,11 @@ class Parts(CellTables):
         identities[cells.line_rows] = self._ids[cells.springs]
         self._store.append({self._spring_id: identities, self._springs: cells.springs})
         self.drawn = cells
+
+
+def _room(cells: int) -> dict[str, int | bool]:
+    """Return how columns of what each cell has are kept."""
+    return {"chunk": LARGE, "compress": True} if cells >= LARGE else {"chunk": CHUNK}
 
 
 def read_cells(file: Group, part: int, springs: Indices) -> Cells:

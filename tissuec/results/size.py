@@ -13,7 +13,7 @@ from tissuec.results.instruments import TOOL_CHUNK
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.polydata import FRAME_ROWS, frames_of_a_chunk
 from tissuec.results.recording import ENERGIES, MOST_JUMPING, Recording
-from tissuec.results.store import CHUNK
+from tissuec.results.store import CHUNK, LARGE
 from tissuec.results.tables import rows_of_a_chunk
 
 EMPTY_FILE = 145_000  # bytes of groups, attributes and first rows, measured
@@ -31,8 +31,13 @@ def file_size(network: Network, recording: Recording, output: Output, duration: 
         output: How often what is recorded.
         duration: Of the run [s].
     """
-    total = EMPTY_FILE + NODE * network.node_count + SPRING * network.spring_count
-    total += TRIANGLE * len(network.skin)
+    total = EMPTY_FILE
+    for size, count in (
+        (NODE, network.node_count),
+        (SPRING, network.spring_count),
+        (TRIANGLE, len(network.skin)),
+    ):
+        total += size * count if count < LARGE else 0  # or it is compressed to very little
     total += sum(_frames(network, recording, moments(duration, output.every)))
     for log, channel in zip(output.logs, recording.logs, strict=True):
         total += _log(moments(duration, log.every), len(channel.columns))
@@ -76,8 +81,10 @@ def _frames(network: Network, recording: Recording, frames: int) -> Iterator[int
         yield column(frames, 8, CHUNK)
     for _ in range(2):
         yield column(frames, 4 * 8, CHUNK)
-    for rows in (nodes, cells, lines, 2 * lines, lines, 3 * triangles, triangles):
-        yield column(rows, 8, CHUNK)
+    yield column(nodes, 8, CHUNK)
+    if lines < LARGE:
+        for rows in (cells, lines, 2 * lines, lines, 3 * triangles, triangles):
+            yield column(rows, 8, CHUNK)
 
 
 def _log(rows: int, width: int) -> int:

@@ -23,6 +23,9 @@ _ONE_TEXT = h5t.py_create(TEXT, logical=True), h5s.create(h5s.SCALAR)
 LIBVER = ("earliest", "v110")
 COMPRESSED: Any = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 LEAST_COMPRESSED = 1024  # numbers
+# Numbers of springs and nodes from which all that repeats itself is compressed: lists of
+# springs to a twentieth or less, at 100 MiB/s or more.
+LARGE = 1 << 16
 CHUNK = 256  # rows that are allocated at once
 FEW = 32  # the same where most files have few rows
 
@@ -58,7 +61,8 @@ class Column:
     def write(self) -> None:
         """Hand the waiting rows to HDF5."""
         if self._waiting:
-            rows = np.concatenate(self._waiting)
+            one = len(self._waiting) == 1  # of which no copy is needed
+            rows = self._waiting[0] if one else np.concatenate(self._waiting)
             self.dataset.resize(self.rows, axis=0)
             self.dataset[self.rows - len(rows) :] = rows
             if self.crc is not None:

@@ -74,7 +74,9 @@ class SurfaceTable:
             self._store.label(
                 self.path, name=channel.body, number=number, kind=channel.kind, entries=entries
             )
-        self._cells = CellTables(self._store, self.path)
+        self._cells = CellTables(
+            self._store, self.path, self._body.size(self._smoothing.subdivisions)
+        )
         self._columns = step_columns(self._store, self.path)
         self._points = self._store.column(
             f"{self.path}/Points",

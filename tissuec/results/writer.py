@@ -212,6 +212,7 @@ class ResultWriter:
         self._frames.set_topology(alive)
         for surface in self._surfaces.values():
             surface.set_topology(np.asarray(alive, dtype=bool))
+        self._flush_if_due()
 
     def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
         """State who holds which nodes from a time on [s]; network numbers by holder."""

@@ -125,7 +125,8 @@ class Companion:
         chosen = np.linspace(0, len(times) - 1, min(most, len(times))).round().astype(int)
         self.times = times[np.unique(chosen)]
         self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
-        self._own = np.full((len(self.times), network.node_count, 3), np.nan)
+        kept = len(self.times) if self.is_wanted else 0
+        self._own = np.full((kept, network.node_count, 3), np.nan)
         self._began = clock.monotonic()
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
