@@ -67,6 +67,29 @@ def test_what_is_written_is_what_is_read(tmp_path, example):
         assert read.outcome == "the run reached its end"
 
 
+def test_what_repeats_itself_in_large_nets_is_compressed_and_read_alike(
+    tmp_path, example, monkeypatch
+):
+    plain = example.saved(tmp_path / "plain.vtkhdf")
+    for module in ("store", "arrays", "parts"):
+        monkeypatch.setattr(f"tissuec.results.{module}.LARGE", 4)
+    monkeypatch.setattr("tissuec.results.store.LEAST_COMPRESSED", 4)
+    path = example.saved(tmp_path / "large.vtkhdf")
+    (one, former), (two, written) = everything(plain), everything(path)
+    with one, two:
+        assert written.keys() == former.keys()
+        for name, dataset in written.items():
+            if name not in ("tissuec/manifest", "tissuec/checksums"):
+                np.testing.assert_array_equal(dataset[()], former[name][()], err_msg=name)
+        lists = ("tissuec/network/ends", "tissuec/lines/spring", "VTKHDF/Lines/Connectivity")
+        for name in (*lists, "VTKHDF/CellData/spring_id", "tissuec/recording/springs"):
+            assert written[name].compression == "gzip", name
+        assert written["VTKHDF/Points"].compression is None
+    with Trajectory.open(path) as read:
+        assert np.array_equal(read.ends, example.network.ends)
+        assert np.array_equal(read.position[:], example.position)
+
+
 def test_the_file_says_where_it_comes_from(tmp_path, example):
     plan = {"kernels": ["springs"], "ratio": np.float64(0.25), "limit": float("inf")}
     path = example.saved(tmp_path / "a.vtkhdf", method="verlet", plan=plan, long="x" * 100_000)

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -129,3 +130,13 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path):
 def test_a_pipe_that_a_user_names_is_read_up_to_the_limit(tmp_path):
     with pytest.raises(OSError, match="larger than 1 MiB"):
         files.read_bytes(Path("/dev/zero"), 1 << 20, regular=False)
+
+
+def test_a_small_file_needs_little_memory(tmp_path):
+    path = tmp_path / "small"
+    path.write_bytes(b"x" * 1000)
+    tracemalloc.start()
+    files.read_bytes(path, 1 << 28, regular=False)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1 << 20

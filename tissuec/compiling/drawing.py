@@ -50,7 +50,7 @@ class Drawing(Struct, frozen=True, eq=False):
     mesh: Mesh
     columns: ExplicitBody
     regions: dict[str, Mask]
-    part: NDArray[np.int64]
+    part: NDArray[np.int32]
     length: Floats
     own: int
     thread: Thread | None = None

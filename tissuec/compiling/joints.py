@@ -96,7 +96,7 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
         thickness=None, section=joint.section,
         velocity=still, spin=still, is_whole=True, span=joint.span,
     )  # fmt: skip
-    part = np.zeros(2 * len(ends), dtype=np.int64)
+    part = np.zeros(2 * len(ends), dtype=np.int32)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     columns = ExplicitBody.without_columns(mesh)
     return Drawing(body, mesh, columns, {}, part, length, len(length))

@@ -592,7 +592,7 @@ class MaterialReader:
 
     # --- tissues ------------------------------------------------------------------------------
 
-    def _given(self, name: str, used: NDArray[np.int32]) -> list[Given | None]:
+    def _given(self, name: str, used: NDArray[np.integer]) -> list[Given | None]:
         """Return the quantity of each part; rejects a part in use that has none."""
         given = self._found(name)
         for number in _numbers_in(used):
@@ -600,7 +600,7 @@ class MaterialReader:
                 given[number] = self._unused(name, self.materials[number])
         return given
 
-    def _expect(self, name: str, used: NDArray[np.int32]) -> None:
+    def _expect(self, name: str, used: NDArray[np.integer]) -> None:
         """Reject a part that has none of a quantity which laws in the table use."""
         found = self._found(name)
         for number in _numbers_in(used):

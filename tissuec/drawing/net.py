@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.looks import INK, LUMEN, SKIN, STEEL, TENSION
 from tissuec.drawing.view import View
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import Floats, Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,7 +80,7 @@ def draw_springs(
 
 
 def draw_skin(
-    axes: "Axes", position: Floats, triangles: Indices, view: View, *, rims: bool
+    axes: "Axes", position: Floats, triangles: NDArray[np.integer], view: View, *, rims: bool
 ) -> Any:
     """Draw triangles in the light of a lamp, those further away first.
 

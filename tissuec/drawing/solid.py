@@ -21,7 +21,7 @@ def solid_nodes(network: Network) -> Mask:
 
 
 def seen_springs(
-    ends: Indices, solid: Mask, position: Floats, triangles: Indices, view: View
+    ends: Indices, solid: Mask, position: Floats, triangles: NDArray[np.integer], view: View
 ) -> Mask:
     """Return which springs are drawn: of solid bodies those on the side that is looked at.
 

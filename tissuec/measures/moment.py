@@ -102,7 +102,7 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
     def node_force(self) -> Floats:
         """Return the sum of the inner forces on every node [N], shape (…, node, 3)."""
         found = mechanics.inner_forces(self.situation, self.time, self.position, self.velocity)
-        self.__dict__.setdefault("tension", found.tension)  # which is asked for, too
+        vars(self).setdefault("tension", found.tension)  # which is asked for, too
         return found.node
 
     @cached_property

@@ -120,7 +120,7 @@ class Register:
         self._numbers = np.zeros(0, dtype=np.int64)
         self.rows = np.zeros((0, width), dtype=np.int64)
 
-    def numbers(self, table: Indices) -> Indices:
+    def numbers(self, table: NDArray[np.integer]) -> Indices:
         """Return the numbers of the rows of a table, which become known."""
         keys = table.astype(np.int64) @ self._base
         fresh, first = np.unique(keys, return_index=True)

@@ -74,7 +74,7 @@ def choose_frames(times: Floats, options: Options) -> Indices:
 
 def _topologies(
     trajectory: Trajectory, timeline: Timeline, chosen: Indices
-) -> tuple[Lives, Indices, Floats, Lives]:
+) -> tuple[Lives, NDArray[np.integer], Floats, Lives]:
     """Return the lives of springs, triangles and theirs, and the lives of lonely nodes."""
     nodes, count = len(trajectory.nodes), len(trajectory.springs)
     register = Register(nodes, 3)

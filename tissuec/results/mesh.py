@@ -21,8 +21,8 @@ class Cells(NamedTuple):
     """
 
     vertices: Indices
-    lines: Indices
-    triangles: Indices
+    lines: NDArray[np.integer]
+    triangles: NDArray[np.integer]
     springs: Indices
 
     @property
@@ -56,8 +56,8 @@ class RecordedMesh(Struct, frozen=True, eq=False):
 
     nodes: Indices
     springs: Indices
-    lines: Indices
-    triangles: Indices
+    lines: NDArray[np.integer]
+    triangles: NDArray[np.integer]
     edges: Edges
 
     @classmethod

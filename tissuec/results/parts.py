@@ -34,7 +34,7 @@ class CellTables:
     def __init__(self, store: Store, root: str, cells: int):
         self._store = store
         column = store.column
-        room = _room(cells)
+        chunk = _chunk_of(cells)
         self._points = column(f"{root}/NumberOfPoints", "i8", "points of each part", chunk=FEW)
         self._cells = {
             kind: {
@@ -42,8 +42,9 @@ class CellTables:
                     f"{root}/{kind}/{name}",
                     "i8",
                     f"{text} ({kind})",
+                    chunk=FEW if name.startswith("NumberOf") else chunk,
+                    compress=chunk == LARGE and not name.startswith("NumberOf"),
                     in_parts=name == "Connectivity",
-                    **({"chunk": FEW} if name.startswith("NumberOf") else room),
                 )
                 for name, text in _TEXTS.items()
             }
@@ -89,11 +90,18 @@ class Parts(CellTables):
         super().__init__(store, ROOT, len(shown))
         self._nodes = nodes
         self._ids = spring_ids
-        room = _room(len(shown))
-        text = "id of each line's spring; -1 at other cells"
-        self._spring_id = store.column(f"{ROOT}/CellData/spring_id", "i8", text, **room)
+        chunk = _chunk_of(len(shown))
+        self._spring_id = store.column(
+            f"{ROOT}/CellData/spring_id",
+            "i8",
+            "id of each line's spring; -1 at other cells",
+            chunk=chunk,
+            compress=chunk == LARGE,
+        )
         text = "network number of each line's spring"
-        self._springs = store.column(SPRINGS, "i8", text, in_parts=True, **room)
+        self._springs = store.column(
+            SPRINGS, "i8", text, chunk=chunk, compress=chunk == LARGE, in_parts=True
+        )
         self.drawn: Cells | None = None
         if self.count:
             self.drawn = read_cells(store.content, self.count - 1, shown)
@@ -114,9 +122,9 @@ class Parts(CellTables):
         self.drawn = cells
 
 
-def _room(cells: int) -> dict[str, int | bool]:
-    """Return how columns of what each cell has are kept."""
-    return {"chunk": LARGE, "compress": True} if cells >= LARGE else {"chunk": CHUNK}
+def _chunk_of(cells: int) -> int:
+    """Return the rows that are allocated at once in columns of what each cell has."""
+    return LARGE if cells >= LARGE else CHUNK
 
 
 def read_cells(file: Group, part: int, springs: Indices) -> Cells:

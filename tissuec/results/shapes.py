@@ -30,8 +30,8 @@ class Shape(Struct, frozen=True, eq=False):
     time: float
     points: NDArray
     vertices: Indices
-    lines: Indices
-    triangles: Indices
+    lines: NDArray[np.integer]
+    triangles: NDArray[np.integer]
     point_data: Mapping[str, NDArray]
     cell_data: Mapping[str, NDArray]
 
