@@ -7,8 +7,10 @@ from scipy.special import ellipj
 from tests.engine.members import MEMBERS, affordable, viscosities
 from tests.engine.running import Bench
 from tests.hand_net import make_net
+from tissuec.engine.layout import Layout
 from tissuec.integrators import INTEGRATORS
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
+from tissuec.situation import Situation
 
 MASS, C, REST = 0.01, 4.0, 1.0
 TIGHT = 1e-10
@@ -173,3 +175,12 @@ def test_energy_is_kept_or_booked_under_every_law_by_every_member(method, dampin
         kinetic = 0.5 * MASS * (ran.velocity**2).sum(axis=(1, 2))
         total = stored + kinetic + ran.dissipated
         assert np.abs(total / total[0] - 1.0).max() < tolerance
+
+
+def test_springs_with_laws_have_limits_though_none_may_break():
+    """Code for laws looks at them in any case."""
+    net = bob(0.1, spring("polynomial", cube=1.0))
+    layout = Layout(net, watched=False, ledger=False)
+    layout.update(Situation.start(net, gravity=np.zeros(3), drag=0.0))
+    found = layout.net(INTEGRATORS["dop853"])
+    assert found.near.tolist() == found.near_crush.tolist() == [np.inf]
