@@ -6,6 +6,7 @@ import pytest
 from tests.contact.scenes import bodies, play
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
+from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.engine.layout import Layout
 from tissuec.prediction import skipped
 from tissuec.situation import Situation
@@ -61,6 +62,25 @@ def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
         strict=True,
     ):
         assert np.array_equal(one, other)
+
+
+FAR = """from 0 s to 50 ms: move probe by (0, 0, -5) mm using smooth profile
+  from 50 ms to 100 ms: move probe by (8, 2, 0) mm using smooth profile
+  from 0 s to 100 ms: move base by (-8, -5, 3) mm using smooth profile"""
+
+
+@pytest.mark.parametrize("count", [4, 8, 12])
+def test_a_run_resumed_between_two_lists_of_what_is_near_counts_its_steps_the_same(
+    count, monkeypatch
+):
+    # Methods contend by these counts, so what is resumed must not list at other times.
+    monkeypatch.setitem(CALL_SPRINGS, "compiled", 200_000)
+    compiled = compiled_scene(pressed(script=FAR, viscosity="0.2 N*s/m"))
+    whole, _ = carried_out(compiled)
+    first, before = carried_out(compiled, interrupt=AfterAsking(count))
+    assert first.kind == "interrupted"
+    second, _ = carried_out(compiled, resume=before.state)
+    assert second.statistics == whole.statistics
 
 
 def test_scipy_agrees_on_a_block_that_is_pressed_stroked_and_settled_and_it_is_said():

@@ -106,7 +106,9 @@ class Engine:
         self._stale = True
         self._segment: float | None = None
         self._asked = 0  # evaluations when a pause was last offered
+        self._net: RecordTable | None = None  # what acts, once it is asked for
         self._listed_at = np.nan  # when what is near shapes was listed [s]
+        self._listed_around: Floats | None = None  # and around which positions
 
     @property
     def choice(self) -> Choice:
@@ -160,7 +162,7 @@ class Engine:
         if self._work.sides.shape[2] != cornered:
             self._work = self._work._replace(sides=np.zeros((2, 3, cornered)))
         self._equip(situation)
-        self._net: RecordTable | None = None  # what acts, once it is asked for
+        self._forget_net()
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
         self._stale, self._segment = False, None
         if not self._progress.step:
@@ -224,6 +226,7 @@ class Engine:
         now, work = self._progress, self._work
         if now.pending:
             return None
+        around = self._listed_around
         return {
             **now._asdict(),
             "segment": np.nan if self._segment is None else self._segment,
@@ -242,6 +245,8 @@ class Engine:
             "made_speed": work.solver.speed.copy(),
             "bound": self._task.bound,
             "tier": self._tier,
+            "listed_at": self._listed_at,
+            "listed_around": np.zeros((0, 3)) if around is None else around,
             **{f"contest {name}": value for name, value in self._contest.state().items()},
             "changes": json.dumps([astuple(change) for change in self._changes]),
             "method": self.choice.name,
@@ -282,6 +287,9 @@ class Engine:
         self._segment = None if np.isnan(segment) else segment
         layout.start, layout.until = float(state["stretch"]), segment
         work.rate[0], self._cap = state["rate"], float(state["cap"])
+        # Steps are cut by how far nodes are from where they were listed: so those lists again.
+        self._listed_at, around = float(state["listed_at"]), np.asarray(state["listed_around"])
+        self._listed_around = around if len(around) else None
         longest = min(layout.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(bound=float(state["bound"]), longest=longest)
 
@@ -387,7 +395,7 @@ class Engine:
         self._synchronise(situation)
         was_implicit = self._integrator.implicit
         self._install(choice)
-        self._net = None
+        self._forget_net()
         self._equip(situation)
         if was_implicit and not self._integrator.implicit:
             step = first_step(self._layout, self._integrator, self.method.duration)
@@ -442,7 +450,7 @@ class Engine:
         if layout.is_changing:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
-            self._net = None
+            self._forget_net()
             self._work.solver.made[2] = 1.0
         if self.method.step is not None and until > now.time:
             count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
@@ -498,7 +506,7 @@ class Engine:
                 if found is not None:
                     return found
             elif reason == STRAYED and self._listed_at != self._progress.time:
-                self._net = None  # and with them the lists of what is near
+                self._forget_net()
             elif reason == OUTSIZE and failures.is_flight(
                 self._work, self._progress, self._layout
             ):
@@ -577,12 +585,18 @@ class Engine:
         if self._net is None:
             layout, needed = self._layout, self._layout.features
             if needed.touched:
-                self._listed_at = self._progress.time
-                layout.around = layout.outwards(self._work.x[self._progress.current])
+                if self._listed_around is None:
+                    self._listed_at = self._progress.time
+                    self._listed_around = layout.outwards(self._work.x[self._progress.current])
+                layout.around = self._listed_around
             called = loop_operations(self._integrator, needed)
             net = layout.net(self._integrator)
             self._net = RecordTable(net._replace(operations=called))
         return self._net
+
+    def _forget_net(self) -> None:
+        """Have what acts, and the lists of what is near, made anew when they are needed."""
+        self._net, self._listed_around = None, None
 
     def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
         """Return the first rupture or trigger within the accepted step, and move there."""
