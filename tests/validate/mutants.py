@@ -25,12 +25,15 @@ from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.compiled.bundles import FLAGS
+from tissuec.compiler import Compiled
 from tissuec.engine import engine, layout, tiers
 from tissuec.engine.binding import Binder
 from tissuec.kernels import banded, iterative, runs, scalar
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
-from tissuec.validate.validation import validate
+from tissuec.validate import validation
+from tissuec.validate.observing import output_times, thinned
+from tissuec.validate.uncertainty import Known, known_reference
 
 FACTOR = 1.01
 PATIENCE = 60  # processor time for one mutant [s]; one that takes longer goes astray
@@ -307,12 +310,24 @@ def lines_run(work: Callable[[], object], modules: list[str]) -> dict[str, set[i
     return lines
 
 
+def compiled(name: str) -> Compiled:
+    return compiled_scene(SCENES[name].read_text(encoding="utf-8"))
+
+
+@cache
+def known(name: str) -> Known:
+    """Return the reference of a scene, which shares nothing with what mutants change."""
+    scene = compiled(name)
+    network, plan = scene.network, scene.plan
+    times = thinned(output_times(network, plan), network.node_count)
+    return known_reference(network, plan, times, method="DOP853", rtol=None, progress=silent)
+
+
 def verdict(name: str) -> str:
     """Return what ``validate`` says of a scene."""
-    found = validate(
-        compiled_scene(SCENES[name].read_text(encoding="utf-8")),
-        method="DOP853", rtol=None, progress=silent,
-    )  # fmt: skip
+    reference = known(name)
+    validation.known_reference = lambda *arguments, **options: reference
+    found = validation.validate(compiled(name), method="DOP853", rtol=None, progress=silent)
     return found.verdict
 
 
@@ -342,6 +357,7 @@ def in_child(work: Callable[[], object], patience: float = PATIENCE) -> object:
 
 def tried(scene: str, mutant: Mutant) -> str:
     """Return what ``validate`` says with a mutant: "kept" is a fault that is not seen."""
+    known(scene)  # once, before the processes of mutants begin with it
 
     def work() -> str:
         as_python()
@@ -358,6 +374,7 @@ def found_in(scene: str) -> list[Mutant]:
         as_python()
         return lines_run(lambda: verdict(scene), list(FORCES))
 
+    known(scene)
     lines = in_child(work, TRACING * PATIENCE)
     assert isinstance(lines, dict), (scene, lines)
     return [m for name, only in FORCES.items() for m in mutants_of(name, lines, only)]
