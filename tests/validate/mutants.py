@@ -63,6 +63,7 @@ SCENES = {
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.kernels.scalar": (
         "force",
+        "count_powers",
         "accelerate",
         "springs",
         "reeled",

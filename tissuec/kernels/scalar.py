@@ -39,7 +39,7 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
     """Set ``a`` to the accelerations; return whether a spring is near to breaking.
 
-    Sets ``power`` to the work done from outside and to what is dissipated [W].
+    With a ledger, sets ``power`` to the work done from outside and to what is dissipated [W].
     """
     power[0] = power[1] = 0.0
     if net.reeled:
@@ -55,10 +55,12 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             for i in range(3 * node, 3 * node + 3):
                 power[0] -= a[i] * v[i]
     power[0] += pull_free(time, v, a, net.inverse_mass, net.acts)
+    if net.ledger:
+        share(net.team, count_powers, (v, net))
+        for piece in range(pieces_of(net.inverse_mass.size)):
+            power[0] += net.team.work[piece]
+            power[1] += net.team.lost[piece]
     share(net.team, accelerate, (v, a, net))
-    for piece in range(pieces_of(net.inverse_mass.size)):
-        power[0] += net.team.work[piece]
-        power[1] += net.team.lost[piece]
     if net.touched:
         for k in range(net.touches.memory.size):
             i = 3 * net.touches.memory[k]
@@ -77,25 +79,35 @@ def clear_part(part: int, parts: int, vector: Floats) -> None:
         own[i] = 0.0
 
 
-def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
-    """Turn forces on a part of the nodes into accelerations, with drag and what is steady."""
+def count_powers(part: int, parts: int, v: Floats, net: Net) -> None:
+    """Sum what pushes do and what drag dissipates, for each piece of a part of the nodes."""
     first, last = part_of(part, parts, net.inverse_mass.size)
     for start in range(first, last, PIECE):
         stop = min(start + PIECE, last)
         # Views that are indexed from 0 need no test of whether an index is negative.
-        own_v, own_a = v[3 * start : 3 * stop], a[3 * start : 3 * stop]
-        steady, push = net.steady[3 * start : 3 * stop], net.push[3 * start : 3 * stop]
+        own_v, push = v[3 * start : 3 * stop], net.push[3 * start : 3 * stop]
         mass, drags = net.inverse_mass[start:stop], net.drag[start:stop]
         work = dissipated = 0.0
         for node in range(mass.size):
-            inverse, drag = mass[node], drags[node]
             for i in range(3 * node, 3 * node + 3):
                 work += push[i] * own_v[i]
-                if inverse > 0.0:
-                    dissipated += drag * own_v[i] * own_v[i]
-                own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
+                if mass[node] > 0.0:
+                    dissipated += drags[node] * own_v[i] * own_v[i]
         net.team.work[start // PIECE] = work
         net.team.lost[start // PIECE] = dissipated
+
+
+def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
+    """Turn forces on a part of the nodes into accelerations, with drag and what is steady."""
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    # Views that are indexed from 0 need no test of whether an index is negative.
+    own_v, own_a = v[3 * first : 3 * last], a[3 * first : 3 * last]
+    steady = net.steady[3 * first : 3 * last]
+    mass, drags = net.inverse_mass[first:last], net.drag[first:last]
+    for node in range(mass.size):
+        inverse, drag = mass[node], drags[node]
+        for i in range(3 * node, 3 * node + 3):
+            own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
 
 
 def add_field(
