@@ -1,5 +1,6 @@
 """The command line: one file per command; only here anything is printed or exits."""
 
+import gc
 import os
 import sys
 from importlib import import_module
@@ -14,6 +15,10 @@ from tissuec.core.errors import alternatives
 # Matrices are small or sparse: threads of BLAS, which start with NumPy, cost more than they
 # bring, and their sums would depend on how many processors there are.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+#: How many more objects there are, before cycles among them are searched for: texts become
+#: trees of many objects, few of which ever are garbage.
+MANY_OBJECTS = 50_000
 
 #: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
 COMMANDS = {
@@ -86,4 +91,7 @@ def group(settings: Settings) -> None:
 
 def main() -> None:
     """Run the command line; exit codes are those of design: 0, 1, 2, 3 or 130."""
-    sys.exit(run_guarded(group))
+    gc.set_threshold(MANY_OBJECTS)
+    code = run_guarded(group)
+    gc.freeze()  # the end of the process frees what is left at once
+    sys.exit(code)
