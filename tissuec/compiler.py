@@ -24,6 +24,7 @@ from tissuec.compiling.script import Script, ScriptReader
 from tissuec.compiling.surroundings import with_drag
 from tissuec.compiling.threads import idle_knots, renumbered
 from tissuec.compiling.touching import contact_of, with_tools
+from tissuec.core.arrays import uniform
 from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
@@ -201,7 +202,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         return _behind_one_another([pick(body) for body in bodies], shape, kind)
 
     def both(pick: Callable[[BodyArrays | JointArrays], NDArray], kind: type) -> NDArray:
-        return _behind_one_another([pick(part) for part in parts], (), kind)
+        return uniform(_behind_one_another([pick(part) for part in parts], (), kind))
 
     shifted = list(zip(bodies, nodes, strict=False))
     laws = tuple(dict.fromkeys([LINEAR, *(law for part in parts for law in part.laws)]))

@@ -140,18 +140,19 @@ def inner_forces(
 def _spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Forces:
     """Return what springs do, summed in their order: it does not depend on the batch."""
     network, samples = situation.network, position.shape[:-2]
-    total, tension = np.zeros((prod(samples), network.node_count, 3)), []
+    total = np.zeros((prod(samples), network.node_count, 3))
+    tension = np.empty((*samples, network.spring_count))
     for part in _in_parts(network):
+        springs = slice(None) if part is None else part
         acting = pull(situation, position, velocity, part)
+        tension[..., springs] = acting.tension
         forces = acting.tension[..., None] * acting.direction
-        first, second = network.ends[slice(None) if part is None else part].T
+        first, second = network.ends[springs].T
         for to, force in zip(total, forces.reshape(len(total), -1, 3), strict=True):
             for axis in range(3):
                 to[:, axis] += np.bincount(first, force[:, axis], minlength=len(to))
                 to[:, axis] -= np.bincount(second, force[:, axis], minlength=len(to))
-        tension.append(acting.tension)
-    whole = tension[0] if len(tension) == 1 else np.concatenate(tension, axis=-1)
-    return Forces(total.reshape(*samples, *total.shape[1:]), whole)
+    return Forces(total.reshape(*samples, *total.shape[1:]), tension)
 
 
 def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:

@@ -16,23 +16,34 @@ from tissuec.topology import pieces
 
 
 class Strands(Struct, frozen=True, eq=False):
-    """The strands of a network, numbered by the node pairs that they join.
+    """The strands at some nodes of a network, numbered by the node pairs that they join.
 
     Attributes:
-        ends: Nodes of each spring, shape (spring, 2).
+        ends: Nodes of each spring of the network, shape (spring, 2).
         keys: One number for each pair of nodes that springs join, ascending, shape (strand,).
-        of_spring: The strand of each spring, shape (spring,).
+        springs: The springs in them, shape (member,).
+        of_spring: The strand of each of these, shape (member,).
     """
 
     ends: NDArray[np.integer]
     keys: Indices
-    of_spring: Indices
+    springs: NDArray[np.integer]
+    of_spring: NDArray[np.integer]
 
     @classmethod
-    def of(cls, ends: NDArray[np.integer]) -> "Strands":
-        """Return the strands of springs with these ends, shape (spring, 2)."""
-        keys, of_spring = np.unique(_edge_keys(ends), return_inverse=True)
-        return cls(ends, keys, of_spring.reshape(-1))
+    def at_nodes(cls, ends: NDArray[np.integer], nodes: NDArray[np.integer]) -> "Strands":
+        """Return the strands with an end at some of ``nodes``.
+
+        Args:
+            ends: Nodes of each spring of the network, shape (spring, 2).
+            nodes: Shape (…).
+        """
+        chosen = np.zeros(max(int(a.max(initial=-1)) for a in (ends, nodes)) + 1, dtype=bool)
+        chosen[nodes] = True
+        springs = np.flatnonzero(chosen[ends].any(axis=1))
+        keys, of_spring = np.unique(_edge_keys(ends[springs]), return_inverse=True)
+        small = np.int32 if len(ends) <= np.iinfo(np.int32).max else np.int64
+        return cls(ends, keys, springs.astype(small), of_spring.reshape(-1).astype(small))
 
     def along(self, edges: NDArray[np.integer]) -> Indices:
         """Return the strand along each edge or -1, shape (…); edges are pairs (…, 2)."""
@@ -56,14 +67,15 @@ class Strands(Struct, frozen=True, eq=False):
 
     def holding(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which strands hold while the springs ``alive``, shape (spring,), are there."""
-        return np.bincount(self.of_spring[alive], minlength=len(self.keys)) > 0
+        held = self.of_spring[alive[self.springs]]
+        return np.bincount(held, minlength=len(self.keys)) > 0
 
 
 class Edges(Struct, frozen=True, eq=False):
     """Edges and what holds them.
 
     Attributes:
-        strands: Of the network.
+        strands: At the nodes of the edges.
         own: The strand along each edge or -1, shape (…).
         by_way: Edges without a strand as flat numbers, one row for each way, shape (way,).
         ways: The two strands of each way, shape (way, 2).
@@ -79,8 +91,14 @@ class Edges(Struct, frozen=True, eq=False):
     loose_ends: Indices
 
     @classmethod
-    def of(cls, strands: Strands, edges: NDArray[np.integer]) -> "Edges":
-        """Return what holds edges, which are pairs of nodes, shape (…, 2)."""
+    def of(cls, springs: NDArray[np.integer], edges: NDArray[np.integer]) -> "Edges":
+        """Return what holds edges.
+
+        Args:
+            springs: Nodes of each spring of the network, shape (spring, 2).
+            edges: Pairs of nodes, shape (…, 2).
+        """
+        strands = Strands.at_nodes(springs, edges)
         own = strands.along(edges)
         bare = np.flatnonzero(own.reshape(-1) < 0)
         ends = np.asarray(edges, dtype=np.int64).reshape(-1, 2)[bare]

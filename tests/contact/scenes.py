@@ -14,7 +14,7 @@ from tissuec.running.recording import Recorder
 from tissuec.running.run import Outcome, run
 from tissuec.shapes.inclusion import shared_elements
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
-from tissuec.strands import Edges, Strands
+from tissuec.strands import Edges
 
 
 class Played(Struct):
@@ -150,7 +150,7 @@ def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1, 
         radius=np.full(count, radius),
         spared=np.full(count, -1),
         bonds=np.full((count, 2), -1),
-        edges=Edges.of(Strands.of(rings.reshape(-1, 2)), rings),
+        edges=Edges.of(rings.reshape(-1, 2), rings),
         joined=np.zeros((0, 2), dtype=np.int64),
         stiffness=np.full(nodes, stiffness),
         layer=0.05,

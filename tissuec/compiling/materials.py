@@ -333,7 +333,9 @@ class MaterialReader:
         """The rest length of every spring [m]."""
         prestress, provenance = self._per_spring("prestress")
         column = self.columns.springs.get("rest length")
-        return self._from_table((1.0 - prestress) * self.length, provenance, column, "springs")
+        # Lengths as they are drawn share the memory of the drawing.
+        rest = (1.0 - prestress) * self.length if prestress.any() else self.length
+        return self._from_table(rest, provenance, column, "springs")
 
     def _limit(self, name: str) -> Explained:
         """Return the force at which each spring breaks [N]; infinite where nothing does."""

@@ -27,7 +27,7 @@ from tissuec.scene.model import ContactLaw, Environment, Tool
 from tissuec.scene.schema import missing
 from tissuec.shapes.inclusion import shared_elements
 from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
-from tissuec.strands import Edges, Strands
+from tissuec.strands import Edges
 from tissuec.topology import pieces
 
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
@@ -127,7 +127,7 @@ def contact_of(
         radius=faces.radius,
         spared=faces.spared,
         bonds=faces.bonds,
-        edges=Edges.of(Strands.of(network.ends), rings),
+        edges=Edges.of(network.ends, rings),
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,

@@ -32,11 +32,12 @@ from tissuec.integrators import Integrator
 from tissuec.kernels.records import Acts, Fields, Internal, Net, Reels, Runs, Solver, Touches
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import SPRINGS, Floats, Indices, Network
+from tissuec.network import SPRINGS, Floats, Network
 from tissuec.situation import Load, Situation
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
+Places = NDArray[np.int32]
 LEAST = 1e-300  # [m]
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
@@ -58,9 +59,9 @@ class Springs(Struct):
         inelastic: What they remember, by places of nodes; None where none of the net does.
     """
 
-    ids: Indices
-    low: Indices
-    high: Indices
+    ids: Places
+    low: Places
+    high: Places
     stiffness: Floats
     damping: Floats
     rest: Floats
@@ -106,11 +107,8 @@ class Layout:
         self.place[self.order] = np.arange(len(self.order))
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
-        ends = self.place.astype(np.int32)[network.ends]
-        self._low, self._high = ends.min(axis=1), ends.max(axis=1)
-        key = self._low.astype(np.int64) * all_nodes + self._high
-        is_sorted = bool((key[1:] >= key[:-1]).all())
-        self._sorted = None if is_sorted else np.lexsort((self._high, self._low))
+        low, high = self._ends_of(network.ends)
+        self._sorted = None if _are_sorted(low, high) else np.lexsort((high, low))
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
@@ -119,11 +117,16 @@ class Layout:
         # Nodes that are put in another order than they are given have no springs in runs.
         if count > 1 and not (
             np.array_equal(order, np.arange(bodies))
-            and are_several(self._high, block_size(self._low, self._high))
+            and are_several(high, block_size(low, high))
         ):
             count = 1
         self.team = Team(count, all_nodes)
         self._solver: Solver | None = None
+
+    def _ends_of(self, ends: NDArray[np.integer]) -> tuple[Places, Places]:
+        """Return the lower and the upper place of nodes that springs join, shape (spring,)."""
+        places = self.place.astype(np.int32)[ends]
+        return places.min(axis=1), places.max(axis=1)
 
     def update(self, situation: Situation) -> None:
         """Take over everything that acts in a situation, but not its state."""
@@ -157,23 +160,28 @@ class Layout:
         much = self._dead > (0 if self.ledger else len(acting) // 20)
         if grown or much or not hasattr(self, "springs"):
             among = self._sorted
-            self._ids = np.flatnonzero(acting) if among is None else among[acting[among]]
+            ids = np.flatnonzero(acting) if among is None else among[acting[among]]
+            self._ids = ids.astype(np.int32)
+            self._low, self._high = self._ends_of(situation.network.ends[self._ids])
             self._places = None
             self._dead = 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
-        every = self._sorted is None and len(ids) == len(acting) and bool(alive.all())
+        all_act = bool(alive.all())
+        in_order = self._sorted is None and len(ids) == len(acting)
 
         def present(values: NDArray, dead: float) -> NDArray:
-            """Return numbers of the springs; no copies where all of them act in order."""
-            if every:
-                return np.ascontiguousarray(values)
-            return np.where(alive, values[ids], values.dtype.type(dead))
+            """Return numbers of the springs; no copies of what takes no room, or is there."""
+            if not all_act:
+                return np.where(alive, values[ids], values.dtype.type(dead))
+            if values.strides == (0,):
+                return np.broadcast_to(values[:1], ids.shape)
+            return values if in_order else values[ids]
 
         stiffness = present(situation.stiffness, 0.0)
         law = present(situation.network.law, 0)
         jumps = (stiffness > 0.0) | (law > 0)
-        rest = situation.rest[ids]
+        rest = situation.rest if in_order else situation.rest[ids]
         inelastic = situation.memory(ids)
         if inelastic is not None:
             inelastic = inelastic.only(alive).renumbered(self.place)
@@ -181,12 +189,12 @@ class Layout:
             rest, jumps = np.maximum(rest, LEAST), jumps | (inelastic.remembers & alive)
         self.springs = Springs(
             ids=ids,
-            low=self._low[ids],
-            high=self._high[ids],
+            low=self._low,
+            high=self._high,
             stiffness=stiffness,
             damping=present(situation.damping, 0.0),
             # Without a force that could jump, it does not matter when one turns over.
-            rest=np.where(jumps, rest, 0.0),
+            rest=np.ascontiguousarray(rest) if jumps.all() else np.where(jumps, rest, 0.0),
             strength=present(situation.strength, np.inf) if self.watched else np.zeros(0),
             crush=present(situation.crush, np.inf) if self.watched else np.zeros(0),
             law=law,
@@ -243,7 +251,7 @@ class Layout:
     def places(self) -> RunPlaces:
         """Return where springs stand in runs."""
         if self._places is None:
-            self._places = places_of(self._low[self._ids], self._high[self._ids])
+            self._places = places_of(self._low, self._high)
         return self._places
 
     def loss(self) -> str:
@@ -292,15 +300,19 @@ class Layout:
         """Return what acts, without operations on it."""
         springs, nodes, near = self.springs, len(self.order), self.near(integrator)
         needed = self.features
+        # Springs in runs have numbers of their own there; explicit steps need these, too, only
+        # to look for what breaks.
+        alone = not needed.in_runs or needed.watched or integrator.implicit
+        numbers = slice(None) if alone else slice(0)
         return Net(
             first=np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.uint64),
             other=(3 * springs.high).astype(np.uint32),
-            stiffness=springs.stiffness,
-            damping=springs.damping,
+            stiffness=np.ascontiguousarray(springs.stiffness[numbers]),
+            damping=np.ascontiguousarray(springs.damping[numbers]),
             rest=springs.rest,
-            strength=springs.strength,
-            crush=springs.crush,
-            law=springs.law,
+            strength=np.ascontiguousarray(springs.strength),
+            crush=np.ascontiguousarray(springs.crush),
+            law=np.ascontiguousarray(springs.law[numbers]),
             **near,
             inverse_mass=self.inverse_mass,
             steady=self.steady,
@@ -409,3 +421,9 @@ class Layout:
         times = knots(self.situation.motions.values(), self._courses)
         later = times[(times > time) & (times < until)]
         return float(later[0]) if len(later) else until
+
+
+def _are_sorted(low: Places, high: Places) -> bool:
+    """Return whether springs stand by their lower and then by their upper ends."""
+    upwards, same = low[1:] > low[:-1], low[1:] == low[:-1]
+    return bool((upwards | (same & (high[1:] >= high[:-1]))).all())

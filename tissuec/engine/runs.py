@@ -8,8 +8,12 @@ Runs are kept in blocks by their lower nodes. Where no spring is longer than a b
 other block has no node in common with the next one, so that threads can do these at a time.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from tissuec.kernels.records import Runs
 from tissuec.kernels.teams import PIECE
@@ -37,7 +41,7 @@ class RunPlaces(Struct, frozen=True, eq=False):
     offset: Indices
     at: Indices
     block: Indices
-    place: Indices
+    place: NDArray[np.integer]
     size: int
 
     @property
@@ -46,44 +50,67 @@ class RunPlaces(Struct, frozen=True, eq=False):
         return RUN_COST * len(self.first) + SPRING_COST * self.size < len(self.place)
 
 
-def places_of(low: Indices, high: Indices) -> RunPlaces:
+def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
     """Return springs in runs.
 
     Args:
-        low, high: Their ends as places of nodes, low < high, shape (spring,).
+        low, high: Their ends as places of nodes, low < high, shape (spring,); of a type that
+            can count the springs and all gaps between them.
     """
-    low, high = np.asarray(low, dtype=np.int64), np.asarray(high, dtype=np.int64)
-    offset = high - low
     if not len(low):
         none = np.zeros(0, dtype=np.int64)
         return RunPlaces(none, none, none, none, np.zeros(1, dtype=np.int64), none, 0)
+    if (low[1:] < low[:-1]).any():
+        order = np.argsort(low, kind="stable")
+        found = places_of(low[order], high[order])
+        place = np.empty_like(found.place)
+        place[order] = found.place
+        return replace(found, place=place)
     size = block_size(low, high)
     apart = are_several(high, size)
-    block = low // (size if apart else 4 * BLOCK_NODES)
-    order = np.lexsort((low, offset, block))
-    offset, block, ordered = offset[order], block[order], low[order]
+    width = size if apart else 4 * BLOCK_NODES
+    # Block by block, so that what is needed on the way takes little room.
+    begins = np.searchsorted(low, np.arange(0, int(low[-1]) + 1, width, dtype=low.dtype))
+    place, filled = np.empty_like(low), 0
+    parts: list[tuple[Indices, Indices, Indices]] = []
+    for begin, end in pairwise([*begins.tolist(), len(low)]):
+        first, length, offset, within = _runs_of_block(low[begin:end], high[begin:end])
+        place[begin:end] = within + filled
+        filled += int(length.sum())
+        parts.append((first, length, offset))
+    first, length, offset = (
+        np.concatenate(each).astype(np.int64) for each in zip(*parts, strict=True)
+    )
+    at = np.cumsum(length) - length
+    counts = [len(firsts) for firsts, _, _ in parts] if apart else [len(first)]
+    return RunPlaces(first, length, offset, at, np.cumsum([0, *counts]), place, filled)
+
+
+def _runs_of_block(
+    low: NDArray[np.integer], high: NDArray[np.integer]
+) -> tuple[Indices, Indices, Indices, NDArray[np.integer]]:
+    """Return first nodes, lengths and offsets of runs, and the place of each spring in them."""
+    offset = high - low
+    order = np.argsort(offset, kind="stable")
+    offset, ordered = offset[order], low[order]
     step = np.diff(ordered)
-    goes_on = (np.diff(offset) == 0) & (np.diff(block) == 0) & (step > 0) & (step <= GAP + 1)
-    start = np.flatnonzero(np.concatenate([[True], ~goes_on]))
-    stop = np.append(start[1:], len(low))
+    ends = (np.diff(offset) != 0) | (step <= 0) | (step > GAP + 1)
+    start = np.flatnonzero(np.concatenate([[True], ends])[: len(low)])
+    stop = np.append(start, len(low))[1:]
     first = ordered[start]
     length = ordered[stop - 1] - first + 1
-    at = np.concatenate([[0], np.cumsum(length)[:-1]])
-    place = np.empty(len(low), dtype=np.int64)
-    place[order] = np.repeat(at - first, stop - start) + ordered
-    # Where the runs of each block begin; one that has none begins where the next one does.
-    bounds = np.arange(block[-1] + 2) if apart else [0, block[-1] + 1]
-    blocks = np.searchsorted(block[start], bounds)
-    return RunPlaces(first, length, offset[start], at, blocks, place, int(length.sum()))
+    place = np.empty_like(low)
+    place[order] = np.repeat(np.cumsum(length) - length - first, stop - start) + ordered
+    return first, length, offset[start], place
 
 
-def block_size(low: Indices, high: Indices) -> int:
+def block_size(low: NDArray[np.integer], high: NDArray[np.integer]) -> int:
     """Return how many nodes a block has, so that no spring is longer."""
     longest = int((high - low).max(initial=0))
     return -(-max(longest, BLOCK_NODES) // PIECE) * PIECE
 
 
-def are_several(high: Indices, size: int) -> bool:
+def are_several(high: NDArray[np.integer], size: int) -> bool:
     """Return whether there are several blocks of a size, so that threads can share them."""
     return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * size
 

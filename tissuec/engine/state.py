@@ -179,14 +179,9 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
     Gershgorin's bound on a node: ω² ≤ 2 Σ c / m and λ ≤ 2 Σ d / m over its springs.
     """
     springs, nodes = layout.springs, len(layout.order)
-    situation, behaviour = layout.situation, springs.behaviour()
-    ends = layout.order[springs.low], layout.order[springs.high]
-    r, w = (of[ends[1]] - of[ends[0]] for of in (situation.position, situation.velocity))
-    length = np.sqrt(np.einsum("sk,sk->s", r, r))
-    closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    elongation = length - springs.rest
-    stiff = behaviour.steepness(elongation, closing)
-    viscous = behaviour.sluggishness(elongation, closing)
+    stiff, viscous = springs.stiffness, springs.damping
+    if not layout.features.straight:
+        stiff, viscous = _slopes(layout)
     giving = 0.0
     if springs.inelastic is not None:
         giving = float(springs.inelastic.fastest(stiff).max(initial=0.0))
@@ -199,3 +194,15 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
         rates.append(2.0 * float((total * layout.inverse_mass).max(initial=0.0)))
     fastest = max(sqrt(rates[0]), rates[1], giving)
     return min(duration, 0.1 / fastest) if fastest else 1e-3 * duration
+
+
+def _slopes(layout: Layout) -> tuple[Floats, Floats]:
+    """Return how stiff [N/m] and how viscous [N s/m] springs are now, shape (spring,)."""
+    springs, situation = layout.springs, layout.situation
+    behaviour = springs.behaviour()
+    ends = layout.order[springs.low], layout.order[springs.high]
+    r, w = (of[ends[1]] - of[ends[0]] for of in (situation.position, situation.velocity))
+    length = np.sqrt(np.einsum("sk,sk->s", r, r))
+    closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
+    elongation = length - springs.rest
+    return behaviour.steepness(elongation, closing), behaviour.sluggishness(elongation, closing)

@@ -57,7 +57,7 @@ from tissuec.forces.jets_kernel import (
 from tissuec.forces.volume import open_edges
 from tissuec.kernels.records import Acts
 from tissuec.network import BodyPart, Floats, Indices, Network
-from tissuec.strands import Edges, Strands
+from tissuec.strands import Edges
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -107,7 +107,7 @@ class Skin(Struct, frozen=True, eq=False):
         # Less a little, so that rounding does not divide equal triangles differently.
         parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
         rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
-        edges = Edges.of(Strands.of(network.ends), rings)
+        edges = Edges.of(network.ends, rings)
         struck = np.asarray(np.isin(corners, nodes).all(axis=1))
         blur = np.minimum(BLUR * width, THIN * _height(network, corners))
         whole = np.asarray(edges.holding(alive).all(axis=1))

@@ -79,16 +79,19 @@ class FrameRecorder:
             self.waiting += len(times)
 
     def _at_nodes(self, data: ArrayLike, frames: int, name: str) -> NDArray:
-        """Return a copy of the numbers at the recorded nodes, shape (frame, node, 3)."""
+        """Return the numbers at the recorded nodes, shape (frame, node, 3)."""
         data = np.asarray(data)
         check_shape(data, (frames, self._network.node_count, 3), name)
+        # Frames that do not wait for others are written before anybody changes them.
+        waits = True if self._file.batch > 1 else None
         with np.errstate(over="ignore"):  # such a number is reported as not finite
-            return np.array(data[:, self._nodes], dtype=self._file.kind)
+            return np.array(data[:, self._nodes], dtype=self._file.kind, copy=waits)
 
     def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray:
-        """Return a copy of the tensions of the lines, shape (frame, line)."""
+        """Return the tensions of the lines, shape (frame, line)."""
         assert self._cells is not None
-        data = np.asarray(tension)
+        data, springs = np.asarray(tension), self._cells.springs
         check_shape(data, (frames, self._network.spring_count), "tension")
+        everything = slice(None) if len(springs) == data.shape[1] else springs
         with np.errstate(over="ignore"):
-            return np.array(data[:, self._cells.springs], dtype=self._file.kind)
+            return np.asarray(data[:, everything], dtype=self._file.kind)

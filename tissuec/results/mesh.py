@@ -7,7 +7,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import Indices, Network
-from tissuec.strands import Edges, Strands
+from tissuec.strands import Edges
 
 
 class Cells(NamedTuple):
@@ -23,7 +23,7 @@ class Cells(NamedTuple):
     vertices: Indices
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
-    springs: Indices
+    springs: NDArray[np.integer]
 
     @property
     def total(self) -> int:
@@ -54,14 +54,16 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         edges: What holds the edges of each triangle, shape (triangle, 3).
     """
 
-    nodes: Indices
-    springs: Indices
+    nodes: NDArray[np.integer]
+    springs: NDArray[np.integer]
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
     edges: Edges
 
     @classmethod
-    def of(cls, network: Network, nodes: Indices, springs: Indices) -> "RecordedMesh":
+    def of(
+        cls, network: Network, nodes: NDArray[np.integer], springs: NDArray[np.integer]
+    ) -> "RecordedMesh":
         """Return the part of ``network`` with these nodes and springs.
 
         Raises:
@@ -71,14 +73,16 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         springs = _ascending(springs, network.spring_count, "spring")
         row = np.full(network.node_count, -1, dtype=np.int32)
         row[nodes] = np.arange(len(nodes), dtype=np.int32)
-        lines = row[network.ends[springs]].reshape(-1, 2)
+        # Of a network that is recorded as a whole, its own array serves.
+        whole = len(nodes) == network.node_count and len(springs) == network.spring_count
+        lines = network.ends if whole else row[network.ends[springs]].reshape(-1, 2)
         if (lines < 0).any():
             spring = springs[(lines < 0).any(axis=1)][0]
             raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
         shown = (row[network.skin] >= 0).all(axis=1)
         skin = network.skin[shown].reshape(-1, 3)
         sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
-        edges = Edges.of(Strands.of(network.ends), sides)
+        edges = Edges.of(network.ends, sides)
         return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
@@ -93,9 +97,9 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, springs)
 
 
-def _ascending(numbers: Indices, count: int, what: str) -> Indices:
-    numbers = np.asarray(numbers, dtype=np.int64).reshape(-1)
+def _ascending(numbers: NDArray[np.integer], count: int, what: str) -> NDArray[np.integer]:
+    numbers = np.asarray(numbers).reshape(-1)
     inside = not len(numbers) or (numbers[0] >= 0 and numbers[-1] < count)
-    if not inside or (np.diff(numbers) <= 0).any():
+    if not inside or (numbers[1:] <= numbers[:-1]).any():
         raise ValueError(f"{what} numbers must ascend and be less than {count}")
     return numbers

@@ -46,9 +46,9 @@ def check_finite(
         numbers: Network numbers of the second axis.
         what: "node" or "spring".
     """
-    finite = are_numbers(data)
-    if finite.all():
+    if all_numbers(data):
         return
+    finite = are_numbers(data)
     place = tuple(np.argwhere(~finite)[0])
     number = int(numbers[place[1]])
     ids = network.node_ids if what == "node" else network.spring_ids

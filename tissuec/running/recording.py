@@ -258,7 +258,7 @@ def wishes(network: Network, plan: Plan) -> Recording:
     )
     return Recording(
         nodes=output.frames,
-        springs=np.flatnonzero(shown[network.ends].all(axis=1) & ~network.bends),
+        springs=np.flatnonzero(shown[network.ends].all(axis=1) & ~network.bends).astype("i4"),
         single=output.single,
         logs=channels,
         energies=bool(np.isfinite(output.energy)),

@@ -5,7 +5,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.network import BodyPart, Grid, Indices, Network
-from tissuec.strands import Edges, Strands
+from tissuec.strands import Edges
 
 
 class Skin(Struct, frozen=True, eq=False):
@@ -58,11 +58,11 @@ class BodySkin(Struct, frozen=True, eq=False):
     @classmethod
     def of(cls, network: Network, body: BodyPart) -> "BodySkin":
         """Return the skin of a body, which may be empty."""
-        first, strands = body.nodes.start, Strands.of(network.ends)
+        first = body.nodes.start
         triangles = network.skin_of(body)
         numbers = _numbers(body) + first
         edges, along, down = (
-            Edges.of(strands, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1))
+            Edges.of(network.ends, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1))
             for here, axis in ((triangles, 1), (numbers, 1), (numbers, 0))
         )
         return cls(body.nodes, triangles - first, body.grid, edges, along, down)
