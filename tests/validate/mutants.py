@@ -92,6 +92,7 @@ HARMLESS = {
     "pull_each: runs.near[at:at + count]": "from where a spring is looked at closely",
     "pull_each: runs.near_crush[at:at + count]": "from where a spring is looked at closely",
     "pull_each: each[4, :count]": "a copy serves as well as scratch that nobody else reads",
+    "pull_blocks: team.each[part]": "a copy serves as well as scratch that nobody else reads",
     "look: 1.0": "counts bends of laws",
     "look: 2.0": "counts bends of laws",
     "look: 3.0": "the middle of a triangle, by which it is found",
