@@ -114,6 +114,7 @@ HARMLESS = {
     "SLACK * sqrt(reach)": "finds triangles near one another; more of them change nothing",
     "sort(count, jet)": "finds triangles near one another; more of them change nothing",
     "jet.side[t]": "only its sign counts",
+    "count_powers: net.inverse_mass[start:stop]": "only its sign counts",
     "jet.struck[t] and (side == 0 or side * slope < 0.0)": "only whether it is true counts",
     "0.6": "any two directions across the jet do",
     "a0 / size": "any two directions across the jet do; a0 is 0",
