@@ -8,7 +8,7 @@ import pytest
 
 from tissuec import progress
 from tissuec.compiled import loading
-from tissuec.progress import Progress
+from tissuec.progress import Progress, compiling
 
 
 class Terminal(io.StringIO):
@@ -63,6 +63,20 @@ def test_what_keeps_a_run_silent_is_said_when_kernels_are_compiled(monkeypatch, 
     with Progress("tube.tis", 2.0, shown=True):
         until(lambda: "compiling" in terminal.getvalue(), 5.0 if compiles else 0.2)
     assert ("tube.tis: compiling kernels …" in terminal.getvalue()) is compiles
+
+
+def test_what_comes_before_the_first_step_is_said(monkeypatch):
+    terminal = impatient(monkeypatch, Terminal())
+    with compiling("tube.tis", shown=True):
+        until(lambda: "compiling" in terminal.getvalue(), 5.0)
+    assert "tube.tis: compiling the scene …" in terminal.getvalue()
+    assert terminal.getvalue().endswith("\r\x1b[2K")
+    with Progress("tube.tis", 2.0, shown=True) as line:
+        until(lambda: "preparing" in terminal.getvalue(), 5.0)
+        line.at(0.0)
+        said = terminal.getvalue().count("preparing")
+        time.sleep(0.2)
+    assert said and terminal.getvalue().count("preparing") == said
 
 
 def test_off_a_terminal_nothing_is_shown(monkeypatch):

@@ -22,12 +22,17 @@ class Line:
     """A line on stderr that is rewritten; nothing at all off a terminal.
 
     Args:
-        compiles: Whether kernels may have to be compiled, while nothing else is heard.
+        meanwhile: Tells what goes on while nothing else is heard, "" for nothing.
         anywhere: Whether it is also shown off a terminal, such as in a notebook.
     """
 
     def __init__(
-        self, name: str, *, shown: bool, compiles: bool = True, anywhere: bool = False
+        self,
+        name: str,
+        *,
+        shown: bool,
+        meanwhile: Callable[[], str] | None = None,
+        anywhere: bool = False,
     ):
         self.name = printable(name)
         self.is_terminal = sys.stderr.isatty()
@@ -37,7 +42,8 @@ class Line:
         self.written = False
         self.heard = clock.monotonic()
         self.ended = Event()
-        self.watch = Thread(target=self._watch, daemon=True) if compiles else None
+        self.meanwhile = meanwhile
+        self.watch = Thread(target=self._watch, daemon=True) if meanwhile else None
 
     def show(self, line: Callable[[float], str]) -> None:
         """Show a line, if it is time to.
@@ -53,10 +59,11 @@ class Line:
         self._write(line(now))
 
     def _watch(self) -> None:
-        """Say what goes on while kernels are compiled, of which nothing else is heard."""
+        """Say what goes on while nothing else is heard."""
+        assert self.meanwhile is not None
         while not self.ended.wait(EVERY):
-            if clock.monotonic() - self.heard > SILENCE and _compiles():
-                self._write(f"{self.name}: compiling kernels …")
+            if clock.monotonic() - self.heard > SILENCE and (what := self.meanwhile()):
+                self._write(f"{self.name}: {what} …")
 
     def _write(self, line: str) -> None:
         if self.is_terminal:
@@ -93,11 +100,17 @@ class Line:
             sys.stderr.flush()
 
 
+def compiling(name: str, *, shown: bool) -> Line:
+    """Return the line that is shown while a large scene is compiled."""
+    return Line(name, shown=shown, meanwhile=lambda: "compiling the scene")
+
+
 class Progress(Line):
     """The line of a run: how far it has come, how fast it goes, and how long it takes yet.
 
     Args:
         duration: Of the run [s].
+        compiles: Whether kernels may have to be compiled, or much be prepared.
     """
 
     def __init__(
@@ -109,9 +122,16 @@ class Progress(Line):
         compiles: bool = True,
         anywhere: bool = False,
     ):
-        super().__init__(name, shown=shown, compiles=compiles, anywhere=anywhere)
+        meanwhile = self._before_steps if compiles else None
+        super().__init__(name, shown=shown, meanwhile=meanwhile, anywhere=anywhere)
         self.duration = duration
         self.first: tuple[float, float] | None = None
+
+    def _before_steps(self) -> str:
+        """Tell what goes on while no time is told."""
+        if getattr(sys.modules.get(LOADER), "translating", False):
+            return "compiling kernels"
+        return "preparing" if self.first is None else ""
 
     def at(self, time: float) -> None:
         """Show a simulated time [s], if it is time to."""
@@ -137,8 +157,3 @@ def minutes(seconds: float) -> str:
     if seconds < 3600.0:
         return f"{seconds / 60.0:.0f} min"
     return f"{seconds / 3600.0:.1f} h"
-
-
-def _compiles() -> bool:
-    """Tell whether kernels are compiled just now."""
-    return getattr(sys.modules.get(LOADER), "translating", False)

@@ -16,6 +16,7 @@ from tissuec.cli.common import (
     summary,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, Diagnostic, counted
+from tissuec.progress import compiling
 
 
 @click.command(cls=Command)
@@ -35,7 +36,8 @@ def command(
     """
     found: list[Diagnostic] = []
     for path in scenes:
-        diagnostics, counts = _check(path, overrides, libraries)
+        with compiling(path.name, shown=settings.shows_progress):
+            diagnostics, counts = _check(path, overrides, libraries)
         found += diagnostics
         if not settings.json:
             report(diagnostics, settings)

@@ -49,6 +49,11 @@ class Settings(Struct, frozen=True):
         """Return whether stderr shows colours."""
         return not self.no_color and "NO_COLOR" not in os.environ and sys.stderr.isatty()
 
+    @property
+    def shows_progress(self) -> bool:
+        """Return whether lines of progress are wanted, where there is a terminal."""
+        return not (self.quiet or self.json)
+
     def say(self, text: str = "") -> None:
         """Talk on stderr, unless told to be quiet."""
         if not self.quiet:

@@ -219,7 +219,7 @@ def _learn(
         settings.say(
             f"resumes from {state} if texts and data are unchanged (--fresh starts again)"
         )
-    shown = not (settings.quiet or settings.json)
+    shown = settings.shows_progress
     with Passes(f"learn {lesson.name}", shown=shown) as line:
         learnt = learn(
             compiled, lesson, request, state=state, fresh=wishes.fresh, progress=line.at

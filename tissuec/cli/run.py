@@ -150,13 +150,15 @@ def _run_one(
     libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.pipeline import Request, compile_request
+    from tissuec.progress import compiling
     from tissuec.results.errors import PlaceError
     from tissuec.results.places import make_folder
 
     document: dict[str, Any] = {"scene": str(path), "ok": False}
     try:
         request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)
-        compiled, warnings = compile_request(request)
+        with compiling(request.source.name, shown=settings.shows_progress):
+            compiled, warnings = compile_request(request)
     except CompileError as error:
         if not settings.json:
             report(error.diagnostics, settings)
@@ -206,9 +208,8 @@ def _with_progress(
     from tissuec.progress import Progress
 
     duration = compiled.plan.simulation.duration
-    with Progress(
-        request.source.name, duration, shown=not (settings.quiet or settings.json)
-    ) as progress:
+    name, shown = request.source.name, settings.shows_progress
+    with Progress(name, duration, shown=shown) as progress:
         return simulate(
             compiled,
             target,
