@@ -88,13 +88,15 @@ MOST_HALVINGS = 6  # of a step whose powers are looked at on equal pieces
 
 
 def drive(
-    progress: Progress, task: Task, work: Work, net: Net, buffer: Buffer
+    now: Progress, task: Task, work: Work, net: Net, buffer: Buffer
 ) -> tuple[int, Progress]:
     """Step until something has to be decided; return why, and where the run stands."""
-    time, size, end, memory, calm = progress[:5]
-    displacement, speed, current, pending, prepared, fresh = progress[5:11]
-    accepted, rejected, sample, filled, smallest, largest, energy, error = progress[11:19]
-    room, usual, bends, glanced = progress[19:23]
+    time, size, end, memory, calm = now.time, now.step, now.end, now.memory, now.calm
+    displacement, speed, room, usual = now.displacement, now.speed, now.room, now.usual
+    current, pending, prepared, fresh = now.current, now.pending, now.prepared, now.fresh
+    accepted, rejected, sample, filled = now.accepted, now.rejected, now.sample, now.filled
+    smallest, largest, energy, error = now.smallest, now.largest, now.energy, now.error
+    bends, glanced = now.bends, now.glanced
     if fresh:
         place(time, work.x[current], work.v[current], net)
         x, v, a = work.x[current], work.v[current], work.a[current]
@@ -253,29 +255,29 @@ def drive(
             work.power[1, 1] = work.power[END_ROW, 1]
         time, current, pending = end, 1 - current, 0
     return reason, Progress(
-        time,
-        size,
-        end,
-        memory,
-        calm,
-        displacement,
-        speed,
-        current,
-        pending,
-        prepared,
-        fresh,
-        accepted,
-        rejected,
-        sample,
-        filled,
-        smallest,
-        largest,
-        energy,
-        error,
-        room,
-        usual,
-        bends,
-        glanced,
+        time=time,
+        step=size,
+        end=end,
+        memory=memory,
+        calm=calm,
+        displacement=displacement,
+        speed=speed,
+        current=current,
+        pending=pending,
+        prepared=prepared,
+        fresh=fresh,
+        accepted=accepted,
+        rejected=rejected,
+        sample=sample,
+        filled=filled,
+        smallest=smallest,
+        largest=largest,
+        energy=energy,
+        error=error,
+        room=room,
+        usual=usual,
+        bends=bends,
+        glanced=glanced,
     )
 
 
