@@ -84,6 +84,10 @@ ELASTIC = "elastic"  # how a wall of matter resists bending
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
 _CHOICES = (*BENDING, ELASTIC)
 ENTRIES = ("mesh", "tissue", "region", "springs", "rupture", "bending", "fibres", *BODY_ENTRIES)
+#: What is said of a body elsewhere, and how.
+ELSEWHERE = {
+    "volume": "write in the script, for example: at 0 s: preserve volume of NAME with 10 kPa"
+}
 
 
 def read_body(
@@ -277,11 +281,12 @@ class _BodyReader:
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
+            told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES)
             self.findings.reject(
                 "TIS303",
                 f'"{item.name.text}" is not an entry of a body',
                 item.name.span,
-                hint=schema.chosen(item, ENTRIES) or alternatives(key, ENTRIES, what="entries"),
+                hint=told or alternatives(key, ENTRIES, what="entries"),
             )
 
     def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:

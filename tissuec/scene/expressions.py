@@ -232,7 +232,14 @@ class Scope:
             return self.call(node)
         for argument in node.arguments:
             if argument.clauses:
-                self.findings.reject("TIS312", f"{name} takes plain numbers", argument.span)
+                self.findings.reject(
+                    "TIS312",
+                    f"{name} takes plain numbers",
+                    argument.span,
+                    hint="for a limit at all times, write: expect force(NAME) < 10 N over run"
+                    if function in _EXTREMES
+                    else "",
+                )
         values = [self.number(argument.value) for argument in node.arguments]
         if not values or (len(values) > 1 and function not in _EXTREMES):
             self.findings.reject("TIS312", f"{name} takes one number", node.span)
