@@ -87,7 +87,11 @@ def bundles() -> dict[str, list[Exported]]:
         for name, names in BUNDLES.items()
     }
     for integrator in INTEGRATORS.values():
-        found[of_method(integrator)] = [_drive(integrator)]
+        inside = (loop.look, integrator.prepare)
+        found[of_method(integrator)] = [
+            _drive(integrator),
+            *(Exported(f.__name__, f, as_compiled(f), _names(integrator)) for f in inside),
+        ]
     for kernel in _kernels_of_fields():
         name, own = kernel.__name__, as_compiled(kernel)
         found[of_field(kernel)] = [Exported(name, kernel, own, {})]
@@ -117,8 +121,14 @@ def _raster(name: str) -> Exported:
     return Exported(name, function, as_compiled(function), {})
 
 
+def _vectors(name: str) -> Exported:
+    """Return a function of vectors, for loops over steps that run as Python."""
+    function = vars(scalar)[name]
+    return Exported(name, function, as_compiled(function), {})
+
+
 #: Bundles of what is no operation on nets.
-OTHERS = {"derivatives": _derivative, "raster": _raster}
+OTHERS = {"derivatives": _derivative, "raster": _raster, "vectors": _vectors}
 
 
 def _operation(name: str) -> Exported:
@@ -139,9 +149,13 @@ def _operation(name: str) -> Exported:
     return Exported(name, function, SIGNATURES[kind], replaced)
 
 
+def _names(integrator: type) -> dict[str, Any]:
+    """Return what names in stepping code mean where it is compiled for an integrator."""
+    return method_names(integrator) | {name: caller(name) for name in Operations._fields}
+
+
 def _drive(integrator: type) -> Exported:
     """Return the loop over steps, behind an entry that gets addresses of tables only."""
-    replaced = method_names(integrator) | {name: caller(name) for name in Operations._fields}
     kinds = get_type_hints(Progress)
     taken = ", ".join(
         f"int(numbers[{place}])" if kinds[name] is int else f"numbers[{place}]"
@@ -163,7 +177,7 @@ def _drive(integrator: type) -> Exported:
     enter.__module__ = loop.__name__
     tables = [RecordType(record) for record in (State, Task, Work)]
     signature = types.int64(*tables, NET, RecordType(Buffer))
-    return Exported("drive", enter, signature, replaced)
+    return Exported("drive", enter, signature, _names(integrator))
 
 
 def translated(parts: list[Exported]) -> str:

@@ -24,6 +24,10 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "push_forward", "verlet_back", "verlet_change", "verlet_forward",
     ),
     "raster": ("fill",),
+    "vectors": (
+        "accumulate", "between", "blended_error", "combine", "copy_sample", "distance", "drift",
+        "is_passed", "kick", "polynomials", "quadrature", "scale", "subtract",
+    ),
 }  # fmt: skip
 BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}
 

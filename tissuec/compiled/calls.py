@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.compiled.bundles import of_field
+from tissuec.compiled.bundles import BUNDLES, of_field
 from tissuec.compiled.loading import address, is_shipped
 from tissuec.compiled.tables import Field, RecordTable, place_of, signature
 from tissuec.kernels import banded, scalar
@@ -125,6 +125,8 @@ def _kinds(field: Field) -> list[Any]:
 
 
 OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}
+#: What loops over steps do with vectors, where they run as Python.
+VECTORS = {name: Shipped(getattr(scalar, name), "vectors") for name in BUNDLES["vectors"]}
 
 
 # --- kernels of fields -----------------------------------------------------------------------

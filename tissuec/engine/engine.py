@@ -601,7 +601,8 @@ class Engine:
     def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
         """Return the first rupture or trigger within the accepted step, and move there."""
         inside = bound_inside(self._integrator)
-        within = Within(inside, self._progress, self._work, self._acting(), self._layout)
+        work = self._table(self._work)
+        within = Within(inside, self._progress, work, self._acting(), self._layout)
         rupture = within.first_rupture(self._integrator.looks) if surpassed else None
         stop = within.end if rupture is None else rupture[0]
         triggered = None if watch is None else self._trigger(within, watch, stop)

@@ -7,7 +7,6 @@ compiled for both: an interpreted loop calls them by their addresses.
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from inspect import getmembers, isfunction
 from itertools import compress
 from typing import Any, get_type_hints
 
@@ -19,7 +18,6 @@ from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
 from tissuec.integrators import Integrator
-from tissuec.kernels import vector
 from tissuec.kernels.records import Operations, Progress, State, Task
 from tissuec.laws import LINEAR, Law, code
 
@@ -56,7 +54,7 @@ class Features(Struct, frozen=True):
 
 
 class Inside(Struct, frozen=True):
-    """Interpreted code that evaluates an accepted step inside, of a net as a table."""
+    """What evaluates an accepted step inside; it takes arrays of the run and net as tables."""
 
     look: Callable[..., None]
     prepare: Callable[..., None]
@@ -105,8 +103,9 @@ def _interpreted_drive(integrator: type[Integrator]) -> Drive:
     def drive(
         progress: Progress, task: Task, work: Any, net: Any, buffer: Any
     ) -> tuple[int, Progress]:
-        work = work._replace(solver=RecordTable(work.solver))
-        return bound(progress, task, work, net, buffer)
+        # Records that are passed on, as tables: they are not made anew for each call.
+        work = work._replace(solver=RecordTable(work.solver), team=RecordTable(work.team))
+        return bound(progress, task, work, net, RecordTable(buffer))
 
     return drive
 
@@ -119,9 +118,9 @@ def interpreter(integrator: type[Integrator]) -> Binder:
 
 def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
     """Return what names in stepping code mean where it runs as Python."""
-    from tissuec.compiled.calls import OPERATIONS
+    from tissuec.compiled.calls import OPERATIONS, VECTORS
 
-    return method_names(integrator) | dict(getmembers(vector, isfunction)) | OPERATIONS
+    return method_names(integrator) | VECTORS | OPERATIONS
 
 
 def operations_of(integrator: type[Integrator]) -> frozenset[str]:
@@ -176,8 +175,15 @@ def _form_of_springs(features: Features) -> str:
 @cache
 def bound_inside(integrator: type[Integrator]) -> Inside:
     """Return what looks into the steps of an integrator."""
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.calls import Shipped
+    from tissuec.compiled.loading import is_shipped
+
+    bundle = of_method(integrator)
+    if is_shipped(bundle):
+        return Inside(Shipped(loop.look, bundle), Shipped(integrator.prepare, bundle))
     bind = interpreter(integrator).bind
-    return Inside(look=bind(loop.look), prepare=bind(integrator.prepare))
+    return Inside(bind(loop.look), bind(integrator.prepare))
 
 
 def method_names(integrator: type[Integrator]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from tissuec.compiled.calls import OPERATIONS
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.tiers import Inside
-from tissuec.kernels.records import Progress, Work
+from tissuec.kernels.records import Progress
 from tissuec.network import Floats, Indices
 
 FINE = 32  # pieces in which a suspect spring is followed
@@ -28,13 +28,18 @@ class Within:
     Args:
         inside: Code that evaluates the step inside.
         progress: With a pending step.
-        work: The arrays of the run.
+        work: The arrays of the run, as a table.
         net: What acts, as a table.
         layout: Where nodes and springs stand.
     """
 
     def __init__(
-        self, inside: Inside, progress: Progress, work: Work, net: RecordTable, layout: Layout
+        self,
+        inside: Inside,
+        progress: Progress,
+        work: RecordTable,
+        net: RecordTable,
+        layout: Layout,
     ):
         self._inside, self._work, self._net, self._layout = inside, work, net, layout
         self.start, self.end, self._current = progress.time, progress.end, progress.current

@@ -405,7 +405,7 @@ def combine(
     v: Floats,
     at: float,
     further: Floats,
-    rows: Floats,
+    rows: Rows,
     out_x: Floats,
     out_v: Floats,
     team: Team,
@@ -426,7 +426,7 @@ def combine_part(
     v: Floats,
     at: float,
     further: Floats,
-    rows: Floats,
+    rows: Rows,
     out_x: Floats,
     out_v: Floats,
 ) -> None:
@@ -443,7 +443,7 @@ def add_rows(
     base: Floats,
     factor: float,
     weights: Floats,
-    rows: Floats,
+    rows: Rows,
     start: int,
     stop: int,
     out: Floats,
@@ -488,7 +488,7 @@ def scale(factor: float, vector: Floats, out: Floats) -> None:
         out[i] = factor * vector[i]
 
 
-def polynomials(table: Floats, part: float, out: Floats) -> None:
+def polynomials(table: Rows, part: float, out: Floats) -> None:
     """Set out_j = Σ_k table[k, j] part^(k + 1)."""
     for j in range(out.size):
         value = 0.0
@@ -507,9 +507,7 @@ def kinetic(v: Floats, net: Net) -> float:
     return 0.5 * total
 
 
-def quadrature(
-    base: Floats, factor: float, weights: Floats, power: Floats, out: Floats
-) -> None:
+def quadrature(base: Floats, factor: float, weights: Floats, power: Rows, out: Floats) -> None:
     """Set out = base + factor Σ weights_j power_j for the two columns of the ledger."""
     for k in range(2):
         total = 0.0
