@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import dot, norm
 from tissuec.inelastic import flat, pulled, tightened
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
@@ -45,7 +46,7 @@ def lengths(ends: NDArray[np.int32], position: Floats) -> Floats:
     """Return the distance between the ends of each spring [m], shape (…, spring)."""
     starts = range(0, max(len(ends), 1), TOGETHER)
     parts = (_reach(ends[start : start + TOGETHER], position) for start in starts)
-    found = [np.linalg.norm(part, axis=-1) for part in parts]
+    found = [norm(part) for part in parts]
     return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
@@ -77,14 +78,14 @@ def pull(
     chosen = slice(None) if springs is None else springs
     ends = situation.network.ends[chosen]
     reach = _reach(ends, position)
-    length = np.linalg.norm(reach, axis=-1)
+    length = norm(reach)
     has_direction = length > 0.0
     direction = reach / np.where(has_direction, length, 1.0)[..., None]
     behaviour = situation.behaviour(springs)
     stretch = length - behaviour.rest
     memory, own = situation.memory(springs), flat(velocity)
     if behaviour.is_viscous:
-        closing = np.einsum("...sk,...sk->...s", direction, _reach(ends, velocity))
+        closing = dot(direction, _reach(ends, velocity))
         tension = tightened(behaviour, memory, stretch, closing, own)
     else:
         tension = pulled(behaviour, memory, stretch, own)
@@ -252,9 +253,7 @@ def kinetic_energy(
     """Return Σ ½ m v² over the free nodes (among ``nodes``) [J], shape (…)."""
     free = _free(situation, nodes)
     moving = velocity[..., free, :]
-    return 0.5 * _sum_each(
-        situation.mass[free] * np.einsum("...nk,...nk->...n", moving, moving)
-    )
+    return 0.5 * _sum_each(situation.mass[free] * dot(moving, moving))
 
 
 def elastic_energy(

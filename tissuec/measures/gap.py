@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
+from tissuec.core.vectors import dot
 from tissuec.measures import MEASURES, Subject
 from tissuec.measures.moment import Moment
 from tissuec.measures.scalar import Scalar, one_column
@@ -59,6 +60,6 @@ def smallest_gap(position: Floats, piece: NDArray[np.int32]) -> float:
         )
         apart = position[start:stop, None, :] - position[None, start:reach, :]
         is_other = piece[start:stop, None] != piece[None, start:reach]
-        squared = np.einsum("abk,abk->ab", apart, apart)
+        squared = dot(apart, apart)
         best = min(best, float(np.sqrt(squared.min(where=is_other, initial=np.inf))))
     return best
