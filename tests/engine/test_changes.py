@@ -101,12 +101,19 @@ def bed():
 @pytest.mark.parametrize("creeping", [np.inf, 4.0])
 def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
     monkeypatch.setattr("tissuec.engine.choice.CREEPING", creeping)
+    monkeypatch.setattr("tissuec.engine.engine.PATIENT", 0.3)
     bench = stiff()
     bench.situation.forces = (bed(),)
     ran = bench.run()
     assert ran.engine.statistics.method in those(implicit=True)
     far = np.abs(ran.position - stiff_reference(bed())).max()
     assert far < 1e-4 * ran.largest_displacement[-1]
+
+
+def test_automatic_tries_implicit_steps_where_fields_act_in_long_runs_only(explicit_first):
+    bench = stiff()
+    bench.situation.forces = (bed(),)
+    assert [change.method for change in bench.run().engine.statistics.changes] == ["dop853"]
 
 
 def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():

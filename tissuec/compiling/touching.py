@@ -110,7 +110,10 @@ def contact_of(
         return None
     thin = faces.radius[faces.radius > 0.0]
     stiffness = _stiffness(network, law, environment, findings)
-    mass = float(network.mass[nodes].mean()) if len(nodes) else 1.0
+    hardness, mass = (
+        float(values.mean()) if len(values) else 1.0
+        for values in (stiffness, network.mass[nodes])
+    )
     shared = shared_elements(faces.corners, _sides(faces), faces.surface)
     triangles = faces.points[faces.kind == TRIANGLE]
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
@@ -135,7 +138,7 @@ def contact_of(
         damping=law.damping,
         friction=law.friction,
         memory=network.remembering(FRICTION),
-        rate=sqrt(float(stiffness.mean()) / mass),
+        rate=sqrt(hardness / mass),
         span=environment.span,
     )
     _warn_of_drawn_touches(contact, network, findings)

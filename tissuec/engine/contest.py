@@ -24,6 +24,9 @@ STEPS = 30  # of a window: the first one after a change lets steps grow, the sec
 GLANCE = 12  # force evaluations after which a trial is looked at
 BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
 WORTHWHILE = 0.3  # predicted time to come below which nothing is tried [s]
+# The same where more than springs acts: what is left of solving equations sets off motions that
+# explicit steps leave alone, such as a ring that crumples under a sling.
+PATIENT = 60.0
 TRIALS = 20.0  # times as much as a trial costs must be to come
 BETTER = 1.1  # times as far that the other method must come
 OVERDAMPED = 5.0  # damping ratio from which a stabilised method is worth a trial

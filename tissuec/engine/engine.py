@@ -16,7 +16,14 @@ from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine import failures
 from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
-from tissuec.engine.contest import Contest, candidate_for, cost_of, evaluation_time, trial_cost
+from tissuec.engine.contest import (
+    PATIENT,
+    Contest,
+    candidate_for,
+    cost_of,
+    evaluation_time,
+    trial_cost,
+)
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
 from tissuec.engine.outbox import Outbox
@@ -368,6 +375,9 @@ class Engine:
         def candidate(pace: float) -> tuple[str, float] | None:
             if situation.inelastic is not None:
                 return None  # implicit methods refuse such springs
+            ahead = self.method.duration - self._progress.time
+            if situation.fields and not self._integrator.implicit and ahead < PATIENT * pace:
+                return None
             self._synchronise(situation)
             self._facts = self._facts or measured_facts(situation)
             solver = self._layout.solver()

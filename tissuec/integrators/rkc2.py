@@ -175,7 +175,7 @@ class Rkc2:
     rows = ROWS
     end_row = END
     control_order = 2.0
-    safety = 0.3
+    safety = 0.2
     share = 0.05
     looks = 4
     nearness = 0.9
