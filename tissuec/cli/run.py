@@ -1,5 +1,6 @@
 """``tissuec run``"""
 
+import gc
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from tissuec.running.companion import ErrorEstimate, Mode
 
 MOST_SPRINGS_NAMED = 6
+# Springs from which memory counts more than the time of searching for cycles of objects.
+LARGE = 1_000_000
+SEARCHED = (700, 10, 10)  # thresholds of Python itself
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 
 
@@ -165,6 +169,8 @@ def _run_one(
         return WRONG_TEXT, document | {"diagnostics": as_json(error.diagnostics)}
     if not settings.json:
         report(warnings, settings)
+    if compiled.network.spring_count > LARGE:
+        gc.set_threshold(*SEARCHED)
     try:
         make_folder(target.parent)
         result = _with_progress(
