@@ -19,6 +19,7 @@ from tissuec.kernels.records import Runs
 from tissuec.kernels.teams import PIECE
 from tissuec.network import Floats, Indices
 
+Places = NDArray[np.integer]
 GAP = 8  # springs that are missing in a row, at most
 # What a run costs, and each of its springs, beside a spring by itself.
 RUN_COST, SPRING_COST = 3.5, 0.4
@@ -72,7 +73,7 @@ def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
     # Block by block, so that what is needed on the way takes little room.
     begins = np.searchsorted(low, np.arange(0, int(low[-1]) + 1, width, dtype=low.dtype))
     place, filled = np.empty_like(low), 0
-    parts: list[tuple[Indices, Indices, Indices]] = []
+    parts: list[tuple[Places, Places, Places]] = []
     for begin, end in pairwise([*begins.tolist(), len(low)]):
         first, length, offset, within = _runs_of_block(low[begin:end], high[begin:end])
         place[begin:end] = within + filled
@@ -86,9 +87,7 @@ def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
     return RunPlaces(first, length, offset, at, np.cumsum([0, *counts]), place, filled)
 
 
-def _runs_of_block(
-    low: NDArray[np.integer], high: NDArray[np.integer]
-) -> tuple[Indices, Indices, Indices, NDArray[np.integer]]:
+def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, Places]:
     """Return first nodes, lengths and offsets of runs, and the place of each spring in them."""
     offset = high - low
     order = np.argsort(offset, kind="stable")

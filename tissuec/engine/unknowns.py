@@ -27,7 +27,9 @@ def no_solver() -> Solver:
     )
 
 
-def new_solver(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Solver:
+def new_solver(
+    low: NDArray[np.integer], high: NDArray[np.integer], free: NDArray[np.bool_]
+) -> Solver:
     """Return empty arrays for the matrix of a net.
 
     Args:

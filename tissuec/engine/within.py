@@ -87,7 +87,8 @@ class Within:
         if first == np.inf:
             return None
         broken = self.loads(first, limits) >= limits.force * (1.0 - TOGETHER)
-        return first, np.sort(self._layout.springs.ids[limits.spring[broken]])
+        found = np.sort(self._layout.springs.ids[limits.spring[broken]])
+        return first, found.astype(np.int64)
 
     def _suspects(self, limits: "Limits", looks: int) -> "Limits":
         """Return the limits that springs come close to at any look."""

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.network import Floats, Indices, Network
+from tissuec.network import Floats, Network
 from tissuec.results.recording import body_of
 
 LARGEST = np.float64(1e100)  # as in scenes
@@ -34,7 +34,12 @@ def check_times(time: ArrayLike, *, after: float) -> Floats:
 
 
 def check_finite(
-    data: NDArray, quantity: str, time: Floats, network: Network, numbers: Indices, what: str
+    data: NDArray,
+    quantity: str,
+    time: Floats,
+    network: Network,
+    numbers: NDArray[np.integer],
+    what: str,
 ) -> None:
     """Raise a ValueError that names the first number of ``data`` that is not finite.
 
