@@ -3,7 +3,7 @@
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
 closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law; it pulls a with
 T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus
-none either. What springs remember (``tissuec.inelastic``) stands in the velocities of hidden
+none either. What springs remember (``forces.branches``) stands in the velocities of hidden
 nodes.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import dot, norm
-from tissuec.inelastic import flat, pulled, tightened
+from tissuec.forces.branches import flat, pulled, tightened
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 

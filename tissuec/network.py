@@ -14,12 +14,12 @@ from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.inelastic import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 
 if TYPE_CHECKING:  # annotations only
     from tissuec.forces.bending import Hinges
+    from tissuec.forces.branches import Inelastic
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -204,7 +204,7 @@ class Network(Struct, frozen=True, eq=False):
     joints: tuple[JointPart, ...] = ()
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
-    inelastic: Inelastic | None = None
+    inelastic: "Inelastic | None" = None
     hinges: "Hinges | None" = None
     drag: Floats | None = None
 

@@ -15,8 +15,8 @@ from tissuec.core.source import Span
 from tissuec.courses import Course
 from tissuec.forces import Field, Imposed
 from tissuec.forces.bending import Hinges
+from tissuec.forces.branches import Inelastic
 from tissuec.forces.volume import Enclosure
-from tissuec.inelastic import Inelastic
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
 from tissuec.threads import SURE, Knot, Reeling

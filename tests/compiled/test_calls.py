@@ -5,12 +5,11 @@ import pytest
 from msgspec.structs import replace
 
 from tests.hand_net import make_net
-from tissuec.compiled.calls import OPERATIONS
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout
-from tissuec.engine.tiers import operations
-from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, scalar
+from tissuec.engine.operations import FUNCTIONS, OPERATIONS, operations
+from tissuec.forces import springs_kernel
+from tissuec.integrators import INTEGRATORS, banded
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
 from tissuec.situation import Situation
@@ -44,7 +43,7 @@ def net(request, monkeypatch):
         law = rng.integers(0, 2, SPRINGS).astype(np.int32)
         made = replace(made, laws=(LINEAR, CURVED), law=law)
     for name, function in code.functions(made.laws).items():
-        monkeypatch.setattr(scalar, name, function)
+        monkeypatch.setattr(springs_kernel, name, function)
     layout = Layout(made, watched=True, ledger=True)
     layout.update(Situation.start(made, gravity=np.array([0.0, 0.0, -9.81]), drag=0.3))
     return layout
@@ -67,7 +66,7 @@ def test_forces_powers_and_nearness_are_those_of_the_loops(net):
         acting.near[:] = strength
         found, expected = np.zeros((2, x.size + 2))
         near = OPERATIONS["force"](0.0, x, v, found[2:], found[:2], acting)
-        assert near == scalar.force(0.0, x, v, expected[2:], expected[:2], acting)
+        assert near == FUNCTIONS["force"](0.0, x, v, expected[2:], expected[:2], acting)
         assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
         said.append(near)
     assert said == [False, True]
@@ -80,7 +79,7 @@ def test_arrays_of_one_and_two_axes_are_written(net):
         given = (0.0, x, v) if name == "find_sides" else (x, v)
         if net.features.cornered or name == "tension":
             OPERATIONS[name](*given, found, acting)
-            getattr(scalar, name)(*given, expected, acting)
+            FUNCTIONS[name](*given, expected, acting)
             assert np.ptp(found) > 0.0
             assert found == pytest.approx(expected, rel=1e-12)
 
@@ -90,7 +89,7 @@ def test_numbers_are_returned(net):
     mass, speed = net.situation.mass, net.situation.velocity
     expected = 0.5 * float(np.sum(mass[:, None] * speed**2))
     assert OPERATIONS["kinetic"](v, acting) == pytest.approx(expected, rel=1e-14)
-    assert OPERATIONS["slack"](x, x, acting) == scalar.slack(x, x, acting) > 0.0
+    assert OPERATIONS["slack"](x, x, acting) == FUNCTIONS["slack"](x, x, acting) > 0.0
     assert OPERATIONS["place"](0.0, x, v, acting) is None
 
 

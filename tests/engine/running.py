@@ -4,13 +4,12 @@ import numpy as np
 from msgspec import Struct
 
 from tests.hand_net import make_net, span
-from tissuec.compiled.calls import OPERATIONS
 from tissuec.compiled.tables import RecordTable
 from tissuec.courses import Course
 from tissuec.engine.engine import Engine
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Interruption, Method
-from tissuec.engine.tiers import operations
+from tissuec.engine.operations import OPERATIONS, operations
 from tissuec.integrators import INTEGRATORS
 from tissuec.situation import Load, Motion, Situation, Term, Turn
 

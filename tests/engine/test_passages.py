@@ -8,8 +8,8 @@ from tests.engine.running import Bench
 from tests.engine.test_conservation import energy
 from tests.hand_net import make_net
 from tissuec.engine.layout import Layout
+from tissuec.forces.springs_kernel import slack
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import scalar
 from tissuec.situation import Situation
 
 MASS, STIFFNESS, REST, SPEED = 1e-3, 400.0, 0.01, 20.0
@@ -80,7 +80,7 @@ def test_slack_tells_how_far_nodes_may_move():
         layout = Layout(net, watched=False, ledger=False)
         layout.update(situation)
         states = layout.inwards(net.position), layout.inwards(after)
-        found = scalar.slack(*states, layout.net(INTEGRATORS["dop853"]))
+        found = slack(*states, layout.net(INTEGRATORS["dop853"]))
         r, r_after = lengths(net, net.position)[rest > 0.0], lengths(net, after)[rest > 0.0]
         along = np.einsum("sk,sk->s", r, r_after)
         longest = np.maximum((r**2).sum(axis=1), (r_after**2).sum(axis=1))

@@ -11,7 +11,7 @@ from tests.validate.scenes import compiled_scene, quantity, validated
 from tissuec import mechanics
 from tissuec.compiling.remembering import with_memory
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.inelastic import Inelastic, flat
+from tissuec.forces.branches import Inelastic, flat
 from tissuec.running.memory import MemoryRecording
 from tissuec.running.recording import Recorder
 from tissuec.running.run import run

@@ -13,7 +13,7 @@ from scipy.integrate._ivp import dop853_coefficients as published
 from tests.engine.members import those
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tissuec.compiled.calls import OPERATIONS
+from tissuec.engine.operations import OPERATIONS
 from tissuec.engine.tiers import interpreter
 from tissuec.integrators import INTEGRATORS, esdirk43, rkc2, srkn11, trbdf2
 from tissuec.kernels import tableau853

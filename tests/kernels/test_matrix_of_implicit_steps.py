@@ -11,8 +11,8 @@ from tests.engine.running import Bench, block, chain
 from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.layout import Layout
-from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, iterative, scalar
+from tissuec.forces import springs_kernel
+from tissuec.integrators import INTEGRATORS, banded, iterative
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
 from tissuec.situation import Situation
@@ -114,7 +114,7 @@ def dense(situation, q):
 def _laws(monkeypatch):
     """Give the kernels the laws that binding would give them."""
     for name, function in code.functions(SCENES["laws"][0].laws).items():
-        monkeypatch.setattr(scalar, name, function)
+        monkeypatch.setattr(springs_kernel, name, function)
 
 
 class Prepared:

@@ -7,8 +7,8 @@ import pytest
 
 from tissuec.engine.runs import BLOCK_NODES, packed, places_of
 from tissuec.engine.team import Team
-from tissuec.kernels import runs as kernel
-from tissuec.kernels import scalar
+from tissuec.forces import accelerations, springs_kernel
+from tissuec.forces import runs_kernel as kernel
 from tissuec.kernels.records import Operations
 
 SPRING = ("stiffness", "damping", "rest", "near", "near_crush")
@@ -78,7 +78,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
         net.runs = packed(places_of(low, high), nodes, **values)
         found, expected, powers = np.ones(3 * nodes), np.ones(3 * nodes), np.zeros((2, 2))
         near = kernel.springs_in_runs(x, v, found, powers[0], net)
-        assert near == scalar.springs(x, v, expected, powers[1], net)
+        assert near == springs_kernel.springs(x, v, expected, powers[1], net)
         scale = np.abs(expected).max()
         assert found == pytest.approx(expected, abs=1e-13 * scale)
         if ledger:
@@ -129,4 +129,4 @@ def test_no_name_is_that_of_an_operation():
         for name, each in vars(kernel).items()
         if getattr(each, "__module__", "") == kernel.__name__
     }
-    assert not own & {*Operations._fields, *dir(scalar)}
+    assert not own & {*Operations._fields, *dir(accelerations), *dir(springs_kernel)}

@@ -26,9 +26,11 @@ from msgspec import Struct
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler import Compiled
-from tissuec.engine import engine, layout, tiers
+from tissuec.engine import engine, layout, operations, tiers
 from tissuec.engine.binding import Binder
-from tissuec.kernels import banded, iterative, runs, scalar
+from tissuec.forces import accelerations, springs_kernel
+from tissuec.forces.runs_kernel import springs_in_runs
+from tissuec.integrators import banded, iterative
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
 from tissuec.validate import validation
@@ -61,23 +63,16 @@ SCENES = {
 
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
-    "tissuec.kernels.scalar": (
-        "force",
-        "count_powers",
-        "accelerate",
-        "springs",
-        "reeled",
-        "pull_at",
-        "pull_of",
-    ),
+    "tissuec.forces.accelerations": ("force", "count_powers", "accelerate"),
+    "tissuec.forces.springs_kernel": ("springs", "reeled", "pull_at", "pull_of"),
     "tissuec.kernels.acts": None,
     "tissuec.forces.bending": ("fold",),
     "tissuec.forces.foundation": ("hold",),
     "tissuec.forces.volume": ("press", "spans"),
-    "tissuec.kernels.reeling": None,
-    "tissuec.kernels.remembering": ("flowed", "pull_of_branches", "give_way"),
+    "tissuec.forces.rest_length_kernel": None,
+    "tissuec.forces.branches_kernel": ("flowed", "pull_of_branches", "give_way"),
     "tissuec.forces.jets_kernel": None,
-    "tissuec.kernels.runs": None,
+    "tissuec.forces.runs_kernel": None,
     "tissuec.forces.contact_kernel": None,
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
@@ -236,18 +231,18 @@ def apply(mutant: Mutant) -> None:
     function.__code__ = codes[0]
 
 
-def implementation(name: str, features: tiers.Features) -> Callable[..., object]:
+def implementation(name: str, features: operations.Features) -> Callable[..., object]:
     """Return the function that is an operation on nets for what a scene needs."""
-    if name in tiers.LAWS:
+    if name in operations.LAWS:
         return code.functions(features.laws or (LINEAR,))[name]
     if name == "springs" and features.in_runs:
-        return runs.springs_in_runs
+        return springs_in_runs
     if name in ("assemble", "solve"):
         return getattr(banded if features.banded else iterative, name)
-    return getattr(scalar, name)
+    return operations.FUNCTIONS[name]
 
 
-def plain_operations(features: tiers.Features) -> dict[str, object]:
+def plain_operations(features: operations.Features) -> dict[str, object]:
     """Return what the names of operations mean in Python, for what a scene needs."""
     names = {name: implementation(name, features) for name in Operations._fields}
     has = features.viscous, features.watched, not features.straight
@@ -256,15 +251,19 @@ def plain_operations(features: tiers.Features) -> dict[str, object]:
 
 def as_python() -> None:
     """Let what would be compiled run as it stands."""
-    seen = list[tiers.Features]()
+    seen = list[operations.Features]()
 
-    def operations(integrator, features):
+    def found(integrator, features):
         seen.append(features)
         return Operations(force=len(seen) - 1)
 
     @cache
     def binder(integrator, features):
-        names = dict(inspect.getmembers(scalar, inspect.isfunction))
+        names = {
+            name: each
+            for module in (accelerations, springs_kernel)
+            for name, each in inspect.getmembers(module, inspect.isfunction)
+        }
         return Binder(names | tiers.method_names(integrator) | plain_operations(features))
 
     def bound(integrator, function):
@@ -284,8 +283,8 @@ def as_python() -> None:
         kernel, given = tables[table]
         kernel(time, x, v, f, power, given.record)
 
-    layout.kernel_address, scalar.add_field = kernel_address, add_field
-    engine.loop_operations = operations
+    layout.kernel_address, accelerations.add_field = kernel_address, add_field
+    engine.loop_operations = found
     engine.bound_drive = lambda integrator, tier: bound(integrator, tiers.loop.drive)
     engine.bound_inside = lambda integrator: tiers.Inside(
         bound(integrator, tiers.loop.look), bound(integrator, integrator.prepare)

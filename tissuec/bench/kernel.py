@@ -16,9 +16,9 @@ from tissuec.bench.trial import Deadline
 from tissuec.compiled.loading import address
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout
-from tissuec.engine.tiers import operations
+from tissuec.engine.operations import operations
+from tissuec.engine.rate import Unknowns
 from tissuec.integrators import INTEGRATORS
-from tissuec.kernels.rate import Unknowns
 from tissuec.kernels.records import Floats, Integers
 from tissuec.situation import Situation
 

@@ -9,7 +9,7 @@ from importlib import import_module
 from inspect import isfunction, signature
 from pathlib import Path
 from pkgutil import iter_modules
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any, NamedTuple, get_type_hints
 
 import llvmlite.binding as llvm
@@ -36,10 +36,12 @@ from tissuec.compiled.loading import CALLED, ENDING, INDEX, SHIPPED
 from tissuec.core.resources import digest_of
 from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
-from tissuec.engine.tiers import LAWS, method_names, operations_of
-from tissuec.integrators import INTEGRATORS
-from tissuec.kernels import banded, explicit, filling, iterative, runs, scalar, sensitivity
-from tissuec.kernels.rate import Unknowns, rate
+from tissuec.engine.operations import FUNCTIONS, LAWS
+from tissuec.engine.rate import Unknowns, rate
+from tissuec.engine.tiers import method_names, operations_of
+from tissuec.forces.runs_kernel import springs_in_runs
+from tissuec.integrators import INTEGRATORS, banded, iterative
+from tissuec.kernels import explicit, filling, sensitivity, vectors
 from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
 
 #: What shipped code is made from.
@@ -51,6 +53,8 @@ SOURCES = (
     "compiled/tables.py",
     "engine/binding.py",
     "engine/drive.py",
+    "engine/operations.py",
+    "engine/rate.py",
     "forces/*.py",
     "integrators/*.py",
     "kernels/*.py",
@@ -115,20 +119,22 @@ def _derivative(name: str) -> Exported:
     return Exported(name, function, as_compiled(function), called)
 
 
-def _raster(name: str) -> Exported:
-    """Return a function that draws."""
-    function = vars(filling)[name]
-    return Exported(name, function, as_compiled(function), {})
+def _member_of(module: ModuleType) -> Callable[[str], Exported]:
+    """Return what finds a function of a module by its name."""
 
+    def found(name: str) -> Exported:
+        function = vars(module)[name]
+        return Exported(name, function, as_compiled(function), {})
 
-def _vectors(name: str) -> Exported:
-    """Return a function of vectors, for loops over steps that run as Python."""
-    function = vars(scalar)[name]
-    return Exported(name, function, as_compiled(function), {})
+    return found
 
 
 #: Bundles of what is no operation on nets.
-OTHERS = {"derivatives": _derivative, "raster": _raster, "vectors": _vectors}
+OTHERS = {
+    "derivatives": _derivative,
+    "raster": _member_of(filling),
+    "vectors": _member_of(vectors),
+}
 
 
 def _operation(name: str) -> Exported:
@@ -142,10 +148,10 @@ def _operation(name: str) -> Exported:
     if kind in ("assemble", "solve"):
         function = getattr(banded if form == "banded" else iterative, kind)
     elif kind == "springs":
-        function = runs.springs_in_runs if form.startswith("in_runs") else scalar.springs
+        function = springs_in_runs if form.startswith("in_runs") else FUNCTIONS[kind]
         replaced |= {flag: flag.lower() in form for flag in FLAGS}
     else:
-        function, kind = getattr(scalar, name), name
+        function, kind = FUNCTIONS[name], name
     return Exported(name, function, SIGNATURES[kind], replaced)
 
 

@@ -13,8 +13,8 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, Signature, infer_getattr
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
-from tissuec.compiled.calls import FUNCTIONS
 from tissuec.compiled.tables import Field, Record, RecordTable, layout, signature
+from tissuec.engine.operations import FUNCTIONS
 from tissuec.kernels.records import Net, Operations
 from tissuec.kernels.sensitivity import Laws, Values
 from tissuec.laws.partial import ARGUMENTS

@@ -15,7 +15,7 @@ from tissuec.comparing.places import Places
 from tissuec.comparing.sides import Side
 from tissuec.core import units
 from tissuec.core.units import Dimension
-from tissuec.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
+from tissuec.forces.branches import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.network import Floats, Indices, Network
 
 ROUNDING = 1e-12

@@ -16,16 +16,9 @@ import numpy as np
 from tissuec.compiled.bundles import BUNDLES, of_field
 from tissuec.compiled.loading import address, is_shipped
 from tissuec.compiled.tables import Field, RecordTable, place_of, signature
-from tissuec.kernels import banded, scalar
-from tissuec.kernels.records import Net, Operations
-from tissuec.laws import code
+from tissuec.kernels import vectors
+from tissuec.kernels.records import Net
 
-#: What operations on nets are made from, but for those of laws. Of some there are other forms.
-FUNCTIONS: dict[str, Callable[..., Any]] = {
-    name: getattr(banded if name in ("assemble", "solve") else scalar, name)
-    for name in Operations._fields
-    if name not in code.ARGUMENTS
-}
 _RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
 
 
@@ -124,9 +117,8 @@ def _kinds(field: Field) -> list[Any]:
     return [{float: ctypes.c_double, int: ctypes.c_int64}.get(field.kind, pointer)]
 
 
-OPERATIONS = {name: Operation(function) for name, function in FUNCTIONS.items()}
 #: What loops over steps do with vectors, where they run as Python.
-VECTORS = {name: Shipped(getattr(scalar, name), "vectors") for name in BUNDLES["vectors"]}
+VECTORS = {name: Shipped(getattr(vectors, name), "vectors") for name in BUNDLES["vectors"]}
 
 
 # --- kernels of fields -----------------------------------------------------------------------

@@ -9,7 +9,7 @@ from tissuec.compiling.materials import MaterialReader
 from tissuec.compiling.poisson import Poisson
 from tissuec.compiling.threads import with_slipping
 from tissuec.forces.bending import Hinges
-from tissuec.inelastic import NAMES as INELASTIC
+from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes import Mesh

@@ -23,7 +23,7 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.forces.bending import Hinges
-from tissuec.inelastic import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
+from tissuec.forces.branches import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import variables

@@ -26,7 +26,7 @@ from tissuec.core.units import (
     parse_unit,
     show,
 )
-from tissuec.inelastic import NAMES as INELASTIC
+from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.lang import syntax as s
 from tissuec.lang.tables import Column, cell_span, read_rows
 from tissuec.meshes import Mesh

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.inelastic import TIMES, VISCOSITY
+from tissuec.forces.branches import TIMES, VISCOSITY
 from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, Law
 from tissuec.meshes import Mesh, Threaded
 from tissuec.network import Floats, Indices, Network, Thread

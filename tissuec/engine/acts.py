@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from tissuec.courses import Course, tabulated
-from tissuec.inelastic import Inelastic
+from tissuec.forces.branches import Inelastic
 from tissuec.kernels.records import Acts, Internal, Reels
 from tissuec.network import Floats, Indices
 from tissuec.situation import Load, Motion, Situation, Term

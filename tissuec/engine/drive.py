@@ -7,6 +7,8 @@ to Python whenever something needs a decision, and can then go on where it was.
 
 from math import inf, isfinite, nan, sqrt
 
+from tissuec.forces.accelerations import force, kinetic, place
+from tissuec.forces.springs_kernel import bend_of_passed, find_sides, peaks, slack, tension
 from tissuec.integrators.hermite import cubic, quintic
 from tissuec.integrators.verlet import (
     VelocityVerlet,
@@ -36,23 +38,15 @@ from tissuec.kernels.records import (
     Task,
     Work,
 )
-from tissuec.kernels.scalar import (
+from tissuec.kernels.vectors import (
     accumulate,
-    bend_of_passed,
     combine,
     copy_sample,
     distance,
-    find_sides,
-    force,
     is_passed,
-    kinetic,
-    peaks,
-    place,
     polynomials,
     quadrature,
     scale,
-    slack,
-    tension,
 )
 
 END_ROW = VelocityVerlet.end_row

@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.engine.layout import Layout, Springs
 from tissuec.engine.method import Interruption
-from tissuec.inelastic import flat, tightened
+from tissuec.forces.branches import flat, tightened
 from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
 from tissuec.network import Floats, Indices
 from tissuec.situation import Situation

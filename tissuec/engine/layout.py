@@ -22,12 +22,12 @@ from tissuec.engine.acts import (
     pack_reels,
 )
 from tissuec.engine.numbering import node_order
+from tissuec.engine.operations import Features
 from tissuec.engine.runs import RunPlaces, are_several, block_size, packed, places_of
 from tissuec.engine.team import Team, useful
-from tissuec.engine.tiers import Features
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
-from tissuec.inelastic import Inelastic, tightened
+from tissuec.forces.branches import Inelastic, tightened
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Acts, Fields, Internal, Net, Reels, Runs, Solver, Touches
 from tissuec.laws import Law

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.forces import Resisting
-from tissuec.inelastic import elongated, flat, pulled
+from tissuec.forces.branches import elongated, flat, pulled
 from tissuec.integrators.verlet import VelocityVerlet
 from tissuec.mechanics import lengths
 from tissuec.network import Floats, Indices

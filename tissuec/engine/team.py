@@ -13,8 +13,8 @@ from typing import Any, Self
 import numpy as np
 
 from tissuec.compiled import loading
+from tissuec.forces.runs_kernel import BLOCK
 from tissuec.kernels import records
-from tissuec.kernels.runs import BLOCK
 from tissuec.kernels.teams import pieces_of
 
 LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains

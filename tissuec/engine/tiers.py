@@ -7,50 +7,17 @@ compiled for both: an interpreted loop calls them by their addresses.
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from itertools import compress
 from typing import Any, get_type_hints
 
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiled.bundles import FLAGS
 from tissuec.engine import drive as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.method import Tier
+from tissuec.engine.operations import OPERATIONS, Features, operations
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Operations, Progress, State, Task
-from tissuec.laws import LINEAR, Law, code
-
-# Operations on nets that only some scenes need.
-NEEDED = {
-    "bend_of_passed": "cornered",
-    "find_sides": "cornered",
-    "kinetic": "ledger",
-    "peaks": "watched",
-    "tension": "watched",
-}
-LAWS = tuple(code.ARGUMENTS)
-
-
-class Features(Struct, frozen=True):
-    """What a scene needs; a kernel is compiled without the rest."""
-
-    viscous: bool
-    watched: bool
-    crushed: bool
-    ledger: bool
-    banded: bool = False
-    reeled: bool = False
-    touched: bool = False
-    inelastic: bool = False
-    cornered: bool = False
-    laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
-    in_runs: bool = False  # springs lie in runs
-
-    @property
-    def straight(self) -> bool:
-        """Return whether all springs are linear and forget everything."""
-        return not (self.laws or self.inelastic)
 
 
 class Inside(Struct, frozen=True):
@@ -118,7 +85,7 @@ def interpreter(integrator: type[Integrator]) -> Binder:
 
 def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
     """Return what names in stepping code mean where it runs as Python."""
-    from tissuec.compiled.calls import OPERATIONS, VECTORS
+    from tissuec.compiled.calls import VECTORS
 
     return method_names(integrator) | VECTORS | OPERATIONS
 
@@ -137,39 +104,6 @@ def loop_operations(integrator: type[Integrator], features: Features) -> Operati
     bundle = of_method(integrator)
     names = called_by(bundle) if is_shipped(bundle) else operations_of(integrator)
     return operations(names, features)
-
-
-@cache
-def operations(names: frozenset[str], features: Features) -> Operations:
-    """Return where some compiled operations are, and those that they call, for a scene."""
-    names |= {"springs"}
-    needed = {name for name in names if name not in NEEDED or getattr(features, NEEDED[name])}
-    if not features.straight:
-        needed |= set(LAWS)
-    return Operations(**{name: _operation(name, features) for name in sorted(needed)})
-
-
-def _operation(name: str, features: Features) -> int:
-    """Return the address of an operation on nets, compiled for what a scene needs."""
-    from tissuec.compiled import formulas
-    from tissuec.compiled.bundles import BUNDLE_OF
-    from tissuec.compiled.loading import address
-
-    if name in LAWS:
-        return formulas.address(name, features.laws or (LINEAR,))
-    if name == "springs":
-        name = _form_of_springs(features)
-    elif name in ("assemble", "solve"):
-        name += "_banded" if features.banded else "_iterative"
-    return address(BUNDLE_OF[name], name)
-
-
-def _form_of_springs(features: Features) -> str:
-    """Return which form of the forces of springs a scene needs."""
-    name = "springs_in_runs" if features.in_runs else "springs"
-    of_laws = not features.straight  # all of them have one form
-    has = features.viscous or of_laws, features.watched or of_laws, of_laws
-    return name + "".join(f"_{flag.lower()}" for flag in compress(FLAGS, has))
 
 
 @cache

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.compiled.calls import OPERATIONS
 from tissuec.compiled.tables import RecordTable
 from tissuec.engine.layout import Layout, Springs
+from tissuec.engine.operations import OPERATIONS
 from tissuec.engine.tiers import Inside
 from tissuec.kernels.records import Progress
 from tissuec.network import Floats, Indices

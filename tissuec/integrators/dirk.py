@@ -10,24 +10,16 @@ from math import inf
 
 import numpy as np
 
+from tissuec.forces.accelerations import force, place
 from tissuec.integrators import hermite
-from tissuec.kernels.banded import assemble, solve
+from tissuec.integrators.banded import assemble, solve
 from tissuec.kernels.records import (
     LOOKED,
     Floats,
     Net,
     Work,
 )
-from tissuec.kernels.scalar import (
-    accumulate,
-    combine,
-    distance,
-    force,
-    place,
-    quadrature,
-    scale,
-    subtract,
-)
+from tissuec.kernels.vectors import accumulate, combine, distance, quadrature, scale, subtract
 
 CONTROL_ORDER = 3.0  # of a member; bound to its own
 ITERATIONS = 12

@@ -12,20 +12,14 @@ from typing import ClassVar
 
 import numpy as np
 
+from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import (
     LOOKED,
     Floats,
     Net,
     Work,
 )
-from tissuec.kernels.scalar import (
-    blended_error,
-    combine,
-    force,
-    place,
-    quadrature,
-    scale,
-)
+from tissuec.kernels.vectors import blended_error, combine, quadrature, scale
 
 # Of a member; bound to its own.
 END_ROW = 13

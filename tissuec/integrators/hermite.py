@@ -13,7 +13,7 @@ from tissuec.kernels.records import (
     Net,
     Work,
 )
-from tissuec.kernels.scalar import between
+from tissuec.kernels.vectors import between
 
 
 def dense_x(rows: int, end: int) -> Floats:

@@ -21,6 +21,7 @@ from math import inf, sqrt
 
 import numpy as np
 
+from tissuec.forces.accelerations import force, greatest_force, greatest_inner_force, place
 from tissuec.integrators import INTEGRATORS, hermite
 from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import (
@@ -28,15 +29,7 @@ from tissuec.kernels.records import (
     Net,
     Work,
 )
-from tissuec.kernels.scalar import (
-    accumulate,
-    distance,
-    force,
-    greatest_force,
-    greatest_inner_force,
-    place,
-    scale,
-)
+from tissuec.kernels.vectors import accumulate, distance, scale
 
 # Places in the tableau, see ``procedures``.
 FLOOR, GROWTH, INNER, FORGETS, REPEATS, GOES_ON, OPEN = range(7)

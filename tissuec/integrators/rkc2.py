@@ -10,19 +10,14 @@ from math import cosh, log, sinh, sqrt
 
 import numpy as np
 
+from tissuec.forces.accelerations import force, place
 from tissuec.integrators import INTEGRATORS, hermite
 from tissuec.kernels.records import (
     Floats,
     Net,
     Work,
 )
-from tissuec.kernels.scalar import (
-    accumulate,
-    distance,
-    force,
-    place,
-    scale,
-)
+from tissuec.kernels.vectors import accumulate, distance, scale
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 250

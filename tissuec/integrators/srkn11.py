@@ -12,6 +12,7 @@ from math import inf
 
 import numpy as np
 
+from tissuec.forces.accelerations import force, place
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import (
     LOOKED,
@@ -19,15 +20,7 @@ from tissuec.kernels.records import (
     Net,
     Work,
 )
-from tissuec.kernels.scalar import (
-    accumulate,
-    between,
-    blended_error,
-    combine,
-    force,
-    place,
-    scale,
-)
+from tissuec.kernels.vectors import accumulate, between, blended_error, combine, scale
 
 KICKS = 12
 HALF_KICKS = (

@@ -9,21 +9,14 @@ from math import sqrt
 
 import numpy as np
 
+from tissuec.forces.accelerations import force, place
 from tissuec.integrators import INTEGRATORS
 from tissuec.kernels.records import (
     LOOKED,
     Net,
     Work,
 )
-from tissuec.kernels.scalar import (
-    distance,
-    drift,
-    force,
-    kick,
-    place,
-    quadrature,
-    scale,
-)
+from tissuec.kernels.vectors import distance, drift, kick, quadrature, scale
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:

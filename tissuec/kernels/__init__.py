@@ -1,6 +1,6 @@
 """Arithmetic on bare arrays and SI numbers: the floor that the engine stands on.
 
-``scalar`` holds each operation as a plain loop, which ``building`` translates. Stepping code is
-written once against these names. Where it runs as Python itself, ``engine.tiers`` lets it call
-compiled operations on nets, and ``vector`` for the others.
+Operations are plain loops, which ``building`` translates; those of forces stand in ``forces``.
+Stepping code is written once against their names. Where it runs as Python itself,
+``engine.tiers`` lets it call the compiled operations.
 """

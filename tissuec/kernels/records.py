@@ -92,7 +92,7 @@ class Touches(NamedTuple):
 
 
 class Internal(NamedTuple):
-    """What springs remember, first of branches; see ``tissuec.inelastic``."""
+    """What springs remember, first of branches; see ``tissuec.forces.branches``."""
 
     first: Integers  # branches of spring s are first[s]:first[s + 1], shape (spring + 1,)
     constant: Floats  # c1 [N/m], shape (branch,)

@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Source
-from tissuec.inelastic import TIMES
+from tissuec.forces.branches import TIMES
 from tissuec.lab.coupon import BODY, Coupon
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse

@@ -11,7 +11,7 @@ from tissuec.core.errors import TissueError, did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show
-from tissuec.inelastic import TIMES
+from tissuec.forces.branches import TIMES
 from tissuec.lab import indentation, motion, statics
 from tissuec.lab.bench import Bench, Unmeasured
 from tissuec.lab.coupon import Coupon

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.inelastic import TIMES
+from tissuec.forces.branches import TIMES
 from tissuec.lab.bench import Bench, Unmeasured
 from tissuec.lab.coupon import Coupon
 from tissuec.lab.statics import Tension

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core import units
-from tissuec.inelastic import flat
+from tissuec.forces.branches import flat
 from tissuec.measures import MEASURES, Subject
 from tissuec.measures.moment import Moment
 from tissuec.measures.tension import Tension

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tissuec.core.source import Source, Span
-from tissuec.inelastic import Inelastic
+from tissuec.forces.branches import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.code import parse
 from tissuec.network import (

@@ -11,7 +11,7 @@ from tissuec.core.errors import alternatives, counted
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
-from tissuec.inelastic import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
+from tissuec.forces.branches import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
 from tissuec.network import Floats, Network
 from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Action, Agenda, Group, Happening, Order

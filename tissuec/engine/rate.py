@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import Floats, Integers, Net
-from tissuec.kernels.scalar import force, place
 
 
 class Unknowns(NamedTuple):

@@ -6,8 +6,9 @@ the diagonal blocks of the nodes are the preconditioner.
 
 from math import sqrt
 
+from tissuec.forces.springs_kernel import resistance
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.scalar import TINY, resistance
+from tissuec.kernels.vectors import TINY
 
 PRECISION = 1e-3  # of the residual; Newton's method repeats what is left
 ROUNDS = 500

@@ -9,15 +9,15 @@ from math import sqrt
 
 from tissuec.kernels.records import Floats, Net, Rows, Runs
 from tissuec.kernels.teams import part_of, share
+from tissuec.kernels.vectors import TINY
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
 BLOCK = 512  # springs at a time
-TINY = 1e-200  # see ``scalar``
 
 
 def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
-    """Do what ``scalar.springs`` does."""
+    """Do what ``springs_kernel.springs`` does."""
     team, runs = net.team, net.runs
     share(team, take_parts, (x, v, runs.apart))
     # Blocks that are no neighbours have no nodes in common.

@@ -1,4 +1,4 @@
-"""What springs remember, as scalar loops; the equations stand in ``tissuec.inelastic``."""
+"""What springs remember, as scalar loops; the equations stand in ``branches``."""
 
 from math import copysign
 

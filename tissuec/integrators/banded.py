@@ -9,8 +9,9 @@ its time (0.7 to 1.7 of it for widths of 63 to 120), without a call through its 
 
 from math import sqrt
 
+from tissuec.forces.springs_kernel import resistance
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.scalar import TINY, resistance
+from tissuec.kernels.vectors import TINY
 
 
 def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:

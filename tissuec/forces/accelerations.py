@@ -1,0 +1,147 @@
+"""The sum of all forces, and the accelerations that it makes, as scalar loops to be translated.
+
+They also run, slowly, as plain Python. What other modules do is compiled by itself and called
+by its address: ``tissuec.compiled``.
+"""
+
+from math import sqrt
+
+from tissuec.forces.branches_kernel import put_home, remember
+from tissuec.forces.rest_length_kernel import reel
+from tissuec.forces.springs_kernel import reeled, springs
+from tissuec.kernels.acts import pull_free, put_driven
+from tissuec.kernels.records import Floats, Net
+from tissuec.kernels.teams import PIECE, part_of, pieces_of, share
+
+
+def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:
+    """Set ``a`` to the accelerations; return whether a spring is near to breaking.
+
+    With a ledger, sets ``power`` to the work done from outside and to what is dissipated [W].
+    """
+    power[0] = power[1] = 0.0
+    if net.reeled:
+        reel(time, net.rest, net.reels, net.acts)
+        if net.ledger:
+            power[0] -= reeled(time, x, v, net)
+    share(net.team, clear_part, (a,))
+    near = springs(x, v, a, power, net)
+    for k in range(net.fields.address.size):
+        add_field(net.fields.address[k], net.fields.table[k], time, x, v, a, power)
+    if net.ledger:
+        for node in net.driven:
+            for i in range(3 * node, 3 * node + 3):
+                power[0] -= a[i] * v[i]
+    power[0] += pull_free(time, v, a, net.inverse_mass, net.acts)
+    if net.ledger:
+        share(net.team, count_powers, (v, net))
+        for piece in range(pieces_of(net.inverse_mass.size)):
+            power[0] += net.team.work[piece]
+            power[1] += net.team.lost[piece]
+    share(net.team, accelerate, (v, a, net))
+    if net.touched:
+        for k in range(net.touches.memory.size):
+            i = 3 * net.touches.memory[k]
+            for c in range(3):
+                a[i + c] = net.touches.bent[k, c]
+    if net.inelastic:
+        remember(a, net.internal)
+    return near
+
+
+def clear_part(part: int, parts: int, vector: Floats) -> None:
+    """Set a part of a vector of all nodes to zero."""
+    first, last = part_of(part, parts, vector.size // 3)
+    own = vector[3 * first : 3 * last]
+    for i in range(own.size):
+        own[i] = 0.0
+
+
+def count_powers(part: int, parts: int, v: Floats, net: Net) -> None:
+    """Sum what pushes do and what drag dissipates, for each piece of a part of the nodes."""
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    for start in range(first, last, PIECE):
+        stop = min(start + PIECE, last)
+        # Views that are indexed from 0 need no test of whether an index is negative.
+        own_v, push = v[3 * start : 3 * stop], net.push[3 * start : 3 * stop]
+        mass, drags = net.inverse_mass[start:stop], net.drag[start:stop]
+        work = dissipated = 0.0
+        for node in range(mass.size):
+            for i in range(3 * node, 3 * node + 3):
+                work += push[i] * own_v[i]
+                if mass[node] > 0.0:
+                    dissipated += drags[node] * own_v[i] * own_v[i]
+        net.team.work[start // PIECE] = work
+        net.team.lost[start // PIECE] = dissipated
+
+
+def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
+    """Turn forces on a part of the nodes into accelerations, with drag and what is steady."""
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    # Views that are indexed from 0 need no test of whether an index is negative.
+    own_v, own_a = v[3 * first : 3 * last], a[3 * first : 3 * last]
+    steady = net.steady[3 * first : 3 * last]
+    mass, drags = net.inverse_mass[first:last], net.drag[first:last]
+    for node in range(mass.size):
+        inverse, drag = mass[node], drags[node]
+        for i in range(3 * node, 3 * node + 3):
+            own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
+
+
+def add_field(
+    address: int, table: int, time: float, x: Floats, v: Floats, f: Floats, power: Floats
+) -> None:
+    """Call the kernel of a field with its table; see ``tissuec.forces``.
+
+    In compiled code a call of the address stands in its place; as Python it cannot be called.
+    """
+    raise NotImplementedError
+
+
+def place(time: float, x: Floats, v: Floats, net: Net) -> None:
+    """Put driven nodes and lengths of threads where their courses have them at a time."""
+    put_driven(time, x, v, net.acts)
+    if net.reeled:
+        reel(time, net.rest, net.reels, net.acts)
+    if net.touched:
+        put_home(x, net.touches.memory, net.touches.home)
+    if net.inelastic:
+        put_home(x, net.internal.nodes, net.internal.home)
+
+
+def kinetic(v: Floats, net: Net) -> float:
+    """Return the kinetic energy of the free nodes [J]."""
+    total = 0.0
+    for node in range(net.inverse_mass.size):
+        if net.inverse_mass[node] > 0.0:
+            i = 3 * node
+            total += (v[i] ** 2 + v[i + 1] ** 2 + v[i + 2] ** 2) / net.inverse_mass[node]
+    return 0.5 * total
+
+
+def greatest_force(a: Floats, net: Net) -> float:
+    """Return the greatest force on a free node, from the accelerations [N]; NaN if none."""
+    greatest = check = 0.0
+    for node in range(net.inverse_mass.size):
+        inverse, i = net.inverse_mass[node], 3 * node
+        if inverse > 0.0:
+            force = (a[i] * a[i] + a[i + 1] * a[i + 1] + a[i + 2] * a[i + 2]) / inverse**2
+            greatest = max(greatest, force)
+            check += 0.0 * force  # what is not finite must not get lost in a maximum
+    return sqrt(greatest) + check
+
+
+def greatest_inner_force(time: float, v: Floats, a: Floats, out: Floats, net: Net) -> float:
+    """Return the greatest force on a free node without weight, loads and drag [N].
+
+    Args:
+        out: Scratch, shape (3 node,).
+    """
+    for i in range(out.size):
+        out[i] = 0.0
+    pull_free(time, v, out, net.inverse_mass, net.acts)
+    for node in range(net.inverse_mass.size):
+        inverse = net.inverse_mass[node]
+        for i in range(3 * node, 3 * node + 3):
+            out[i] = a[i] - net.steady[i] + inverse * (net.drag[node] * v[i] - out[i])
+    return greatest_force(out, net)

@@ -1,0 +1,289 @@
+"""Forces of springs as scalar loops, to be translated; they also run, slowly, as plain Python.
+
+Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
+T = c e + d w with e = L - L0 and w = r·(v_j - v_i) / L, or what laws say instead, and what
+branches add; force T r / L. Flags in capitals are constants of a variant. Laws are compiled by
+themselves and called by their address: ``tissuec.compiled``.
+"""
+
+from math import inf, sqrt
+
+import numpy as np
+
+from tissuec.forces.branches_kernel import flowed, give_way, pull_of_branches
+from tissuec.forces.rest_length_kernel import reel, reel_rate
+from tissuec.kernels.records import Floats, Net, Rows
+from tissuec.kernels.vectors import TINY
+from tissuec.laws import LINEAR
+from tissuec.laws.code import functions
+
+VISCOUS = True  # springs have dashpots
+WATCHED = True  # springs may break
+OF_LAWS = True  # springs may have laws, relax or flow
+pull, slope, side, *_viscous = functions((LINEAR,)).values()
+brake, brake_slope, brake_by_e, brake_side = _viscous
+
+# Part of a spring's length, along where it pointed, that a step must leave of it (and have
+# begun with) for stages on the way not to see it turned over.
+LEFT = 0.1
+STIFFEST = 1e30  # viscosity in a matrix [N s/m]
+# Unsigned, so that no index has to be tested for being negative.
+ONE, TWO = np.uint64(1), np.uint64(2)
+
+
+def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
+    """Add the forces of springs; return whether one is near to breaking."""
+    first, other, law = net.first, net.other, net.law
+    stiffness, damping, rest = net.stiffness, net.damping, net.rest
+    limit, limit_pressed = net.near, net.near_crush
+    near = False
+    dissipated = 0.0
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
+        v0, v1, v2 = v[i], v[i + ONE], v[i + TWO]
+        f0 = f1 = f2 = 0.0
+        for s in range(first[node], first[node + 1]):
+            j = np.uint64(other[s])
+            r0, r1, r2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
+            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+            inverse = 1.0 / (length + TINY)
+            e = length - rest[s]
+            if OF_LAWS and net.inelastic:
+                e -= flowed(s, v, net.internal)
+            tension = stiffness[s] * e
+            if OF_LAWS and law[s] > 0:
+                tension = pull(law[s], e, stiffness[s], rest[s], net)
+            if OF_LAWS and net.inelastic:
+                tension += pull_of_branches(s, e, v, net.internal)
+                dissipated += give_way(s, e, tension, v, net.internal)
+            if VISCOUS:
+                closing = (
+                    r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
+                ) * inverse
+                braking = damping[s] * closing
+                if OF_LAWS and law[s] > 0:
+                    braking = brake(law[s], e, closing, damping[s], rest[s], net)
+                tension += braking
+                dissipated += braking * closing
+            if WATCHED:
+                near |= tension > limit[s] or tension < -limit_pressed[s]
+            tension *= inverse
+            f0 += tension * r0
+            f1 += tension * r1
+            f2 += tension * r2
+            f[j] -= tension * r0
+            f[j + ONE] -= tension * r1
+            f[j + TWO] -= tension * r2
+        f[i] += f0
+        f[i + ONE] += f1
+        f[i + TWO] += f2
+    power[1] += dissipated
+    return near
+
+
+def find_sides(time: float, x: Floats, v: Floats, out: Rows, net: Net) -> None:
+    """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
+
+    Of springs and of dashpots, and whether springs yield.
+    """
+    first, other, law, rest = net.first, net.other, net.law, net.rest
+    if net.reeled:
+        reel(time, rest, net.reels, net.acts)
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        for s in range(first[node], first[node + 1]):
+            if law[s] > 0 or net.inelastic:
+                e, w = stretching(s, i, np.uint64(other[s]), x, v, net)
+                out[0, s] = side(law[s], e, net.stiffness[s], rest[s], net)
+                out[1, s] = brake_side(law[s], e, w, net.damping[s], rest[s], net)
+                if net.inelastic:
+                    out[2, s] = abs(pull_of(s, e, v, net)) > net.internal.limit[s]
+
+
+def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[float, float]:
+    """Return the elongation [m] of a spring between two nodes, and its rate [m/s]."""
+    r0, r1, r2 = x[j] - x[i], x[j + ONE] - x[i + ONE], x[j + TWO] - x[i + TWO]
+    w0, w1, w2 = v[j] - v[i], v[j + ONE] - v[i + ONE], v[j + TWO] - v[i + TWO]
+    length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+    e = length - net.rest[s]
+    if net.inelastic:
+        e -= flowed(s, v, net.internal)
+    return e, (r0 * w0 + r1 * w1 + r2 * w2) / (length + TINY)
+
+
+def bend_of_passed(
+    x: Floats,
+    v: Floats,
+    x_end: Floats,
+    v_end: Floats,
+    span: float,
+    before: Rows,
+    after: Rows,
+    net: Net,
+) -> float:
+    """Return how suddenly corners change the rates of accelerations [m/s³].
+
+    The largest f' |w| (1/m + 1/m') of springs, and (∂g/∂w |Δw| / Δt + ∂g/∂e |w|) (1/m + 1/m')
+    of dashpots, that pass. Where
+    one begins or ceases to yield, its lasting elongation bends: |ΔS| / η Δt, a rate of m/s²
+    that positions follow, hence over Δt once more.
+
+    Args:
+        span: Time between both looks [s].
+    """
+    first, other, law, rest = net.first, net.other, net.law, net.rest
+    worst = 0.0
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        for s in range(first[node], first[node + 1]):
+            pulls, brakes = before[0, s] != after[0, s], before[1, s] != after[1, s]
+            yields = before[2, s] != after[2, s]
+            if pulls or brakes or yields:
+                j = np.uint64(other[s])
+                e, w = stretching(s, i, j, x, v, net)
+                e_end, w_end = stretching(s, i, j, x_end, v_end, net)
+                c, d, k = net.stiffness[s], net.damping[s], law[s]
+                light = net.inverse_mass[node] + net.inverse_mass[int(other[s]) // 3]
+                bend = 0.0
+                if pulls:
+                    # The larger slope, not their difference: a dead band has the same one
+                    # on both sides.
+                    one, two = slope(k, e, c, rest[s], net), slope(k, e_end, c, rest[s], net)
+                    bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
+                if brakes:
+                    one, two = (
+                        brake_slope(k, e, w, d, rest[s], net),
+                        brake_slope(k, e_end, w_end, d, rest[s], net),
+                    )
+                    thick = min(max(abs(one), abs(two)), STIFFEST)
+                    bend += thick * abs(w_end - w) / span
+                    one, two = (
+                        brake_by_e(k, e, w, d, rest[s], net),
+                        brake_by_e(k, e_end, w_end, d, rest[s], net),
+                    )
+                    bend += max(abs(one), abs(two)) * max(abs(w), abs(w_end))
+                bend *= light
+                if net.inelastic and yields:
+                    more = pull_of(s, e_end, v_end, net) - pull_of(s, e, v, net)
+                    bend += abs(more) / (net.internal.viscosity[s] * span * span)
+                worst = max(worst, bend)
+    return worst
+
+
+def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
+    """Return the power that springs do on what changes their rest lengths [W]."""
+    power, reels = 0.0, net.reels
+    for k in range(reels.spring.size):
+        s, i, j = int(reels.spring[k]), 3 * reels.low[k], 3 * reels.high[k]
+        r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
+        length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+        power += pull_at(s, length, v, net) * reel_rate(k, time, reels, net.acts)
+    return float(power)
+
+
+def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
+    """Return the force of a spring and its branches at a length, without viscosity [N]."""
+    e = length - net.rest[s]
+    if net.inelastic:
+        e -= flowed(s, v, net.internal)
+    return pull_of(s, e, v, net)
+
+
+def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
+    """Return the force of a spring and its branches at an elongation [N]."""
+    force = net.stiffness[s] * e
+    if net.law[s] > 0:
+        force = pull(net.law[s], e, net.stiffness[s], net.rest[s], net)
+    if net.inelastic:
+        force += pull_of_branches(s, e, v, net.internal)
+    return float(force)
+
+
+def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
+    """Set ``out`` to the tension of each spring [N]."""
+    first, other = net.first, net.other
+    for node in range(first.size - 1):
+        i = 3 * node
+        for s in range(first[node], first[node + 1]):
+            j = other[s]
+            r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
+            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+            e = length - net.rest[s]
+            if net.inelastic:
+                e -= flowed(s, v, net.internal)
+            closing = (
+                r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
+            ) / (length + TINY)
+            braking = net.damping[s] * closing
+            if net.law[s] > 0:
+                braking = brake(net.law[s], e, closing, net.damping[s], net.rest[s], net)
+            out[s] = pull_of(s, e, v, net) + braking
+
+
+def resistance(
+    q: float, s: int, i: int, j: int, length: float, x: Floats, v: Floats, net: Net
+) -> tuple[float, float]:
+    """Return q ∂g/∂w + q² ∂(f + g)/∂e and q² f/L of a spring, neither of them negative [kg].
+
+    Args:
+        s: Its number; ``i`` and ``j`` are where its nodes begin in ``x`` and ``v``.
+    """
+    law, rest, inverse = net.law[s], net.rest[s], 1.0 / (length + TINY)
+    closing = 0.0
+    for k in range(3):
+        closing += (x[j + k] - x[i + k]) * (v[j + k] - v[i + k]) * inverse
+    e, damping = length - rest, net.damping[s]
+    steep = slope(law, e, net.stiffness[s], rest, net)
+    steep += brake_by_e(law, e, closing, damping, rest, net)
+    steep = max(steep, 0.0)
+    across = max(pull(law, e, net.stiffness[s], rest, net) * inverse, 0.0)
+    if length == 0.0 and rest == 0.0:
+        across = steep  # in all directions alike
+    # At rest, a dashpot may be infinitely stiff.
+    viscous = min(max(brake_slope(law, e, closing, damping, rest, net), 0.0), STIFFEST)
+    return q * viscous + q * q * steep, q * q * across
+
+
+def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) -> bool:
+    """Tell whether a parabola through three looks rises above ``margin`` times a limit."""
+    for s in range(here.size):
+        if parabola_top(before[s], here[s], after[s]) > margin * net.strength[s]:
+            return True
+        top = parabola_top(-before[s], -here[s], -after[s]) if net.crushed else 0.0
+        if top > margin * net.crush[s]:
+            return True
+    return False
+
+
+def parabola_top(low: float, mid: float, high: float) -> float:
+    """Return the highest value of a parabola through three equidistant looks."""
+    top = max(low, mid, high)
+    if mid >= low and mid >= high and mid + mid > low + high:
+        top += (high - low) * (high - low) / (8.0 * (mid + mid - low - high))
+    return top
+
+
+def slack(x: Floats, x_end: Floats, net: Net) -> float:
+    """Return how far nodes may move before a spring can turn over; -1 if one has already [m].
+
+    To turn over is to keep, along where it pointed before, less than the part ``LEFT`` of the
+    longer of both lengths. Springs without length at rest, whose forces do not jump then, do
+    not count.
+    """
+    first, other = net.first, net.other
+    shortest = inf
+    for node in range(first.size - 1):
+        i = np.uint64(3 * node)
+        x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
+        y0, y1, y2 = x_end[i], x_end[i + ONE], x_end[i + TWO]
+        for s in range(first[node], first[node + 1]):
+            j = np.uint64(other[s])
+            r0, r1, r2 = x_end[j] - y0, x_end[j + ONE] - y1, x_end[j + TWO] - y2
+            d0, d1, d2 = x[j] - x0, x[j + ONE] - x1, x[j + TWO] - x2
+            if net.rest[s] > 0.0:
+                before, after = d0 * d0 + d1 * d1 + d2 * d2, r0 * r0 + r1 * r1 + r2 * r2
+                if r0 * d0 + r1 * d1 + r2 * d2 < LEFT * max(before, after):
+                    return -1.0
+                shortest = min(shortest, after)
+    return 0.5 * (1.0 - LEFT) * sqrt(shortest)

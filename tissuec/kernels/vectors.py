@@ -1,0 +1,268 @@
+"""What loops over steps do with vectors of all nodes, as scalar loops to be translated."""
+
+from math import sqrt
+
+import numpy as np
+
+from tissuec.kernels.records import Buffer, Floats, Rows, Team
+from tissuec.kernels.teams import PIECE, part_of, share
+
+# Added to a length before dividing, which leaves any that is not squared to zero what it is.
+TINY = 1e-200
+UNSIGNED = 0x7FFF_FFFF_FFFF_FFFF  # all bits of a number but its sign
+
+
+def is_passed(before: Rows, after: Rows) -> bool:
+    """Return whether any spring has passed a corner between two looks."""
+    for row in range(3):
+        for s in range(before.shape[1]):
+            if before[row, s] != after[row, s]:
+                return True
+    return False
+
+
+def combine(
+    x: Floats,
+    to: float,
+    weights: Floats,
+    v: Floats,
+    at: float,
+    further: Floats,
+    rows: Rows,
+    out_x: Floats,
+    out_v: Floats,
+    team: Team,
+) -> None:
+    """Set out_x = x + to Σ weights_j rows_j and out_v = v + at Σ further_j rows_j.
+
+    Both at once, because large nets are read from memory. Rows without weight are not touched.
+    """
+    share(team, combine_part, (x, to, weights, v, at, further, rows, out_x, out_v))
+
+
+def combine_part(
+    part: int,
+    parts: int,
+    x: Floats,
+    to: float,
+    weights: Floats,
+    v: Floats,
+    at: float,
+    further: Floats,
+    rows: Rows,
+    out_x: Floats,
+    out_v: Floats,
+) -> None:
+    """Do a part of ``combine``."""
+    first, last = part_of(part, parts, out_x.size // 3)
+    # Blocks that stay in the cache while all rows are added to them.
+    for start in range(3 * first, 3 * last, PIECE):
+        stop = min(start + PIECE, 3 * last)
+        add_rows(x, to, weights, rows, start, stop, out_x)
+        add_rows(v, at, further, rows, start, stop, out_v)
+
+
+def add_rows(
+    base: Floats,
+    factor: float,
+    weights: Floats,
+    rows: Rows,
+    start: int,
+    stop: int,
+    out: Floats,
+) -> None:
+    """Set a part of out = base + factor Σ weights_j rows_j."""
+    count, last, part = rows.shape[0], rows.shape[0] - 1, slice(start, stop)
+    total, first = out[part], base[part]
+    j, begun = following(weights, -1), False
+    while j < count or not begun:
+        # Four rows at a time, for less traffic; those past the last have no weight.
+        k = following(weights, j)
+        m = following(weights, k)
+        n = following(weights, m)
+        a = factor * weights[j] if j < count else 0.0
+        b = factor * weights[k] if k < count else 0.0
+        c = factor * weights[m] if m < count else 0.0
+        d = factor * weights[n] if n < count else 0.0
+        # Views that are indexed from 0 let the compiler use vector instructions, and so does
+        # one loop for each of both bases.
+        one, two = rows[min(j, last), part], rows[min(k, last), part]
+        three, four = rows[min(m, last), part], rows[min(n, last), part]
+        if begun:
+            for i in range(total.size):
+                total[i] += (a * one[i] + b * two[i]) + (c * three[i] + d * four[i])
+        else:
+            for i in range(total.size):
+                total[i] = first[i] + ((a * one[i] + b * two[i]) + (c * three[i] + d * four[i]))
+        j, begun = following(weights, n), True
+
+
+def following(weights: Floats, row: int) -> int:
+    """Return the next row of some weight; their number where there is none."""
+    row += 1
+    while row < weights.size and weights[row] == 0.0:
+        row += 1
+    return row
+
+
+def scale(factor: float, vector: Floats, out: Floats) -> None:
+    """Set out = factor vector."""
+    for i in range(out.size):
+        out[i] = factor * vector[i]
+
+
+def polynomials(table: Rows, part: float, out: Floats) -> None:
+    """Set out_j = Σ_k table[k, j] part^(k + 1)."""
+    for j in range(out.size):
+        value = 0.0
+        for k in range(table.shape[0] - 1, -1, -1):
+            value = (value + table[k, j]) * part
+        out[j] = value
+
+
+def quadrature(base: Floats, factor: float, weights: Floats, power: Rows, out: Floats) -> None:
+    """Set out = base + factor Σ weights_j power_j for the two columns of the ledger."""
+    for k in range(2):
+        total = 0.0
+        for j in range(power.shape[0]):
+            total += weights[j] * power[j, k]
+        out[k] = base[k] + factor * total
+
+
+def drift(
+    x: Floats, v: Floats, a: Floats, h: float, x_end: Floats, v_end: Floats, team: Team
+) -> None:
+    """Set x_end = x + h v + h²/2 a and v_end = v + h a."""
+    share(team, drift_part, (x, v, a, h, x_end, v_end))
+
+
+def drift_part(
+    part: int,
+    parts: int,
+    x: Floats,
+    v: Floats,
+    a: Floats,
+    h: float,
+    x_end: Floats,
+    v_end: Floats,
+) -> None:
+    """Do a part of ``drift``."""
+    first, last = part_of(part, parts, x.size // 3)
+    own, half = slice(3 * first, 3 * last), 0.5 * h * h
+    x, v, a, x_end, v_end = x[own], v[own], a[own], x_end[own], v_end[own]
+    for i in range(x.size):
+        x_end[i] = x[i] + h * v[i] + half * a[i]
+        v_end[i] = v[i] + h * a[i]
+
+
+def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats, team: Team) -> None:
+    """Set v_end = v + h/2 (a + a_end)."""
+    share(team, kick_part, (v, a, a_end, h, v_end))
+
+
+def kick_part(
+    part: int, parts: int, v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats
+) -> None:
+    """Do a part of ``kick``."""
+    first, last = part_of(part, parts, v.size // 3)
+    own, half = slice(3 * first, 3 * last), 0.5 * h
+    v, a, a_end, v_end = v[own], a[own], a_end[own], v_end[own]
+    for i in range(v.size):
+        v_end[i] = v[i] + half * (a[i] + a_end[i])
+
+
+def accumulate(factor: float, vector: Floats, out: Floats) -> None:
+    """Set out = out + factor vector."""
+    for i in range(out.size):
+        out[i] += factor * vector[i]
+
+
+def subtract(one: Floats, two: Floats, out: Floats) -> None:
+    """Set out = one - two."""
+    for i in range(out.size):
+        out[i] = one[i] - two[i]
+
+
+def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) -> None:
+    """Set out = factor (two - one) - less."""
+    for i in range(out.size):
+        out[i] = factor * (two[i] - one[i]) - less[i]
+
+
+def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
+    """Return the largest distance between the nodes of two vectors; NaN where one is none.
+
+    Args:
+        one, two: Shape (3 node,), or longer.
+        squares: Scratch, shape (node,).
+    """
+    share(team, distance_part, (one, two, squares, team))
+    return sqrt(greatest(team.found))
+
+
+def distance_part(
+    part: int, parts: int, one: Floats, two: Floats, squares: Floats, team: Team
+) -> None:
+    """Find the largest square of a distance in a part of the nodes."""
+    first, last = part_of(part, parts, squares.size)
+    one, two = one[3 * first : 3 * last], two[3 * first : 3 * last]
+    squares = squares[first:last]
+    for node in range(squares.size):
+        i = 3 * node
+        d0, d1, d2 = one[i] - two[i], one[i + 1] - two[i + 1], one[i + 2] - two[i + 2]
+        squares[node] = d0 * d0 + d1 * d1 + d2 * d2
+    team.found[part] = greatest(squares)
+
+
+def greatest(values: Floats) -> float:
+    """Return the largest of values not below zero; NaN where one is none. Spoils the first.
+
+    Numbers without a sign are ordered as their bits are, above all of them infinity and what is
+    no number; integers have a maximum that four times as many instructions a second reach.
+    """
+    bits = values.view(np.int64)
+    most = 0
+    for i in range(bits.size):
+        most = max(most, bits[i] & UNSIGNED)
+    if bits.size:
+        bits[0] = most
+        return values[0]
+    return 0.0
+
+
+def blended_error(fifth: Floats, third: Floats, blend: Floats, team: Team) -> float:
+    """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none.
+
+    Args:
+        fifth, third: Shape (3 node,).
+        blend: Scratch, shape (node,).
+    """
+    share(team, blended_part, (fifth, third, blend, team))
+    return greatest(team.found)
+
+
+def blended_part(
+    part: int, parts: int, fifth: Floats, third: Floats, blend: Floats, team: Team
+) -> None:
+    """Find the largest blended error of a part of the nodes."""
+    first, last = part_of(part, parts, blend.size)
+    fifth, third = fifth[3 * first : 3 * last], third[3 * first : 3 * last]
+    blend = blend[first:last]
+    for node in range(blend.size):
+        i = 3 * node
+        five = fifth[i] ** 2 + fifth[i + 1] ** 2 + fifth[i + 2] ** 2
+        three = third[i] ** 2 + third[i + 1] ** 2 + third[i + 2] ** 2
+        blend[node] = five / (sqrt(five + 0.01 * three) + TINY)
+    team.found[part] = greatest(blend)
+
+
+def copy_sample(
+    x: Floats, v: Floats, ledger: Floats, error: float, index: int, buffer: Buffer
+) -> None:
+    """Enter a state into the buffer as sample ``index``."""
+    for i in range(x.size):
+        buffer.position[index, i] = x[i]
+        buffer.velocity[index, i] = v[i]
+    buffer.ledger[index, 0] = ledger[0]
+    buffer.ledger[index, 1] = ledger[1]
+    buffer.error[index] = error
