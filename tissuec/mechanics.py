@@ -1,11 +1,5 @@
 """Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
 
-A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
-closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law; it pulls a with
-T u and b with -T u. A dead spring has no tension, and one of zero length no direction and thus
-none either. What springs remember (``forces.branches``) stands in the velocities of hidden
-nodes.
-
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
 that a whole batch of samples is one call. Parameters are those of a :class:`Situation`, whose
 rest lengths may have the leading axes of the states.
@@ -20,32 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import dot, norm
-from tissuec.forces.branches import flat, pulled, tightened
+from tissuec.forces.branches import flat
+from tissuec.forces.springs import reach
 from tissuec.network import Floats, Indices, Network
 from tissuec.situation import Situation
 
 TOGETHER = 1 << 18  # springs that are looked at at once: more need much memory, and take longer
 
 
-class Pull(NamedTuple):
-    """What some springs do at a moment.
-
-    Attributes:
-        length: Present lengths [m], shape (…, spring).
-        direction: Unit vectors from the first end to the second, shape (…, spring, 3); zero
-            where the length is.
-        tension: [N], shape (…, spring); zero for dead springs and at zero length.
-    """
-
-    length: Floats
-    direction: Floats
-    tension: Floats
-
-
 def lengths(ends: NDArray[np.int32], position: Floats) -> Floats:
     """Return the distance between the ends of each spring [m], shape (…, spring)."""
     starts = range(0, max(len(ends), 1), TOGETHER)
-    parts = (_reach(ends[start : start + TOGETHER], position) for start in starts)
+    parts = (reach(ends[start : start + TOGETHER], position) for start in starts)
     found = [norm(part) for part in parts]
     return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
@@ -64,41 +44,12 @@ def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Float
     return lengths(ends, position) - rest
 
 
-def pull(
-    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
-) -> Pull:
-    """Return lengths, directions and tensions of some springs, all of them by default.
-
-    Args:
-        situation: Which springs are alive, and their parameters.
-        position: Node positions [m], shape (…, node, 3).
-        velocity: Node velocities [m/s], same shape.
-        springs: The springs that are asked for, shape (spring,).
-    """
-    chosen = slice(None) if springs is None else springs
-    ends = situation.network.ends[chosen]
-    reach = _reach(ends, position)
-    length = norm(reach)
-    has_direction = length > 0.0
-    direction = reach / np.where(has_direction, length, 1.0)[..., None]
-    behaviour = situation.behaviour(springs)
-    stretch = length - behaviour.rest
-    memory, own = situation.memory(springs), flat(velocity)
-    if behaviour.is_viscous:
-        closing = dot(direction, _reach(ends, velocity))
-        tension = tightened(behaviour, memory, stretch, closing, own)
-    else:
-        tension = pulled(behaviour, memory, stretch, own)
-    works = situation.alive[chosen] & has_direction
-    return Pull(length, direction, np.where(works, tension, 0.0))
-
-
 def tension(
     situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
     """Return the tension of some springs, all of them by default [N], shape (…, spring)."""
     parts = _in_parts(situation.network if springs is None else springs)
-    found = [pull(situation, position, velocity, part).tension for part in parts]
+    found = [situation.springs(part).pull(position, velocity).tension for part in parts]
     return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
@@ -145,7 +96,7 @@ def _spring_forces(situation: Situation, position: Floats, velocity: Floats) -> 
     tension = np.empty((*samples, network.spring_count))
     for part in _in_parts(network):
         springs = slice(None) if part is None else part
-        acting = pull(situation, position, velocity, part)
+        acting = situation.springs(part).pull(position, velocity)
         tension[..., springs] = acting.tension
         forces = acting.tension[..., None] * acting.direction
         first, second = network.ends[springs].T
@@ -170,10 +121,10 @@ def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:
 
 def applied_forces(situation: Situation) -> Floats:
     """Return weight and external forces on every node now, jets aside [N], shape (node, 3)."""
-    total = situation.mass[:, None] * situation.gravity
-    for acting in situation.loads.values():
-        # A node may be named more than once.
-        np.add.at(total, acting.nodes, acting.at(situation.time))
+    position = situation.position
+    total, still = np.zeros_like(position), np.zeros_like(position)
+    for acting in situation.outer:
+        acting.add_forces(situation.time, position, still, total)
     return total
 
 
@@ -207,7 +158,7 @@ def torque_on(
         about: A point [m], shape (…, 3).
     """
     springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    acting = pull(situation, position, velocity, springs)
+    acting = situation.springs(springs).pull(position, velocity)
     ends = situation.network.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
     force = (sign * acting.tension)[..., None] * acting.direction
@@ -230,7 +181,7 @@ def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Ind
     costs only the springs that join them to the rest.
     """
     springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    acting = pull(situation, position, velocity, springs)
+    acting = situation.springs(springs).pull(position, velocity)
     return np.einsum("...s,...sk->...k", sign * acting.tension, acting.direction)
 
 
@@ -264,21 +215,9 @@ def elastic_energy(
     chosen = chosen[situation.alive[chosen]]
     total = np.zeros(position.shape[:-2])
     for part in _in_parts(chosen):
-        rest = rest_lengths(situation, velocity, part)
-        stretched = elongation(situation.network.ends[part], position, rest)
-        energy = situation.behaviour(part).energy(stretched)
-        if (memory := situation.memory(part)) is not None:
-            energy = energy + memory.energy(stretched, memory.variables(flat(velocity)))
+        energy = situation.springs(part).energy(position, velocity)
         total = total + _sum_each(energy)
     return total
-
-
-def gravity_energy(situation: Situation, position: Floats) -> Floats:
-    """Return -Σ m g·x over the free nodes [J], shape (…); zero at the origin."""
-    if not situation.gravity.any():
-        return np.zeros(position.shape[:-2])
-    free = _free(situation, None)
-    return -_sum_each(situation.mass[free] * (position[..., free, :] @ situation.gravity))
 
 
 def _sum_each(values: Floats) -> Floats:
@@ -305,16 +244,10 @@ def energies(
     elastic = elastic_energy(situation, position, velocity)
     for acting in situation.fields:
         elastic = elastic + acting.energy(time, position)
-    return Energies(
-        kinetic_energy(situation, velocity),
-        elastic,
-        gravity_energy(situation, position),
-    )
-
-
-def _reach(ends: NDArray[np.int32], values: Floats) -> Floats:
-    """Return the difference of a nodal vector along each spring, shape (…, spring, 3)."""
-    return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
+    weight = np.zeros(position.shape[:-2])
+    for acting in situation.outer:
+        weight = weight + acting.energy(time, position)
+    return Energies(kinetic_energy(situation, velocity), elastic, weight)
 
 
 def _free(situation: Situation, nodes: Indices | None) -> Indices:

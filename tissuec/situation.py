@@ -13,24 +13,22 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
-from tissuec.forces import Field, Imposed
+from tissuec.forces import Effect, Field, Imposed, Nodal
 from tissuec.forces.bending import Hinges
 from tissuec.forces.branches import Inelastic
+from tissuec.forces.drag import Drag
+from tissuec.forces.load import Load, Term, total
+from tissuec.forces.rest_length import Reeling
+from tissuec.forces.springs import Springs
 from tissuec.forces.volume import Enclosure
+from tissuec.forces.weight import Weight
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import Floats, Indices, Network
-from tissuec.threads import SURE, Knot, Reeling
+from tissuec.threads import SURE, Knot
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.jets import Jet
-
-
-class Term(Struct, frozen=True, eq=False):
-    """One vector times one course: a displacement [m] or a force [N]."""
-
-    vector: Floats  # shape (3,)
-    course: Course
 
 
 class Turn(Struct, frozen=True, eq=False):
@@ -81,30 +79,8 @@ class Motion(Struct, frozen=True, eq=False):
         position, velocity = self.base, np.zeros_like(self.base)
         if self.turn is not None:
             position, velocity = self.turn.apply(self.base, time)
-        shift, speed = (part[..., None, :] for part in _total(self.shifts, time))
+        shift, speed = (part[..., None, :] for part in total(self.shifts, time))
         return position + shift, velocity + speed
-
-
-class Load(Struct, frozen=True, eq=False):
-    """An external force on each of some nodes: Σ vectorᵢ sᵢ(t) [N] per node."""
-
-    nodes: Indices
-    terms: tuple[Term, ...]
-    span: Span
-
-    def at(self, time: Floats | float) -> Floats:
-        """Return the force on each of the nodes [N], shape (…, 3)."""
-        return _total(self.terms, time)[0]
-
-
-def _total(terms: tuple[Term, ...], time: Floats | float) -> tuple[Floats, Floats]:
-    """Return the sum of the terms and of their rates, each of shape (…, 3)."""
-    value, rate = np.zeros((2, *np.shape(time), 3))
-    for term in terms:
-        factor, slope = term.course.at(time)
-        value += np.multiply.outer(factor, term.vector)
-        rate += np.multiply.outer(slope, term.vector)
-    return value, rate
 
 
 class Situation(Struct, eq=False):
@@ -219,6 +195,18 @@ class Situation(Struct, eq=False):
             self.damping[chosen],
             self.rest[..., chosen],
         )
+
+    def springs(self, chosen: Indices | None = None) -> Springs:
+        """Return some springs with their present numbers, all of them by default."""
+        part = slice(None) if chosen is None else chosen
+        ends, alive = self.network.ends[part], self.alive[part]
+        return Springs(ends, alive, self.behaviour(chosen), self.memory(chosen))
+
+    @property
+    def acting(self) -> Springs:
+        """Return the springs that act on a free node."""
+        held = self.held[self.network.ends].all(axis=1)
+        return self.springs(np.flatnonzero(self.alive & ~held))
 
     def memory(self, springs: Indices | None = None) -> Inelastic | None:
         """Return what some springs remember, all of them by default."""
@@ -350,6 +338,38 @@ class Situation(Struct, eq=False):
         """Return the hinges of walls: none that has lost a spring."""
         hinges = self.network.hinges
         return None if hinges is None else hinges.whole(self.alive)
+
+    @property
+    def outer(self) -> tuple[Nodal, ...]:
+        """Return what acts on free nodes from outside: weight, drag and external forces."""
+        held, braking = self.held, self.braking
+        weight = Weight(np.where(held, 0.0, self.mass), self.gravity)
+        drag = Drag(np.where(held, 0.0, braking))
+        return (
+            *((weight,) if self.gravity.any() else ()),
+            *((drag,) if braking.any() else ()),
+            *self.loads.values(),
+        )
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Return all that acts beside springs."""
+        return (*self.outer, *self.fields)
+
+    @property
+    def loss(self) -> str:
+        """Return why energy is not kept, as the beginning of a sentence; empty if it is."""
+        springs = self.acting
+        if springs.behaviour.is_viscous:
+            return "there is viscosity"
+        if springs.memory is not None:
+            return "there are springs that relax or flow"
+        for effect in self.effects:
+            if effect.loss:
+                return effect.loss
+            if effect.braking(self.position) is not None:
+                return "there is viscosity"
+        return ""
 
     @property
     def fields(self) -> tuple[Field, ...]:

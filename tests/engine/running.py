@@ -10,8 +10,9 @@ from tissuec.engine.engine import Engine
 from tissuec.engine.layout import Layout
 from tissuec.engine.method import Interruption, Method
 from tissuec.engine.operations import OPERATIONS, operations
+from tissuec.forces.load import Load, Term
 from tissuec.integrators import INTEGRATORS
-from tissuec.situation import Load, Motion, Situation, Term, Turn
+from tissuec.situation import Motion, Situation, Turn
 
 TIERS = ("interpreted", "compiled")
 EVERLASTING = Course("constant", 0.0, np.inf)

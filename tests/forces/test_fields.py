@@ -1,4 +1,4 @@
-"""What all fields have in common: kernels, balances of force and power, derivatives, bounds."""
+"""What all effects share: kernels, balances of force and power, derivatives, bounds."""
 
 from functools import partial
 from typing import NamedTuple
@@ -16,8 +16,13 @@ from tests.test_enclosures import ball as breathing
 from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
 from tissuec.compiled.calls import kernel_on
+from tissuec.core.source import Source, Span
 from tissuec.courses import Course
 from tissuec.forces import FORCES, Acted, Field, acts_of
+from tissuec.forces.drag import Drag
+from tissuec.forces.jets import Jet
+from tissuec.forces.load import Load, Term
+from tissuec.forces.weight import Weight
 from tissuec.kernels.records import Floats
 from tissuec.shapes.nearest import TRIANGLE
 from tissuec.situation import Situation
@@ -84,18 +89,41 @@ def on_some(kind, *entries):
     return Example(FORCES[kind](*entries).on(acted), moved, 1.0, balances=False)
 
 
-EXAMPLES = {
+def alone(kind, *numbers):
+    """Return an example of what acts on each node by itself."""
+    points = np.random.default_rng(9).uniform(size=(6, 3))
+    stores = kind is Weight
+    return Example(kind(*numbers), points, 1.0, stores=stores, balances=False, is_bounded=False)
+
+
+MASSES = np.linspace(0.0, 0.5, 6)  # as if the first node were held
+TERMS = (
+    Term(np.array([0.2, 0.0, -0.1]), RISING),
+    Term(np.ones(3), Course("constant", 0.0, 2.0)),
+)
+NODAL = {
+    "weight": lambda: alone(Weight, MASSES, np.array([0.3, 0.0, -9.81])),
+    "drag": lambda: alone(Drag, MASSES),
+    "load": lambda: alone(Load, np.array([1, 4, 4]), TERMS, Span(Source("", ""), 0, 0)),
+}
+FIELDS = {
     "enclosed": enclosed,
     "bent": bent,
     "touching": touching,
     "blowing": blowing,
     "foundation": lambda: on_some("foundation", 30.0, 0.4),
 }
+EFFECTS = FIELDS | NODAL
 
 
-@pytest.fixture(params=EXAMPLES)
+@pytest.fixture(params=EFFECTS)
 def example(request):
-    return EXAMPLES[request.param]()
+    return EFFECTS[request.param]()
+
+
+@pytest.fixture(params=FIELDS)
+def with_kernel(request):
+    return FIELDS[request.param]()
 
 
 def forces(field, position, velocity=None):
@@ -122,7 +150,8 @@ def by_kernel(example, *, compiled=True):
     return f.reshape(-1, 3)[place], power
 
 
-def test_numbers_of_nodes_do_not_matter(example):
+def test_numbers_of_nodes_do_not_matter(with_kernel):
+    example = with_kernel
     found, power = by_kernel(example)
     field, state = example.field, (example.position, example.velocity)
     expected = forces(field, *state)
@@ -167,6 +196,17 @@ def test_what_is_lost_is_not_negative(example):
     assert example.field.powers(NOW, example.position, example.velocity)[1] >= 0.0
 
 
+def test_what_loses_energy_or_puts_it_in_is_told(example, monkeypatch):
+    effect, count = example.field, len(example.position)
+    monkeypatch.setattr(Situation, "effects", property(lambda self: (effect,)))
+    situation = Situation.start(
+        make_net(example.position, np.zeros((0, 2))), gravity=np.zeros(3), drag=0.0
+    )
+    assert len(situation.position) == count
+    lost = effect.powers(NOW, example.position, example.velocity)[1]
+    assert bool(situation.loss) == (lost > 0.0 or type(effect) is Jet)
+
+
 @pytest.mark.parametrize("shift", [0, 1])
 def test_batches_are_as_single_states(example, shift):
     states = np.stack([example.position, 1.01 * example.position])
@@ -182,8 +222,10 @@ def test_bounds_are_above_what_resists(example):
     """The operator that bounds frequencies is the matrix, or stiffer."""
     position, field = example.position, example.field
     resist, number = field.stiffening(NOW, position), np.arange(len(position))
+    if not example.is_bounded:
+        return
     assert (resist is None) == (not example.stores)
-    if resist is None or not example.is_bounded:
+    if resist is None:
         return
     matrix = field.matrix(NOW, position, number, len(position), exact=False)
     for seed in range(3):
@@ -302,9 +344,9 @@ def test_an_error_in_such_a_field_ends_the_run_as_it_is(hung, monkeypatch):
         hung.run()
 
 
-def test_kernels_are_the_same_compiled_and_as_python(example):
-    found, power = by_kernel(example)
-    expected, booked = by_kernel(example, compiled=False)
+def test_kernels_are_the_same_compiled_and_as_python(with_kernel):
+    found, power = by_kernel(with_kernel)
+    expected, booked = by_kernel(with_kernel, compiled=False)
     scale = np.abs(expected).max()
     assert found == pytest.approx(expected, abs=1e-13 * scale)
     assert power == pytest.approx(booked, rel=1e-12, abs=1e-13 * scale)

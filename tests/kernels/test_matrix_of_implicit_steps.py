@@ -207,6 +207,7 @@ def test_undefined_positions_and_indefinite_matrices_are_refused():
     assert not banded.assemble(made.q, made.x, made.v, net, made.solver)
     negative = Prepared("random")
     negative.situation.drag = -1e6
+    negative.layout.update(negative.situation)
     net = negative.layout.net(MEMBER)
     assert not banded.assemble(negative.q, negative.x, negative.v, net, negative.solver)
 

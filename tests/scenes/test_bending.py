@@ -11,10 +11,11 @@ from tests.hand_net import span
 from tests.validate.scenes import compiled_scene
 from tissuec import mechanics
 from tissuec.checks import floppy
+from tissuec.forces.load import Load, Term
 from tissuec.meshes import MESHES
 from tissuec.meshes.bending import across_edges
 from tissuec.running.recording import wishes
-from tissuec.situation import Load, Situation, Term
+from tissuec.situation import Situation
 from tissuec.statics.balance import Balance
 from tissuec.statics.settling import settle
 

@@ -9,7 +9,8 @@ from tests.engine.running import EVERLASTING, Bench, block, tube
 from tests.hand_net import chain, make_net, span, start
 from tests.validate.scenes import compiled_scene
 from tissuec.checks import situation_at_start
-from tissuec.situation import Load, Situation, Term
+from tissuec.forces.load import Load, Term
+from tissuec.situation import Situation
 from tissuec.statics import newton
 from tissuec.statics.balance import Balance
 from tissuec.statics.newton import greatest

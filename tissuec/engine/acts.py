@@ -6,10 +6,10 @@ from math import inf
 import numpy as np
 
 from tissuec.courses import Course, tabulated
-from tissuec.forces.branches import Inelastic
-from tissuec.kernels.records import Acts, Internal, Reels
+from tissuec.forces.load import Load, Term
+from tissuec.kernels.records import Acts
 from tissuec.network import Floats, Indices
-from tissuec.situation import Load, Motion, Situation, Term
+from tissuec.situation import Motion, Situation
 
 LOOKS = (
     32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
@@ -23,66 +23,6 @@ def lengths(situation: Situation) -> list[Load]:
         Load(none, (Term(along, reeling.course),), reeling.span)
         for reeling in situation.reelings.values()
     ]
-
-
-def pack_reels(situation: Situation, row: Indices, ends: Indices, first_act: int) -> Reels:
-    """Return springs whose rest lengths change as tables.
-
-    Args:
-        row: Where the engine keeps each spring, -1 for those that do not act, shape (spring,).
-        ends: Nodes of each spring as the engine keeps them, shape (spring, 2).
-        first_act: Number of the first course of a thread among the acts.
-    """
-    parts = list(situation.reelings.values())
-    springs = np.concatenate([*(part.springs for part in parts), np.zeros(0, dtype=np.int64)])
-    acts = np.repeat(first_act + np.arange(len(parts)), [len(part.springs) for part in parts])
-    acting = row[springs] >= 0
-    return Reels(
-        spring=row[springs][acting],
-        low=ends[springs, 0][acting],
-        high=ends[springs, 1][acting],
-        base=np.concatenate([*(part.base for part in parts), np.zeros(0)])[acting],
-        change=np.concatenate([*(part.change for part in parts), np.zeros(0)])[acting],
-        act=acts[acting].astype(np.int64),
-    )
-
-
-def pack_internal(
-    inelastic: Inelastic | None, springs: int, nodes: Indices, home: Floats
-) -> Internal:
-    """Return what springs remember; nothing without.
-
-    Args:
-        inelastic: Of the springs that act, by the places of nodes.
-        springs: Their number.
-        nodes: Places of the nodes that it is kept in, shape (m,).
-        home: Where these stay [m], shape (m, 3).
-    """
-    none, empty = np.zeros(0, dtype=np.int64), np.zeros(0)
-    if inelastic is None:
-        first, flow = np.zeros(springs + 1, dtype=np.int64), np.full(springs, -1)
-        return Internal(
-            first, empty, empty, flow, empty, empty, none, empty, empty, none, home[:0]
-        )
-    has = inelastic.slot >= 0
-    spring, branch = np.nonzero(has[:-1].T)
-    flowing = np.flatnonzero(has[-1])
-    flow = np.full(has.shape[1], -1)
-    flow[flowing] = len(spring) + np.arange(len(flowing))
-    chosen = np.append(branch, np.full(len(flowing), -1)), np.append(spring, flowing)
-    return Internal(
-        first=_offsets(has[:-1].sum(axis=0).tolist()),
-        constant=inelastic.constant[branch, spring],
-        time=inelastic.time[branch, spring],
-        flow=flow,
-        limit=inelastic.limit,
-        viscosity=inelastic.viscosity,
-        slot=inelastic.slot[chosen],
-        rate=inelastic.rate[chosen],
-        change=np.zeros(len(chosen[0])),
-        nodes=nodes,
-        home=home,
-    )
 
 
 def knots(motions: Iterable[Motion], courses: Iterable[Course]) -> Floats:

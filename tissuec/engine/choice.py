@@ -62,8 +62,7 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
     if method.step is not None:
         return _by_step(situation, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-    lossless = not situation.braking.any() and not situation.behaviour().is_viscous
-    if tolerance < CROSSING and lossless and situation.inelastic is None:
+    if tolerance < CROSSING and not situation.loss:
         facts = measured_facts(situation)
         swept = facts["omega"] * method.duration
         if swept > LONG:

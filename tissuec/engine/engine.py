@@ -149,7 +149,7 @@ class Engine:
         self._layout.update(situation)
         if self._choice is None:
             self._begin(situation)
-        if self._integrator.conservative and (refusal := self._layout.loss()):
+        if self._integrator.conservative and (refusal := situation.loss):
             self._install(
                 Choice("dop853", f"{refusal}, for which {self.choice.name} is not made", {})
             )

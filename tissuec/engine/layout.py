@@ -18,8 +18,6 @@ from tissuec.engine.acts import (
     lengths,
     longest_step,
     pack_acts,
-    pack_internal,
-    pack_reels,
 )
 from tissuec.engine.numbering import node_order
 from tissuec.engine.operations import Features
@@ -28,12 +26,14 @@ from tissuec.engine.team import Team, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
 from tissuec.forces.branches import Inelastic, tightened
+from tissuec.forces.load import Load
+from tissuec.forces.rest_length import reels
 from tissuec.integrators import Integrator
 from tissuec.kernels.records import Acts, Fields, Internal, Net, Reels, Runs, Solver, Touches
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import SPRINGS, Floats, Network
-from tissuec.situation import Load, Situation
+from tissuec.situation import Situation
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
@@ -139,15 +139,21 @@ class Layout:
         self._update_springs(situation)
         inverse = np.where(self.held, 0.0, 1.0 / situation.mass)
         self.inverse_mass = inverse[self.order]
-        push = np.zeros((situation.network.node_count, 3))
-        self.timed: list[Load] = []
-        for load in situation.loads.values():
-            if all(term.course.kind == "constant" for term in load.terms):
-                np.add.at(push, load.nodes, load.at(situation.time))
-            else:
-                self.timed.append(load)
-        push[self.held] = 0.0
-        steady = push * inverse[:, None] + np.where(self.held[:, None], 0.0, situation.gravity)
+        push, steady = np.zeros((2, len(inverse), 3))
+        drag, self.timed = np.zeros(len(inverse)), list[Load]()
+        state = situation.position, situation.velocity
+        for acting in situation.outer:
+            if acting.steady is not None:
+                steady += acting.steady
+            if acting.drag is not None:
+                drag += acting.drag
+            self.timed += (load for load in acting.loads if not load.is_constant)
+            for load in acting.loads:
+                if load.is_constant:
+                    load.add_forces(situation.time, *state, push)
+        push[self.held] = steady[self.held] = 0.0
+        steady += push * inverse[:, None]
+        self.drag = drag[self.order]
         self.push, self.steady = self.inwards(push), self.inwards(steady)
         self.driven = self.place[np.flatnonzero(self.moved)]
 
@@ -254,16 +260,6 @@ class Layout:
             self._places = places_of(self._low, self._high)
         return self._places
 
-    def loss(self) -> str:
-        """Return why energy is not kept; empty if it is."""
-        if self._viscous or self.situation.braking.any():
-            return "there is viscosity"
-        if self.situation.jets:
-            return "a jet puts energy in"
-        if self.springs.inelastic is not None:
-            return "there are springs that relax or flow"
-        return ""
-
     def solver(self) -> Solver:
         """Return arrays for the matrix of implicit steps, without a matrix in them."""
         springs = self.springs
@@ -318,7 +314,7 @@ class Layout:
             steady=self.steady,
             push=self.push,
             driven=self.driven,
-            drag=self.situation.braking[self.order],
+            drag=self.drag,
             **{name: getattr(needed, name) for name in FLAGS},
             acts=self.acts(),
             **self._effects(needed, near),
@@ -402,14 +398,14 @@ class Layout:
         row[springs.ids[acting]] = np.flatnonzero(acting)
         ends = self.place[situation.network.ends]
         first = len(situation.motions) + len(self.timed)
-        return pack_reels(situation, row, ends, first)
+        return reels(list(situation.reelings.values()), row, ends, first)
 
     def internal(self) -> Internal:
         """Return what springs remember."""
         network = self.situation.network
         nodes = network.remembering(SPRINGS)
-        springs, home = self.springs, network.position[nodes]
-        return pack_internal(springs.inelastic, len(springs.ids), self.place[nodes], home)
+        assert self.springs.inelastic is not None
+        return self.springs.inelastic.table(self.place[nodes], network.position[nodes])
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

@@ -196,7 +196,7 @@ class QuasiStatic:
         held = situation.held
         force = np.zeros_like(position)
         for load in situation.loads.values():
-            np.add.at(force, load.nodes, load.at(situation.time))
+            load.add_forces(situation.time, position, still, force)
         inner = mechanics.inner_forces(situation, situation.time, position, still)
         force[held] = -inner.node[held]
         for jet in situation.jets.values():

@@ -1,10 +1,12 @@
-"""Forces on nodes by where these are: volumes, bending, contact, jets, and ``force`` blocks.
+"""Forces, one file for each effect.
 
-Springs have their own way; everything else that acts on nodes is a ``Field``. Each file has the
-numbers of one effect, its scalar loops, and all that the rest of the program wants to know of
-it; long loops have a file of their own whose name ends in ``kernel``. Beside ``situation``,
-which holds fields, and the reference, which has formulas of its own, nothing knows them by more
-than ``Field``. Members of ``FORCES`` are the kinds of ``force NAME { kind is … }`` in a scene.
+Each file has the numbers of one effect, its scalar loops, and all that the rest of the program
+wants to know of it; long loops have a file of their own whose name ends in ``kernel``. Springs
+with their laws and branches come first. Everything else is an ``Effect``: a ``Nodal`` one acts
+on each node by itself (weight, drag, loads), a ``Field`` by where nodes are (volumes, bending,
+contact, jets, ``force`` blocks). Beside ``situation``, which holds them, and the reference,
+which has formulas of its own, nothing knows them by more than that. Members of ``FORCES`` are
+the kinds of ``force NAME { kind is … }`` in a scene. ``accelerations`` sums up all of them.
 """
 
 from abc import ABCMeta, abstractmethod
@@ -26,6 +28,8 @@ from tissuec.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
+    from tissuec.forces.load import Load
+
 #: Time that a kernel takes for each number of its field, by measuring the shipped ones [s].
 SECONDS = 5e-9
 
@@ -37,8 +41,8 @@ class _Abstract(StructMeta, ABCMeta):
     """The class of a ``Struct`` that leaves functions to its members."""
 
 
-class Field(Struct, metaclass=_Abstract, frozen=True, eq=False):
-    """What acts on nodes beside springs; arrays stand in the order of the scene.
+class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
+    """What acts on nodes; arrays stand in the order of the scene.
 
     Arguments have the same meaning in all functions: ``time`` [s] of shape (…); ``position``
     [m] and ``velocity`` [m/s] of all nodes, shape (…, node, 3), or (node, 3) where the result
@@ -46,33 +50,18 @@ class Field(Struct, metaclass=_Abstract, frozen=True, eq=False):
     and the ``size`` of these, so that matrices are of shape (3 size, 3 size).
     """
 
-    @property
     @abstractmethod
-    def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops: of time, positions, velocities, forces, powers and a table.
-
-        They add forces [N] and the powers that are put in from outside and lost [W].
-        """
+    def add_forces(
+        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
+    ) -> None:
+        """Add the forces on all nodes [N], shape (…, node, 3)."""
 
     @abstractmethod
-    def table(self, place: Indices, acts: Acts, position: Floats) -> Any:
-        """Return what the kernel is given, a record of arrays.
+    def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
+        """Return the powers that are put in from outside and lost [W], shape (…, 2).
 
-        Args:
-            place: Where nodes stand for it, shape (node,).
-            acts: The sum of ``changes``, as the first component of its only act.
-            position: Around which it holds: while no node has gone by more than ``reach``.
+        What moves nodes on prescribed paths puts in more.
         """
-
-    @property
-    def reach(self) -> float:
-        """Return how far from where a table was made it holds [m]."""
-        return inf
-
-    @property
-    def changes(self) -> Sequence[tuple[float, Course]]:
-        """Return what changes in time by itself: amounts, and the courses they follow."""
-        return ()
 
     @abstractmethod
     def energy(self, time: Floats | float, position: Floats) -> Floats:
@@ -84,6 +73,14 @@ class Field(Struct, metaclass=_Abstract, frozen=True, eq=False):
     ) -> "coo_matrix":
         """Return minus the derivative of the forces [N/m]; none that weakens unless exact."""
 
+    @property
+    def loss(self) -> str:
+        """Return why energy is not kept, as the beginning of a sentence.
+
+        Empty if it is, or is lost only in what ``braking`` tells.
+        """
+        return ""
+
     def split(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "tuple[coo_matrix, Floats]":
@@ -93,12 +90,6 @@ class Field(Struct, metaclass=_Abstract, frozen=True, eq=False):
         """
         whole = self.matrix(time, position, number, size, exact=exact)
         return whole, np.zeros((3 * size, 0))
-
-    @property
-    def seconds(self) -> float:
-        """Return about how long one evaluation takes [s]; counted, so that runs repeat."""
-        parts = astuple(self)
-        return SECONDS * sum(part.size for part in parts if isinstance(part, np.ndarray))
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which nodes it ties to what is outside of their piece, shape (node,)."""
@@ -147,6 +138,87 @@ class Field(Struct, metaclass=_Abstract, frozen=True, eq=False):
         count = len(position)
         matrix = abs(self.matrix(time, position, np.arange(count), count).tocsr())
         return np.asarray(matrix.sum(axis=1)).reshape(-1, 3)
+
+
+class Nodal(Effect, frozen=True):
+    """What acts on each node by itself, whatever the places of others are.
+
+    The engine adds up what members say here in its own loop over nodes. It counts as applied
+    from outside: what holds a node does not feel it.
+    """
+
+    @property
+    def steady(self) -> Floats | None:
+        """Return accelerations of free nodes that are always the same [m/s²], shape (3,)."""
+        return None
+
+    @property
+    def drag(self) -> Floats | None:
+        """Return forces against velocities [N s/m], shape (node,)."""
+        return None
+
+    @property
+    def loads(self) -> "tuple[Load, ...]":
+        """Return forces that do work on nodes."""
+        return ()
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…): none."""
+        return np.zeros(position.shape[:-2])
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return minus the derivative of the forces [N/m]: none."""
+        from scipy.sparse import coo_matrix
+
+        return coo_matrix((3 * size, 3 * size))
+
+    def stiffening(self, time: float, position: Floats) -> Resisting | None:
+        """Return that nothing resists displacements."""
+        return None
+
+    def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
+        """Return the powers that are put in from outside and lost [W], shape (…, 2): none."""
+        return np.zeros((*position.shape[:-2], 2))
+
+
+class Field(Effect, frozen=True):
+    """What acts on nodes by their places, with a kernel of its own."""
+
+    @property
+    @abstractmethod
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops: of time, positions, velocities, forces, powers and a table.
+
+        They add forces [N] and the powers that are put in from outside and lost [W].
+        """
+
+    @abstractmethod
+    def table(self, place: Indices, acts: Acts, position: Floats) -> Any:
+        """Return what the kernel is given, a record of arrays.
+
+        Args:
+            place: Where nodes stand for it, shape (node,).
+            acts: The sum of ``changes``, as the first component of its only act.
+            position: Around which it holds: while no node has gone by more than ``reach``.
+        """
+
+    @property
+    def reach(self) -> float:
+        """Return how far from where a table was made it holds [m]."""
+        return inf
+
+    @property
+    def changes(self) -> Sequence[tuple[float, Course]]:
+        """Return what changes in time by itself: amounts, and the courses they follow."""
+        return ()
+
+    @property
+    def seconds(self) -> float:
+        """Return about how long one evaluation takes [s]; counted, so that runs repeat."""
+        parts = astuple(self)
+        return SECONDS * sum(part.size for part in parts if isinstance(part, np.ndarray))
 
     # --- what the kernel says of any state ------------------------------------------------
 

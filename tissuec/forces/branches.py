@@ -23,6 +23,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.kernels.records import Internal
 from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
@@ -154,6 +155,33 @@ class Inelastic(Struct, frozen=True, eq=False):
         """
         flowing = np.isfinite(self.limit) * (steepness + self.sudden) / self.viscosity
         return np.maximum((1.0 / self.time).max(axis=0, initial=0.0), flowing)
+
+    def table(self, nodes: Indices, home: Floats) -> Internal:
+        """Return what kernels are given, of the springs that act, by places of nodes.
+
+        Args:
+            nodes: Places of the nodes that variables are kept in, shape (m,).
+            home: Where these stay [m], shape (m, 3).
+        """
+        has = self.slot >= 0
+        spring, branch = np.nonzero(has[:-1].T)
+        flowing = np.flatnonzero(has[-1])
+        flow = np.full(has.shape[1], -1)
+        flow[flowing] = len(spring) + np.arange(len(flowing))
+        chosen = np.append(branch, np.full(len(flowing), -1)), np.append(spring, flowing)
+        return Internal(
+            first=np.concatenate([[0], np.cumsum(has[:-1].sum(axis=0))]).astype(np.int64),
+            constant=self.constant[branch, spring],
+            time=self.time[branch, spring],
+            flow=flow,
+            limit=self.limit,
+            viscosity=self.viscosity,
+            slot=self.slot[chosen],
+            rate=self.rate[chosen],
+            change=np.zeros(len(chosen[0])),
+            nodes=nodes,
+            home=home,
+        )
 
     def let_relax(self, velocity: Floats, e: Floats, springs: Indices) -> None:
         """Make the branches of some springs give way for good, in the velocities of all nodes.

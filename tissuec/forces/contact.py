@@ -389,6 +389,11 @@ class Contact(Field, frozen=True):
         return touch
 
     @property
+    def loss(self) -> str:
+        """Return what it loses energy by; empty if by nothing."""
+        return "contact brakes" if self.damping or self.friction else ""
+
+    @property
     def reach(self) -> float:
         """Return how far nodes may go before others are near shapes [m]."""
         return self.stride

@@ -259,6 +259,11 @@ class Jet(Field, frozen=True):
         """Return about how long one evaluation takes [s]."""
         return TRIANGLE_SECONDS * len(self.skin.corners)
 
+    @property
+    def loss(self) -> str:
+        """Return that it is no elastic force."""
+        return "a jet puts energy in"
+
     def torn(self, alive: NDArray[np.bool_]) -> "Jet":
         """Return the same while the springs ``alive``, shape (spring,), are there."""
         skin = self.skin.torn(alive)

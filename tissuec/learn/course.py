@@ -14,9 +14,10 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.forces.load import Load
 from tissuec.kernels.sensitivity import Links, Values
 from tissuec.network import Floats, Indices, Network
-from tissuec.situation import Load, Motion, Situation
+from tissuec.situation import Motion, Situation
 
 
 class Change(NamedTuple):

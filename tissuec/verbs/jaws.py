@@ -7,8 +7,9 @@ import numpy as np
 from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.forces.load import Term
 from tissuec.network import Indices, Network
-from tissuec.situation import Situation, Term
+from tissuec.situation import Situation
 from tissuec.verbs import Agenda, Failed, Happening, Mover, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import EndMotion, schedule, set_off

@@ -12,8 +12,9 @@ from msgspec.structs import replace
 
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.forces.load import Term
 from tissuec.network import Floats, Indices
-from tissuec.situation import Motion, Situation, Term, Turn
+from tissuec.situation import Motion, Situation, Turn
 from tissuec.verbs import Agenda, Happening, Mover
 from tissuec.verbs.holding import halt, held_by, sentence
 

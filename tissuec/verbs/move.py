@@ -9,8 +9,9 @@ from tissuec.core import units
 from tissuec.core.errors import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.forces.load import Term
 from tissuec.network import Floats
-from tissuec.situation import Situation, Term
+from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Happening, Mover, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import EndMotion, driven_by, schedule, set_off

@@ -8,8 +8,9 @@ from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.courses import Course
+from tissuec.forces.load import Load, Term
 from tissuec.network import Floats
-from tissuec.situation import Load, Situation, Term
+from tissuec.situation import Situation
 from tissuec.verbs import VERBS, Agenda, Group, Happening, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule

@@ -9,9 +9,9 @@ from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
 from tissuec.courses import Course
+from tissuec.forces.rest_length import Reeling
 from tissuec.network import Indices, Network
 from tissuec.situation import Situation
-from tissuec.threads import Reeling
 from tissuec.verbs import VERBS, Action, Agenda, Failed, Group, Happening, Order
 from tissuec.verbs.holding import sentence
 from tissuec.verbs.motion import schedule

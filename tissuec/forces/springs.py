@@ -1,0 +1,153 @@
+"""Springs and dashpots with their laws, and what they remember.
+
+A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
+closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law, and what
+branches add (``branches``); it pulls a with T u and b with -T u. One of zero length has no
+direction and thus no tension. ``springs_kernel`` and ``runs_kernel`` have the scalar loops.
+"""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.vectors import dot, norm
+from tissuec.forces import Resisting
+from tissuec.forces.branches import Inelastic, elongated, flat, pulled, tightened
+from tissuec.laws.evaluation import Behaviour
+from tissuec.network import Floats, Indices
+
+
+class Pull(NamedTuple):
+    """What some springs do at a moment.
+
+    Attributes:
+        length: Present lengths [m], shape (…, spring).
+        direction: Unit vectors from the first end to the second, shape (…, spring, 3); zero
+            where the length is.
+        tension: [N], shape (…, spring); zero for dead springs and at zero length.
+    """
+
+    length: Floats
+    direction: Floats
+    tension: Floats
+
+
+class Springs(Struct, frozen=True, eq=False):
+    """Some springs of a net with their present numbers.
+
+    Positions [m] and velocities [m/s] are those of all nodes, shape (…, node, 3), or (node, 3)
+    where that is said.
+
+    Attributes:
+        ends: Node pair of each spring, shape (spring, 2).
+        alive: Which of them act, shape (spring,).
+        behaviour: Their laws, stiffness, viscosity and rest lengths.
+        memory: What they remember, None where none does.
+    """
+
+    ends: NDArray[np.int32]
+    alive: NDArray[np.bool_]
+    behaviour: Behaviour
+    memory: Inelastic | None
+
+    def pull(self, position: Floats, velocity: Floats) -> Pull:
+        """Return lengths, directions and tensions."""
+        gap = reach(self.ends, position)
+        length = norm(gap)
+        has_direction = length > 0.0
+        direction = gap / np.where(has_direction, length, 1.0)[..., None]
+        stretch, own = length - self.behaviour.rest, flat(velocity)
+        if self.behaviour.is_viscous:
+            closing = dot(direction, reach(self.ends, velocity))
+            tension = tightened(self.behaviour, self.memory, stretch, closing, own)
+        else:
+            tension = pulled(self.behaviour, self.memory, stretch, own)
+        return Pull(length, direction, np.where(self.alive & has_direction, tension, 0.0))
+
+    def energy(self, position: Floats, velocity: Floats) -> Floats:
+        """Return what each stores with its branches, dead or not [J], shape (…, spring)."""
+        stretch = norm(reach(self.ends, position)) - self.behaviour.rest
+        if self.memory is None:
+            return self.behaviour.energy(stretch)
+        variables = self.memory.variables(flat(velocity))
+        e = stretch - variables[..., -1, :]
+        return self.behaviour.energy(e) + self.memory.energy(e, variables)
+
+    # --- bounds, at positions and velocities of shape (node, 3) -----------------------------
+
+    def stiffening(self, position: Floats, velocity: Floats) -> Resisting:
+        """Return what resists displacements at most [N/m].
+
+        Springs under tension also resist sideways (T / L); what pressed springs lose is
+        ignored. Branches resist as against a sudden pull.
+        """
+        length, direction, closing = self._geometry(position, velocity)
+        stretch, own = length - self.behaviour.rest, flat(velocity)
+        tension = pulled(self.behaviour, self.memory, stretch, own)
+        along = self.behaviour.steepness(elongated(self.memory, stretch, own), closing)
+        if self.memory is not None:
+            along = along + self.memory.sudden
+        across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
+        return self._resisting(direction, along, across if across.any() else None)
+
+    def braking(self, position: Floats, velocity: Floats) -> Resisting | None:
+        """Return what resists velocities at most [N s/m], None if nothing does."""
+        length, direction, closing = self._geometry(position, velocity)
+        stretch = elongated(self.memory, length - self.behaviour.rest, flat(velocity))
+        damping = self.behaviour.sluggishness(stretch, closing)
+        return self._resisting(direction, damping) if damping.any() else None
+
+    def giving(self, position: Floats) -> float:
+        """Return a bound of the rates at which springs relax and yield [1/s]."""
+        if self.memory is None:
+            return 0.0
+        stretch = norm(reach(self.ends, position)) - self.behaviour.rest
+        return float(self.memory.fastest(self.behaviour.steepness(stretch)).max(initial=0.0))
+
+    def _geometry(self, position: Floats, velocity: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return lengths [m], directions, and how fast springs lengthen [m/s]."""
+        gap = reach(self.ends, position)
+        length = norm(gap)
+        direction = gap / np.where(length > 0.0, length, 1.0)[:, None]
+        return length, direction, dot(direction, reach(self.ends, velocity))
+
+    def _resisting(
+        self, direction: Floats, along: Floats, across: Floats | None = None
+    ) -> Resisting:
+        """Return forces per displacement along and across springs, added up at their ends.
+
+        Args:
+            direction: Shape (spring, 3).
+            along, across: [N/m] or [N s/m], shape (spring,); None if there is nothing.
+        """
+        low, high = (_coordinates(self.ends[:, end]) for end in (0, 1))
+
+        def resist(moved: Floats, to: Floats) -> None:
+            relative = (moved.take(high) - moved.take(low)).reshape(-1, 3)
+            part = dot(direction, relative)
+            force = (along * part)[:, None] * direction
+            if across is not None:
+                force += across[:, None] * (relative - part[:, None] * direction)
+            each = force.ravel()
+            to += np.bincount(high, each, moved.size).reshape(moved.shape)
+            to -= np.bincount(low, each, moved.size).reshape(moved.shape)
+
+        return resist
+
+
+def reach(ends: NDArray[np.integer], values: Floats) -> Floats:
+    """Return the difference of a nodal vector along each spring, shape (…, spring, 3).
+
+    Args:
+        ends: Shape (spring, 2).
+        values: Shape (…, node, 3).
+    """
+    return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
+
+
+def _coordinates(nodes: Indices) -> Indices:
+    """Return where the coordinates of nodes are in a flat vector, shape (3 node,)."""
+    return (3 * nodes.astype(np.int64)[:, None] + np.arange(3)).ravel()
