@@ -19,6 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 #: How many more objects there are, before cycles among them are searched for: texts become
 #: trees of many objects, few of which ever are garbage.
 MANY_OBJECTS = 50_000
+USUAL_THRESHOLDS = gc.get_threshold()  # of Python itself
 
 #: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
 COMMANDS = {

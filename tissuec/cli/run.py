@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tissuec.cli import USUAL_THRESHOLDS
 from tissuec.cli.common import (
     DONE,
     FAILED,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 MOST_SPRINGS_NAMED = 6
 # Springs from which memory counts more than the time of searching for cycles of objects.
 LARGE = 1_000_000
-SEARCHED = (700, 10, 10)  # thresholds of Python itself
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 
 
@@ -170,7 +170,7 @@ def _run_one(
     if not settings.json:
         report(warnings, settings)
     if compiled.network.spring_count > LARGE:
-        gc.set_threshold(*SEARCHED)
+        gc.set_threshold(*USUAL_THRESHOLDS)
     try:
         make_folder(target.parent)
         result = _with_progress(

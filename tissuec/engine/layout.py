@@ -21,7 +21,7 @@ from tissuec.engine.acts import (
 )
 from tissuec.engine.numbering import node_order
 from tissuec.engine.operations import Features
-from tissuec.engine.runs import RunPlaces, are_several, block_size, packed, places_of
+from tissuec.engine.runs import Places, RunPlaces, are_several, block_size, packed, places_of
 from tissuec.engine.team import Team, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
@@ -37,7 +37,6 @@ from tissuec.situation import Situation
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
-Places = NDArray[np.int32]
 LEAST = 1e-300  # [m]
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
