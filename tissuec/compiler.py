@@ -352,7 +352,9 @@ def _plan(
             groups, scene.tools, conditions, scene.constants, duration=duration
         )
         script = reader.read(single["script"].items)
-        if script.is_whole:  # else what was left out may hold what is moved or released
+        # What was left out may hold what is moved or released; nodes of tools stand behind all
+        # bodies.
+        if script.is_whole and (is_whole or not network.tools):
             shaped = all(tool.entries is not None for tool in scene.tools.values())
             held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
             findings.extend(held)
