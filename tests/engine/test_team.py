@@ -6,16 +6,18 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 import tissuec
+from tests.hand_net import make_net
 from tests.validate.scenes import compiled_scene
 from tissuec.core import processors
 from tissuec.engine import team
 from tissuec.engine.engine import Engine
 from tissuec.engine.method import Method
 from tissuec.engine.team import PARTS, Team, useful
-from tissuec.prediction import situation_at_start
 from tissuec.running.companion import threads_beside
+from tissuec.situation import Situation
 
 #: Enough nodes for five blocks of springs in runs.
 SCENE = """language 1
@@ -36,7 +38,25 @@ METHODS = {"velocity verlet": 1e-4, "dop853": 5e-4, "rkc2": 5e-4, "esdirk43": 2e
 
 @pytest.fixture(scope="module")
 def block():
-    return compiled_scene(SCENE)
+    return compiled_scene(SCENE).network
+
+
+@pytest.fixture(scope="module")
+def heap():
+    """Return nodes in no order, which springs join to their nearest neighbours."""
+    rng = np.random.default_rng(7)
+    grid = 0.01 * np.mgrid[:26, :26, :26].reshape(3, -1).T
+    places = rng.permutation(grid + rng.uniform(-0.002, 0.002, grid.shape))
+    pairs = KDTree(places).query_pairs(0.0125, output_type="ndarray")
+    return make_net(
+        places,
+        pairs,
+        mass=1e-3,
+        stiffness=rng.uniform(100.0, 500.0, len(pairs)),
+        damping=0.01,
+        rest=np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1),
+        strength=np.full(len(pairs), 1e3),
+    )
 
 
 @pytest.fixture
@@ -44,9 +64,9 @@ def keen(monkeypatch):
     monkeypatch.setattr(team, "LEAST_SPRINGS", 1)
 
 
-def shaken(block, name, threads, *, steps=6):
+def shaken(network, name, threads, *, steps=6):
     """Return all numbers of a run from random velocities, and its engine."""
-    situation = situation_at_start(block)
+    situation = Situation.start(network, gravity=np.zeros(3), drag=0.0)
     situation.velocity[:] = np.random.default_rng(5).normal(0.0, 0.1, situation.velocity.shape)
     step, found = METHODS[name], []
     method = Method(name, 1e-6, step, 1.0, ledger=True, watch_strength=True, threads=threads)
@@ -55,18 +75,20 @@ def shaken(block, name, threads, *, steps=6):
     def record(samples):
         found.extend(np.array(column) for column in samples)
 
-    engine = Engine(block.network, method, times, record)
+    engine = Engine(network, method, times, record)
     assert engine.advance(situation, steps * step).kind == "reached"
     engine.finish(situation)
     return [*found, situation.position, situation.velocity], engine
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_every_number_is_the_same_to_the_last_bit(block, name, keen):
-    expected, engine = shaken(block, name, 1)
+@pytest.mark.parametrize("net", ["block", "heap"])
+def test_every_number_is_the_same_to_the_last_bit(net, name, keen, request):
+    network = request.getfixturevalue(net)
+    expected, engine = shaken(network, name, 1)
     assert engine.statistics.threads == 1
     for threads in (2, 5):
-        found, engine = shaken(block, name, threads)
+        found, engine = shaken(network, name, threads)
         assert engine.statistics.threads == threads
         for one, other in zip(found, expected, strict=True):
             assert np.array_equal(one, other)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tissuec.engine.chunks import chunks_of
 from tissuec.engine.runs import BLOCK_NODES, packed, places_of
 from tissuec.engine.team import Team
 from tissuec.forces import accelerations, springs_kernel
@@ -65,6 +66,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
         first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),
         other=(3 * high).astype(np.uint32),
         runs=packed(places_of(low, high), nodes, **values),
+        chunks=chunks_of(low, high, nodes),
         law=np.zeros(len(low), dtype=np.int32),
         ledger=ledger,
         inelastic=False,

@@ -19,6 +19,7 @@ from tissuec.engine.acts import (
     longest_step,
     pack_acts,
 )
+from tissuec.engine.chunks import are_chunks, chunks_of
 from tissuec.engine.numbering import node_order
 from tissuec.engine.operations import Features
 from tissuec.engine.runs import Places, RunPlaces, are_several, block_size, packed, places_of
@@ -29,7 +30,17 @@ from tissuec.forces.branches import Inelastic, tightened
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.integrators import Integrator
-from tissuec.kernels.records import Acts, Fields, Internal, Net, Reels, Runs, Solver, Touches
+from tissuec.kernels.records import (
+    Acts,
+    Chunks,
+    Fields,
+    Internal,
+    Net,
+    Reels,
+    Runs,
+    Solver,
+    Touches,
+)
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.network import SPRINGS, Floats, Network
@@ -112,11 +123,12 @@ class Layout:
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
         self._places: RunPlaces | None = None  # once somebody has asked for them
+        self._chunks: Chunks | None = None  # the same
         count = useful(threads, network.spring_count)
         # Nodes that are put in another order than they are given have no springs in runs.
+        in_chunks = not np.array_equal(order, np.arange(bodies))
         if count > 1 and not (
-            np.array_equal(order, np.arange(bodies))
-            and are_several(high, block_size(low, high))
+            are_chunks(all_nodes) if in_chunks else are_several(high, block_size(low, high))
         ):
             count = 1
         self.team = Team(count, all_nodes)
@@ -168,7 +180,7 @@ class Layout:
             ids = np.flatnonzero(acting) if among is None else among[acting[among]]
             self._ids = ids.astype(np.int32)
             self._low, self._high = self._ends_of(situation.network.ends[self._ids])
-            self._places = None
+            self._places = self._chunks = None
             self._dead = 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
@@ -316,11 +328,13 @@ class Layout:
             drag=self.drag,
             **{name: getattr(needed, name) for name in FLAGS},
             acts=self.acts(),
-            **self._effects(needed, near),
+            **self._effects(integrator, needed, near),
             team=self.team.record,
         )
 
-    def _effects(self, needed: Features, near: dict[str, Floats]) -> dict[str, Any]:
+    def _effects(
+        self, integrator: type[Integrator], needed: Features, near: dict[str, Floats]
+    ) -> dict[str, Any]:
         """Return what only some scenes have, None for what a scene has nothing of."""
         fields = self.fields()
         touches = (table.record for table in fields.kept if type(table.record) is Touches)
@@ -329,8 +343,15 @@ class Layout:
             "touches": next(touches, None),
             "internal": self.internal() if needed.inelastic else None,
             "runs": self.runs(near, needed) if needed.in_runs else None,
+            "chunks": self.chunks() if not needed.in_runs or integrator.implicit else None,
             "fields": fields,
         }
+
+    def chunks(self) -> Chunks:
+        """Return chunks of nodes, for springs that are not taken in runs."""
+        if self._chunks is None:
+            self._chunks = chunks_of(self._low, self._high, len(self.order))
+        return self._chunks
 
     def runs(self, near: dict[str, Floats], needed: Features) -> Runs:
         """Return springs in runs.

@@ -12,7 +12,9 @@ import numpy as np
 
 from tissuec.forces.branches_kernel import flowed, give_way, pull_of_branches
 from tissuec.forces.rest_length_kernel import reel, reel_rate
+from tissuec.kernels.chunks import add_sums, clear_sums
 from tissuec.kernels.records import Floats, Net, Rows
+from tissuec.kernels.teams import share
 from tissuec.kernels.vectors import TINY
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -33,12 +35,44 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 
 def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
     """Add the forces of springs; return whether one is near to breaking."""
+    chunks = net.chunks
+    if chunks.node.size == 2:
+        lost, near = pull_nodes(0, net.first.size - 1, x, v, f, net)
+        power[1] += lost
+        return near
+    share(net.team, pull_chunks, (x, v, net))
+    share(net.team, add_sums, (f, chunks))
+    near = False
+    for chunk in range(chunks.node.size - 1):
+        power[1] += net.team.lost[chunk]
+        near |= net.team.near[chunk] > 0
+    return near
+
+
+def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
+    """Sum the forces of the springs of some chunks."""
+    chunks = net.chunks
+    for chunk in range(part, chunks.node.size - 1, parts):
+        clear_sums(chunk, chunks)
+        first, last = chunks.node[chunk], chunks.node[chunk + 1]
+        lost, near = pull_nodes(first, last, x, v, chunks.sums, net)
+        net.team.lost[chunk], net.team.near[chunk] = lost, near
+
+
+def pull_nodes(
+    start: int, stop: int, x: Floats, v: Floats, f: Floats, net: Net
+) -> tuple[float, bool]:
+    """Add the forces of the springs whose lower nodes are some nodes.
+
+    Returns:
+        What they dissipate [W], and whether one is near to breaking.
+    """
     first, other, law = net.first, net.other, net.law
-    stiffness, damping, rest = net.stiffness, net.damping, net.rest
+    stiffness, damping, rest, to = net.stiffness, net.damping, net.rest, net.chunks.to
     limit, limit_pressed = net.near, net.near_crush
     near = False
     dissipated = 0.0
-    for node in range(first.size - 1):
+    for node in range(start, stop):
         i = np.uint64(3 * node)
         x0, x1, x2 = x[i], x[i + ONE], x[i + TWO]
         v0, v1, v2 = v[i], v[i + ONE], v[i + TWO]
@@ -72,14 +106,14 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
             f0 += tension * r0
             f1 += tension * r1
             f2 += tension * r2
-            f[j] -= tension * r0
-            f[j + ONE] -= tension * r1
-            f[j + TWO] -= tension * r2
+            k = np.uint64(to[s])
+            f[k] -= tension * r0
+            f[k + ONE] -= tension * r1
+            f[k + TWO] -= tension * r2
         f[i] += f0
         f[i + ONE] += f1
         f[i + TWO] += f2
-    power[1] += dissipated
-    return near
+    return dissipated, near
 
 
 def find_sides(time: float, x: Floats, v: Floats, out: Rows, net: Net) -> None:

@@ -126,6 +126,20 @@ class Runs(NamedTuple):
     apart: Rows  # scratch: components of positions, velocities and forces, shape (9, node)
 
 
+class Chunks(NamedTuple):
+    """Nodes in chunks, whose springs threads take at a time; see ``engine.chunks``.
+
+    A single chunk needs no sums: what springs do is added where it belongs at once.
+    """
+
+    node: Integers  # nodes of chunk c are node[c]:node[c + 1], shape (chunk + 1,)
+    to: NDArray[np.uint32]  # where springs add what they do to upper nodes, shape (spring,)
+    sums: Floats  # scratch: of the chunk's own nodes, then of others, shape (3 (node + slot),)
+    slot: Integers  # slots of chunk c are slot[c]:slot[c + 1], shape (chunk + 1,)
+    first: NDArray[np.uint32]  # those of node i are of[first[i]:first[i + 1]], (node + 1,)
+    of: NDArray[np.uint32]  # three times slots by nodes and then by chunks, shape (slot,)
+
+
 class Fields(NamedTuple):
     """What acts on nodes beside springs: compiled functions, and what each is given."""
 
@@ -192,6 +206,7 @@ class Net(NamedTuple):
     touches: Touches
     internal: Internal
     runs: Runs
+    chunks: Chunks
     fields: Fields
     team: Team
     operations: Operations = Operations()

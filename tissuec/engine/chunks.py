@@ -1,0 +1,52 @@
+"""Chunks of nodes, whose springs threads take at a time, in nets of any kind.
+
+A spring belongs to the chunk of its lower node. What it does to an upper node of another chunk
+is summed in a slot that its chunk has for that node; afterwards, each node adds up its slots in
+the order of the chunks. So sums depend neither on the number of threads nor on their pace.
+"""
+
+import numpy as np
+
+from tissuec.engine.runs import Places
+from tissuec.kernels.records import Chunks
+from tissuec.kernels.teams import PIECE
+
+NODES = 4096  # of a chunk, at least
+MOST = 64  # chunks
+LEAST = 4  # chunks that are worth being shared by threads
+
+
+def are_chunks(nodes: int) -> bool:
+    """Return whether a net has several chunks, so that threads can share them."""
+    return nodes >= LEAST * NODES
+
+
+def chunks_of(low: Places, high: Places, nodes: int) -> Chunks:
+    """Return chunks of a net.
+
+    Args:
+        low, high: Ends of springs as places of nodes, by ascending lower ones, shape (spring,).
+        nodes: How many there are.
+    """
+    to = (3 * high).astype(np.uint32)
+    if not are_chunks(nodes):
+        none, both = np.zeros(0, dtype=np.uint32), np.array([0, nodes])
+        return Chunks(both, to, np.zeros(0), np.zeros_like(both), none, none)
+    size = -(-max(NODES, -(-nodes // MOST)) // PIECE) * PIECE
+    begins = np.append(np.arange(0, nodes, size), nodes)
+    chunk = low // size
+    away = np.flatnonzero(high // size != chunk)
+    keys, inverse = np.unique(
+        chunk[away].astype(np.int64) * nodes + high[away], return_inverse=True
+    )
+    to[away] = 3 * (nodes + inverse)
+    node = keys % nodes
+    of = np.argsort(node, kind="stable")
+    return Chunks(
+        node=begins,
+        to=to,
+        sums=np.zeros(3 * (nodes + len(keys))),
+        slot=np.searchsorted(keys, np.arange(len(begins)) * nodes),
+        first=np.searchsorted(node[of], np.arange(nodes + 1)).astype(np.uint32),
+        of=(3 * of).astype(np.uint32),
+    )

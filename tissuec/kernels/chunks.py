@@ -1,0 +1,40 @@
+"""Sums of what springs do in chunks of nodes, as scalar loops; see ``engine.chunks``."""
+
+import numpy as np
+
+from tissuec.kernels.records import Chunks, Floats
+from tissuec.kernels.teams import part_of
+
+# Unsigned, so that no index has to be tested for being negative.
+ONE, TWO = np.uint64(1), np.uint64(2)
+
+
+def clear_sums(chunk: int, chunks: Chunks) -> None:
+    """Set the sums of a chunk to zero: of its nodes, and in its slots."""
+    nodes = chunks.node[chunks.node.size - 1]
+    own = chunks.sums[3 * chunks.node[chunk] : 3 * chunks.node[chunk + 1]]
+    for i in range(own.size):
+        own[i] = 0.0
+    first, last = nodes + chunks.slot[chunk], nodes + chunks.slot[chunk + 1]
+    others = chunks.sums[3 * first : 3 * last]
+    for i in range(others.size):
+        others[i] = 0.0
+
+
+def add_sums(part: int, parts: int, to: Floats, chunks: Chunks) -> None:
+    """Add the sums of all chunks to a part of a vector of all nodes."""
+    nodes = chunks.node[chunks.node.size - 1]
+    first, last = part_of(part, parts, nodes)
+    sums, others, of = chunks.sums[3 * first : 3 * last], chunks.sums[3 * nodes :], chunks.of
+    begin, own = chunks.first[first : last + 1], to[3 * first : 3 * last]
+    for node in range(last - first):
+        i = np.uint64(3 * node)
+        s0, s1, s2 = sums[i], sums[i + ONE], sums[i + TWO]
+        for entry in range(begin[node], begin[node + 1]):
+            k = np.uint64(of[entry])
+            s0 += others[k]
+            s1 += others[k + ONE]
+            s2 += others[k + TWO]
+        own[i] += s0
+        own[i + ONE] += s1
+        own[i + TWO] += s2
