@@ -1,6 +1,6 @@
 """Measure what a spring and each feature costs, and write it into ``numerics.md``.
 
-    python docs/make_kernels.py
+    python benchmarks/kernels.py
 
 takes some minutes and needs a C compiler (``cc``). Engine and the plain loop in C take turns,
 and medians are shown, because other work on the machine slows down both.
@@ -25,7 +25,7 @@ from tissuec.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
 from tissuec.prediction import situation_at_start
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 REPEATS = 7
 WORK = 4e7  # evaluations times springs of one measurement
 METHODS = ("velocity verlet", "dop853")

@@ -1,6 +1,6 @@
 """Compare a tissue on all meshes at four resolutions; write the table into ``numerics.md``.
 
-    python docs/make_meshes.py
+    python benchmarks/meshes.py
 
 takes about ten minutes.
 """
@@ -22,7 +22,7 @@ from tissuec.network import Network
 from tissuec.situation import Situation
 from tissuec.statics.settling import settle
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 LENGTH, SIDE = 48.0, 16.0  # of bars and sheets [mm]
 SCENE = """language 1
 tissue gel {

@@ -1,6 +1,6 @@
 """Measure the errors that ``numerics.md`` shows, and write them into it.
 
-    python docs/make_tables.py
+    python benchmarks/accuracy.py
 
 takes a few minutes. The shipped scenes go through ``tissuec validate``; the motions that are
 known in closed form are scenes too, and are compared with their formulas here.
@@ -22,7 +22,7 @@ from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 TOLERANCES = (1e-3, 1e-5, 1e-8)
 SCENES = (
     "two_masses", "published_net", "hanging_net", "rupture", "sterilisation", "bladder",

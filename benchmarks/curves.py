@@ -1,6 +1,6 @@
 """Compare the stress of walls and solids with the one written; fill in ``numerics.md``.
 
-    python docs/make_curves.py
+    python benchmarks/curves.py
 
 takes some seconds. The pieces are drawn evenly along one axis and are free to become narrower.
 """
@@ -14,7 +14,7 @@ import tissuec
 from tissuec.core.markdown import replace_places, table
 from tissuec.network import Network
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 SIDES = np.array([40e-3, 20e-3, 20e-3])
 THICKNESS = 1e-3
 STRAINS = (0.02, 0.05, 0.1, 0.2, 0.3)

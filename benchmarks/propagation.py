@@ -1,6 +1,6 @@
 """Measure the published propagation on the published tube, for ``numerics.md``.
 
-    python docs/make_propagation.py
+    python benchmarks/propagation.py
 
 takes some minutes and needs matplotlib. The scene is ``library/scenes/sterilisation.tis`` until
 before the cut, without ruptures: the tube hangs, is grasped and lifted. What it is measured by
@@ -25,8 +25,8 @@ from tissuec.core.units import TIME, show
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
-FIGURE = Path(__file__).resolve().parent / "figures" / "propagation.png"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
+FIGURE = Path(__file__).resolve().parent.parent / "docs" / "figures" / "propagation.png"
 DURATION = 0.6
 FRAMES = (50e-3, 20e-3, 10e-3, 5e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
 READINGS = {

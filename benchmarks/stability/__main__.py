@@ -1,6 +1,6 @@
 """Run the stress test and write its map into ``numerics.md``.
 
-    python docs/make_stability.py [map.png]
+    python benchmarks/stability/__main__.py [map.png]
 
 does what ``tissuec bench --stability`` does, for every method, and takes half an hour.
 """
@@ -15,7 +15,7 @@ from tissuec.core.markdown import code, replace_places, table
 from tissuec.drawing.page import save
 from tissuec.plots import draw
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "numerics.md"
 BUDGET = 4.0  # time of the processor for a run [s]
 
 

@@ -1,6 +1,6 @@
 """Compare solids and walls of matter with the theory of elasticity; fill in ``numerics.md``.
 
-    python docs/make_elasticity.py
+    python benchmarks/elasticity.py
 
 takes about two minutes. All is linear statics with code of its own (see ``tests/matter``).
 """
@@ -22,7 +22,7 @@ from tests.matter.shapes import as_vtk, tetrahedra
 from tissuec.core.markdown import replace_places, table
 from tissuec.network import Floats, Network
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 YOUNG, RATIO, DENSITY = 10e3, 0.25, 1000.0
 SHEAR = YOUNG / (2.0 * (1.0 + RATIO))
 SIDE = 16e-3  # of the section of bars [m]

@@ -1,6 +1,6 @@
 """Compare natural frequencies with theory, and write the table into ``numerics.md``.
 
-    python docs/make_modes.py
+    python benchmarks/modes.py
 
 takes about two minutes.
 """
@@ -24,7 +24,7 @@ from tests.vibration.theory import (
 )
 from tissuec.core.markdown import replace_places, table
 
-PAGE = Path(__file__).resolve().parent / "numerics.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 
 MEMBRANE = """language 1
 tissue cord { spring constant = 50 N/m; viscosity = 0 N*s/m; mass = 1 g; prestress = 5 % }
