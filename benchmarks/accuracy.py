@@ -1,8 +1,6 @@
-"""Measure the errors that ``numerics.md`` shows, and write them into it.
+"""Errors of runs: of shipped scenes, of motions in closed form, of the time of a rupture.
 
-    python benchmarks/accuracy.py
-
-takes a few minutes. The shipped scenes go through ``tissuec validate``; the motions that are
+Takes a few minutes. The shipped scenes go through "tissuec validate"; the motions that are
 known in closed form are scenes too, and are compared with their formulas here.
 """
 
@@ -13,16 +11,17 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import click
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.markdown import code, replace_places, table
+from benchmarks.publishing import publish, tell, write_option
+from tissuec.core.markdown import code, table
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 TOLERANCES = (1e-3, 1e-5, 1e-8)
 SCENES = (
     "two_masses", "published_net", "hanging_net", "rupture", "sterilisation", "bladder",
@@ -49,16 +48,17 @@ class Case(Struct, frozen=True):
     known: Known
 
 
-def main() -> None:
-    """Measure everything and rewrite the page."""
-    contents = {
+@click.command(help=__doc__)
+@write_option
+def main(*, write: bool) -> None:
+    """Measure everything."""
+    tables = {
         "closed forms": closed_forms(),
         "orders": orders(),
         "rupture": rupture_time(),
         "scenes": scenes(),
     }
-    page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replace_places(page, contents, mark="measured"), encoding="utf-8")
+    publish("accuracy", tables, write=write)
 
 
 # --- closed forms -----------------------------------------------------------------------------
@@ -258,7 +258,7 @@ def scene_row(name: str, found: dict) -> tuple[str, ...]:
         verdict = f"kept until {found['judged_until']:g} s"
     known = max(found["reference"]["uncertainty"], np.finfo(float).eps)
     steps = f"{found['run']['accepted']} : {found['reference']['steps']}"
-    print(f"{name}: {found['verdict']}")
+    tell(f"{name}: {found['verdict']}")
     numbers = (errors["position"], errors["energy balance"], max(forces), known)
     return (name, tolerance, *(f"{number:.1e}" for number in numbers), steps, verdict)
 

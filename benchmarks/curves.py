@@ -1,20 +1,17 @@
-"""Compare the stress of walls and solids with the one written; fill in ``numerics.md``.
+"""Stress of walls and solids against the curve that is written.
 
-    python benchmarks/curves.py
-
-takes some seconds. The pieces are drawn evenly along one axis and are free to become narrower.
+Takes some seconds. The pieces are drawn evenly along one axis and are free to become narrower.
 """
 
-from pathlib import Path
-
+import click
 import numpy as np
 from scipy.optimize import brentq
 
 import tissuec
-from tissuec.core.markdown import replace_places, table
+from benchmarks.publishing import publish, write_option
+from tissuec.core.markdown import table
 from tissuec.network import Network
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 SIDES = np.array([40e-3, 20e-3, 20e-3])
 THICKNESS = 1e-3
 STRAINS = (0.02, 0.05, 0.1, 0.2, 0.3)
@@ -45,8 +42,10 @@ MESHES = {
 }
 
 
-def main() -> None:
-    """Measure all meshes and write the table."""
+@click.command(help=__doc__)
+@write_option
+def main(*, write: bool) -> None:
+    """Measure all meshes."""
     rows = [("thread, explicit", *("1.00" for _ in STRAINS))]
     for name, (mesh, dimensions) in MESHES.items():
         network = tissuec.compile(SCENE.replace("MESH", mesh)).network
@@ -57,9 +56,7 @@ def main() -> None:
         ]
         rows.append((name, *(f"{part:.2f}" for part in parts)))
     heads = ("mesh", *(f"{100.0 * strain:.0f} %" for strain in STRAINS))
-    filled = {"stress curves": table(heads, rows)}
-    text = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replace_places(text, filled, mark="tension"), encoding="utf-8")
+    publish("curves", {"stress curves": table(heads, rows)}, write=write)
 
 
 def tension(network: Network, strain: float, dimensions: int) -> float:

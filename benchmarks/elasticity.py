@@ -1,8 +1,7 @@
-"""Compare solids and walls of matter with the theory of elasticity; fill in ``numerics.md``.
+"""Solids and walls of matter against the theory of elasticity.
 
-    python benchmarks/elasticity.py
-
-takes about two minutes. All is linear statics with code of its own (see ``tests/matter``).
+Takes about two minutes, and needs what the tests need. All is linear statics with code of its
+own (see tests/matter).
 """
 
 from collections.abc import Callable, Iterator
@@ -12,17 +11,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 
+import click
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, diags
 from scipy.sparse.linalg import eigsh
 
 import tissuec
+from benchmarks.publishing import publish, tell, write_option
 from tests.matter.elastic import moved, stiffness
 from tests.matter.shapes import as_vtk, tetrahedra
-from tissuec.core.markdown import replace_places, table
+from tissuec.core.markdown import table
 from tissuec.network import Floats, Network
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 YOUNG, RATIO, DENSITY = 10e3, 0.25, 1000.0
 SHEAR = YOUNG / (2.0 * (1.0 + RATIO))
 SIDE = 16e-3  # of the section of bars [m]
@@ -301,18 +301,18 @@ def rows() -> Iterator[tuple[str, ...]]:
 
 
 def row(name: str, kind: str, parts: list[float]) -> tuple[str, ...]:
-    """Return a row, and print it."""
+    """Return a row, and tell it."""
     found = (name, kind, *(f"{part:.3f}" for part in parts))
-    print(" | ".join(found), flush=True)
+    tell(" | ".join(found))
     return found
 
 
-def main() -> None:
-    """Measure everything and write the table."""
+@click.command(help=__doc__)
+@write_option
+def main(*, write: bool) -> None:
+    """Measure everything."""
     heads = ("test", "mesh", *(f"{count} cells" for count in CELLS))
-    filled = {"theory": table(heads, list(rows()))}
-    page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replace_places(page, filled, mark="elasticity"), encoding="utf-8")
+    publish("elasticity", {"theory": table(heads, list(rows()))}, write=write)
 
 
 if __name__ == "__main__":

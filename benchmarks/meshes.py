@@ -1,19 +1,19 @@
-"""Compare a tissue on all meshes at four resolutions; write the table into ``numerics.md``.
+"""One tissue on all meshes at four resolutions: how far its properties spread.
 
-    python benchmarks/meshes.py
-
-takes about ten minutes.
+Takes about ten minutes, and needs what the tests need.
 """
 
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import click
 import numpy as np
 
 import tissuec
+from benchmarks.publishing import publish, tell, write_option
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
-from tissuec.core.markdown import replace_places, table
+from tissuec.core.markdown import table
 from tissuec.courses import Course
 from tissuec.forces.volume import Enclosure
 from tissuec.matter.elasticity import Elasticity
@@ -22,7 +22,6 @@ from tissuec.network import Network
 from tissuec.situation import Situation
 from tissuec.statics.settling import settle
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
 LENGTH, SIDE = 48.0, 16.0  # of bars and sheets [mm]
 SCENE = """language 1
 tissue gel {
@@ -76,12 +75,12 @@ MESHES = {
 }
 
 
-def main() -> None:
-    """Measure everything and rewrite the page."""
+@click.command(help=__doc__)
+@write_option
+def main(*, write: bool) -> None:
+    """Measure everything."""
     head = ("mesh", "quantity", "at four resolutions", "spread", "of the two finest")
-    filled = {"meshes": table(head, list(rows()))}
-    page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replace_places(page, filled, mark="sweep"), encoding="utf-8")
+    publish("meshes", {"meshes": table(head, list(rows()))}, write=write)
 
 
 def rows() -> Iterator[tuple[str, ...]]:
@@ -98,7 +97,7 @@ def row(name: str, quantity: str, values: list[float]) -> tuple[str, ...]:
     shown = ", ".join(f"{value:.4g}" for value in values)
     spread = (100.0 * (max(part) / min(part) - 1.0) for part in (values, values[-2:]))
     found = (name, quantity, shown, *(f"{value:.1f} %" for value in spread))
-    print(" | ".join(found), flush=True)
+    tell(" | ".join(found))
     return found
 
 

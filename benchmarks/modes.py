@@ -1,16 +1,15 @@
-"""Compare natural frequencies with theory, and write the table into ``numerics.md``.
+"""Natural frequencies against theory.
 
-    python benchmarks/modes.py
-
-takes about two minutes.
+Takes about two minutes, and needs what the tests need.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 
+import click
 import numpy as np
 
 import tissuec
+from benchmarks.publishing import publish, write_option
 from tests.vibration.theory import (
     DENSITY,
     YOUNG,
@@ -22,9 +21,7 @@ from tests.vibration.theory import (
     extensional,
     rod,
 )
-from tissuec.core.markdown import replace_places, table
-
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
+from tissuec.core.markdown import table
 
 MEMBRANE = """language 1
 tissue cord { spring constant = 50 N/m; viscosity = 0 N*s/m; mass = 1 g; prestress = 5 % }
@@ -66,12 +63,12 @@ simulate { duration = 1 s }
 """
 
 
-def main() -> None:
-    """Measure everything and rewrite the page."""
+@click.command(help=__doc__)
+@write_option
+def main(*, write: bool) -> None:
+    """Measure everything."""
     head = ("motion", "theory", "mesh", "error")
-    page = PAGE.read_text(encoding="utf-8")
-    text = replace_places(page, {"theory": table(head, list(rows()))}, mark="modes")
-    PAGE.write_text(text, encoding="utf-8")
+    publish("modes", {"theory": table(head, list(rows()))}, write=write)
 
 
 def rows() -> Iterator[tuple[str, str, str, str]]:

@@ -1,52 +1,43 @@
-"""Measure the published propagation on the published tube, for ``numerics.md``.
+"""The published propagation on the published tube, against the length of its frames.
 
-    python benchmarks/propagation.py
-
-takes some minutes and needs matplotlib. The scene is ``library/scenes/sterilisation.tis`` until
-before the cut, without ruptures: the tube hangs, is grasped and lifted. What it is measured by
-is the same scene to a tolerance of 1e-8.
+Takes some minutes. The scene is sterilisation of the library until before the cut, without
+ruptures: the tube hangs, is grasped and lifted. What it is measured by is the same scene to a
+tolerance of 1e-8. The JSON document has the errors of velocity Verlet, too;
+docs/make_propagation.py draws it.
 """
 
 import tempfile
 from pathlib import Path
 
-import matplotlib
+import click
+import numpy as np
 from msgspec import Struct
 
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
-import numpy as np
-
-from tissuec.core.markdown import replace_places, table
+from benchmarks.publishing import json_option, publish, tell, write_option
+from tissuec.core.data import as_data
+from tissuec.core.markdown import table
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.core.units import TIME, show
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "numerics.md"
-FIGURE = Path(__file__).resolve().parent.parent / "docs" / "figures" / "propagation.png"
 DURATION = 0.6
 FRAMES = (50e-3, 20e-3, 10e-3, 5e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
-READINGS = {
+METHOD = "integrator is automatic; tolerance = 1e-4"
+#: How the publication may be read, and what it is compared with.
+METHODS = {
     "forces remembered": "propagation",
     "forgotten at each frame": "propagation { former force is forgotten }",
-}
-METHOD = "integrator is automatic; tolerance = 1e-4"
-VERLET = "velocity verlet"
-COLOURS = {
-    "forces remembered": "#b2182b",
-    "forgotten at each frame": "#2166ac",
-    VERLET: "#777777",
+    "velocity verlet": "velocity verlet",
 }
 
 
 class Measured(Struct, frozen=True):
-    """A run by propagation.
+    """A run with frames, or steps, of one length.
 
     Attributes:
-        frame: t_Δ [s].
+        frame: t_Δ, or the step [s].
         evaluations, stalls: What it took.
         error: Of positions, over the largest displacement; infinite if it diverged.
         added: Energy from nowhere at the end, over the largest of the exact run.
@@ -59,17 +50,19 @@ class Measured(Struct, frozen=True):
     added: float
 
 
-def main() -> None:
-    """Measure everything; rewrite the page and the figure."""
+@click.command(help=__doc__)
+@write_option
+@json_option
+def main(*, write: bool, as_json: bool) -> None:
+    """Measure everything."""
     exact, _ = positions(scene("integrator is dop853; tolerance = 1e-8"))
-    found = {}
-    for name, method in READINGS.items():
-        found[name] = [measured(method, frame, exact) for frame in FRAMES]
-    page = PAGE.read_text(encoding="utf-8")
-    contents = {"propagation": shown(found)}
-    PAGE.write_text(replace_places(page, contents, mark="tried"), encoding="utf-8")
-    found[VERLET] = [measured(VERLET, frame, exact) for frame in FRAMES]
-    draw(found).savefig(FIGURE, dpi=110)
+    found = {
+        name: [measured(method, frame, exact) for frame in FRAMES]
+        for name, method in METHODS.items()
+    }
+    document = {name: [as_data(run) for run in runs] for name, runs in found.items()}
+    tables = {"propagation": shown(found)}
+    publish("propagation", tables, write=write, document=document if as_json else None)
 
 
 def scene(method: str) -> str:
@@ -116,7 +109,7 @@ def measured(method: str, frame: float, exact: tuple[np.ndarray, np.ndarray]) ->
     largest = (exact[1][:, 0] + exact[1][:, 1]).max()
     added = (balance[-1] - balance[0]) / largest if done else np.inf
     statistics = manifest["statistics"]
-    print(f"{frame:g} s: {manifest['outcome']}, error {error:.2g}, added {added:.2g}")
+    tell(f"{frame:g} s: {manifest['outcome']}, error {error:.2g}, added {added:.2g}")
     return Measured(
         frame,
         int(statistics["evaluations"]),
@@ -128,7 +121,7 @@ def measured(method: str, frame: float, exact: tuple[np.ndarray, np.ndarray]) ->
 
 def shown(found: dict[str, list[Measured]]) -> str:
     """Return the table of the page."""
-    first, second = READINGS
+    first, second, _ = found
     heads = (
         "t_Δ", f"{first}: error", "energy added", "forces per frame", "stalls per frame",
         f"{second}: error", "energy added",
@@ -147,25 +140,6 @@ def ended(run: Measured) -> tuple[str, str]:
     if not np.isfinite(run.error):
         return "diverged", ""
     return f"{run.error:.1e}", f"{100.0 * run.added:+.2g} %"
-
-
-def draw(found: dict[str, list[Measured]]) -> plt.Figure:
-    """Return errors against the frame and against the work."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(8.8, 3.6), layout="constrained")
-    for name, runs in found.items():
-        done = [run for run in runs if np.isfinite(run.error)]
-        errors = [run.error for run in done]
-        look = {"color": COLOURS[name], "marker": "o", "markersize": 4, "label": name}
-        left.loglog([1e3 * run.frame for run in done], errors, **look)
-        right.loglog([run.evaluations for run in done], errors, **look)
-    left.set(xlabel="frame t_Δ, or step [ms]", ylabel="error of positions (relative)")
-    right.set(xlabel="evaluations of the forces")
-    for axes in (left, right):
-        axes.grid(color="#dddddd", linewidth=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.yaxis.set_minor_formatter("")
-    left.legend(frameon=False, fontsize=8)
-    return figure
 
 
 if __name__ == "__main__":

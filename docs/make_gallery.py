@@ -7,6 +7,7 @@ commands are carried out in a folder of their own; the last one of each block dr
 only these pictures are made anew. "> FILE" behind a command keeps what it prints.
 """
 
+import os
 import re
 import shlex
 import subprocess
@@ -18,6 +19,7 @@ from pathlib import Path
 from PIL import Image
 
 DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
 PAGE, PICTURES = DOCS / "gallery.md", DOCS / "figures" / "gallery"
 ENTRY = re.compile(
     r"\(figures/gallery/(?P<name>\w+)\.png\).*?^```sh\n(?P<text>.*?)^```$", re.M | re.S
@@ -30,7 +32,9 @@ def main(names: list[str]) -> None:
     """Make pictures, and say how large all of them are."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "tube.tis").write_bytes((DOCS / "bench" / "tube.tis").read_bytes())
+        (Path(folder) / "tube.tis").write_bytes(
+            (ROOT / "benchmarks" / "nets" / "tube.tis").read_bytes()
+        )
         done: set[str] = set()
         for name, commands in entries(PAGE.read_text(encoding="utf-8")):
             if not names or name in names:
@@ -64,8 +68,13 @@ def make(name: str, commands: list[str], folder: Path, done: set[str]) -> None:
 def run(command: str, folder: Path) -> None:
     """Carry out a command line; what is wrong with it ends this program."""
     line, _, target = command.partition(">") if " > " in command else (command, "", "")
-    words = [sys.executable, "-m", "tissuec", "-q", *shlex.split(line)[1:]]
-    said = subprocess.run(words, cwd=folder, stdout=subprocess.PIPE)
+    program, *words = shlex.split(line)
+    if program == "tissuec":
+        words = ["-m", "tissuec", "-q", *words]
+    known = os.environ | {"PYTHONPATH": str(ROOT)}
+    said = subprocess.run(
+        [sys.executable, *words], cwd=folder, env=known, stdout=subprocess.PIPE
+    )
     # A stress test ends with 1 where something is silently wrong, which its map shows.
     if said.returncode and not (target and said.stdout):
         raise SystemExit(f"{command}: exit code {said.returncode}")

@@ -1,17 +1,13 @@
-"""Learn the examples and measure what learning costs and how good it is, for ``learning.md``.
+"""Learn the examples of ``learning.md``: what was answered, and figures of how it went.
 
     python -m docs.make_learning
 
 takes some minutes, in the folder of the repository, and needs what the tests need and
-matplotlib: the motions, nets and checks are those of ``tests/learn``.
+matplotlib.
 """
 
 import re
-import tempfile
-import time
-from collections.abc import Iterator
 from pathlib import Path
-from statistics import median
 
 import matplotlib
 from msgspec import Struct
@@ -23,13 +19,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from tests.learn import test_learning as known
 from tests.learn.making import motion
-from tests.learn.test_motion import apart_from_long_doubles, motion_of
-from tests.learn.tubes import tube
 from tissuec.compiler import Compiled
-from tissuec.core.markdown import fenced, replace_places, table
-from tissuec.core.source import Source
+from tissuec.core.markdown import fenced, replace_places
 from tissuec.learn.learning import Progress, learn
 from tissuec.learn.outcome import Learnt
 from tissuec.learn.telling.text import as_text
@@ -38,8 +30,6 @@ from tissuec.pipeline import Request, compile_request
 
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE / "learning.md", HERE / "figures"
-STEP, SAMPLES = 50e-6, 51  # of the gradient whose cost is measured
-REPEATS, DIRECTIONS, TUBES = 15, 20, (16, 10)
 GREY, LEARNT, HELD_OUT = "#999999", "#2166ac", "#b2182b"
 CLOCK = re.compile(r", \d+\.\d s$", re.MULTILINE)
 
@@ -64,13 +54,11 @@ class Taught(Struct, frozen=True):
 
 
 def main() -> None:
-    """Measure everything; rewrite the page and the figures."""
+    """Learn everything; rewrite the page and the figures."""
     taught = {name: teach(name) for name in ("cart", "stretch", "learn_gels", "learn_band")}
     contents = {name: taught[name].shown() for name in ("cart", "stretch", "learn_gels")}
-    rows = list(measured(taught["cart"].learnt))
-    contents["how good"] = table(("what", "measured"), rows)
     page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replace_places(page, contents, mark="measured"), encoding="utf-8")
+    PAGE.write_text(replace_places(page, contents, mark="learnt"), encoding="utf-8")
     draw_cart(taught["cart"]).savefig(FIGURES / "learning_cart.png", dpi=110)
     draw_passes(taught).savefig(FIGURES / "learning_passes.png", dpi=110)
 
@@ -83,92 +71,6 @@ def teach(name: str) -> Taught:
     passes: list[Progress] = []
     learnt = learn(compiled, compiled.lessons[0], request, progress=passes.append)
     return Taught(path.read_text(encoding="utf-8"), compiled, learnt, passes)
-
-
-# --- how good, how dear -----------------------------------------------------------------------
-
-
-def measured(cart: Learnt) -> Iterator[tuple[str, str]]:
-    """Yield the rows of the table."""
-    yield (
-        "Cost of the gradient by all 1990 parameters of the tube over 1000 steps, in runs",
-        f"{cost_of_gradient():.1f}",
-    )
-    apart = apart_from_long_doubles(tube(), DIRECTIONS)
-    yield (
-        f"Its error against differences of long doubles, worst of {DIRECTIONS} directions",
-        f"{apart.max():.1e}",
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        yield from all_springs(Path(folder))
-        yield hidden_nodes(Path(folder))
-        yield scatter(Path(folder))
-    one, last = cart.fitted
-    (left,), (unseen,) = one.left.values(), last.left.values()
-    yield (
-        "The cart, 871 pictures: residual of the first three quarters, and of the last",
-        f"{1e3 * left:.2f} px, {1e3 * unseen:.2f} px",
-    )
-
-
-def cost_of_gradient() -> float:
-    """Return the time of a gradient over that of the motion alone."""
-    moved, vector = motion_of(tube(), "velocity verlet", STEP, np.linspace(0.0, 0.05, SAMPLES))
-    weights = np.random.default_rng(0).standard_normal((SAMPLES, 480))
-    moved.forward(vector)
-    moved.backward(weights, weights)
-    ratios = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        moved.forward(vector)
-        forward = time.perf_counter() - began
-        moved.backward(weights, weights)
-        ratios.append((time.perf_counter() - began) / forward)
-    return median(ratios)
-
-
-def all_springs(folder: Path) -> Iterator[tuple[str, str]]:
-    """Yield how well every spring of the tube comes back from data without noise."""
-    rings, sides = TUBES
-    began = time.process_time()
-    _, _, true, learnt = known.learn_tube(folder, rings=rings, sides=sides, **known.PUSHED)
-    spent = time.process_time() - began
-    springs, _ = learnt.estimates
-    error = np.abs(springs.value / true - 1.0).max()
-    yield (
-        f"All {len(true)} spring constants of a tube, off by up to 30 %, and its mass, from "
-        "50 ms of exact positions: largest error of a constant",
-        f"{error:.1e}, in {spent:.0f} s of the processor",
-    )
-
-
-def hidden_nodes(folder: Path) -> tuple[str, str]:
-    """Return how far nodes that were not seen are from where they truly were."""
-    rings, sides = TUBES
-    seen = [n for n in range(rings * sides) if (n // sides + 2 * (n % sides)) % 4 == 0]
-    form = {**known.LIFTED, "seen": f"in [{', '.join(str(n + 1) for n in seen)}]"}
-    scene, true, _, learnt = known.learn_tube(folder, rings=rings, sides=sides, **form)
-    network = replace(scene.network, stiffness=learnt.estimates[0].value)
-    apart = np.linalg.norm(motion(scene, 2e-3, network)[1] - true, axis=2)
-    moved = np.linalg.norm(true - true[0], axis=2)
-    hidden = np.setdiff1d(np.arange(rings * sides), seen)
-    return (
-        f"The same tube, {len(seen)} of {rings * sides} nodes seen: largest error of the "
-        "position of an unseen node, relative to the largest displacement",
-        f"{100 * apart[:, hidden].max() / moved[:, hidden].max():.2g} %",
-    )
-
-
-def scatter(folder: Path) -> tuple[str, str]:
-    """Return how estimates scatter, in units of what is predicted."""
-    text = known.CHAIN.format(**known.TRUE, more="")
-    scene, _ = compile_request(Request(Source("true.tis", text)))
-    ratio, _ = known.scatter((scene, *motion(scene, 10e-3)), folder, 50)
-    return (
-        "Scatter of five parameters over 50 repeats with other noise, divided by the "
-        "Cramér-Rao bound (50 repeats are accurate to 10 %)",
-        f"{ratio.min():.2f} to {ratio.max():.2f}",
-    )
 
 
 # --- figures ----------------------------------------------------------------------------------

@@ -78,7 +78,7 @@ def test_imports_point_down_only(repository):
 @pytest.mark.parametrize("rule", [("check",), ("format", "--check")])
 def test_code_is_linted_and_formatted(rule, repository):
     run = subprocess.run(
-        [sys.executable, "-m", "ruff", *rule, "tissuec", "tests", "docs"],
+        [sys.executable, "-m", "ruff", *rule, "tissuec", "tests", "docs", "benchmarks"],
         cwd=repository, capture_output=True, text=True,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout

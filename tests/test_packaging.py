@@ -42,9 +42,14 @@ def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
     assert "tissuec/core/codes.toml" in names
     assert "tissuec/py.typed" in names
     assert {f"tissuec/explorer/{name}" for name in (*SCRIPTS, *PARTS)} <= set(names)
-    assert not [
-        name for name in names if name.startswith(("tests/", "docs/")) or "__pycache__" in name
-    ]
+    others = ("benchmarks/", "docs/", "tests/")
+    assert not [name for name in names if name.startswith(others) or "__pycache__" in name]
+
+
+def test_the_sdist_ships_what_is_beside_the_package(wheel):
+    (unpacked,) = (path for path in wheel.parent.iterdir() if path.is_dir())
+    for name in ("benchmarks/nets/lattice.tis", "benchmarks/plain.c", "docs/numerics.md"):
+        assert (unpacked / name).is_file()
 
 
 def test_an_unpacked_wheel_checks_a_shipped_scene(wheel, tmp_path):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from benchmarks.stability.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
+from benchmarks.stability.known import find_known
 from tissuec.bench.problem import Problem
-from tissuec.bench.stress.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
-from tissuec.bench.stress.known import find_known
 from tissuec.bench.trial import Deadline, OutOfTime
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request

@@ -1,51 +1,50 @@
-"""Run the stress test and write its map into ``numerics.md``.
+"""Every method on scenes at the ends of what can be written: where is a run silently wrong?
 
-    python benchmarks/stability/__main__.py [map.png]
-
-does what ``tissuec bench --stability`` does, for every method, and takes half an hour.
+The whole grid takes half an hour. Exit code: 1 if a run is silently wrong or crashes. The
+numerics page tells what is tested; "tissuec plot" draws the JSON document.
 """
 
-import sys
-from collections import Counter
-from pathlib import Path
+import click
 
-from tissuec.bench.stress.cells import all_cells
-from tissuec.bench.stress.grid import SIGNS, Stress, as_dict, stress
-from tissuec.core.markdown import code, replace_places, table
-from tissuec.drawing.page import save
-from tissuec.plots import draw
-
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "numerics.md"
-BUDGET = 4.0  # time of the processor for a run [s]
+from benchmarks.publishing import json_option, publish, tell, write_option
+from benchmarks.stability.cells import all_cells
+from benchmarks.stability.grid import METHODS, as_dict, as_markdown, stress
 
 
-def main() -> None:
-    """Try everything and rewrite the page; draw the map too if a file is named."""
-    found = stress(all_cells(small=False), methods=(), budget=BUDGET, tell=print)
-    page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(
-        replace_places(page, {"stability": as_markdown(found)}, mark="mapped"),
-        encoding="utf-8",
-    )
-    if len(sys.argv) > 1:
-        save(draw("stability", as_dict(found)), Path(sys.argv[1]))
-
-
-def as_markdown(found: Stress) -> str:
-    """Return the map, how often each sign stands in it, and what is bad."""
-    counts = Counter(verdict.kind for verdict in found.verdicts)
-    meanings = [
-        (sign, str(counts[kind]), meaning)
-        for kind, (sign, meaning) in SIGNS.items()
-        if counts[kind]
-    ]
-    bad = [f"- {v.axis} {v.value}, {code(v.method)}: {v.why}" for v in found.bad]
-    parts = [
-        table(found.heads, found.rows),
-        table(("sign", "times", "means"), meanings),
-        "\n".join(bad) or "Nothing is silently wrong, and nothing crashed.",
-    ]
-    return "\n\n".join(parts)
+@click.command(help=__doc__)
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    type=click.Choice(METHODS),
+    help="Only this method; may be repeated.",
+)
+@click.option("--small", is_flag=True, help="A few of the scenes only.")
+@click.option(
+    "--budget",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=4.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Time of the processor that a run may take.",
+)
+@write_option
+@json_option
+@click.pass_context
+def main(
+    context: click.Context,
+    methods: tuple[str, ...],
+    budget: float,
+    *,
+    small: bool,
+    write: bool,
+    as_json: bool,
+) -> None:
+    """Try everything that is asked for."""
+    found = stress(all_cells(small=small), methods=methods, budget=budget, tell=tell)
+    document = {"ok": not found.bad} | as_dict(found) if as_json else None
+    publish("stability", {"stability": as_markdown(found)}, write=write, document=document)
+    context.exit(1 if found.bad else 0)
 
 
 if __name__ == "__main__":

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
+from benchmarks.stability.grid import SIGNS
 from tests.plots.conftest import BENCH, STRESS
-from tissuec.bench.stress.grid import SIGNS
 from tissuec.core.errors import TissueError
 from tissuec.plots import draw
 from tissuec.plots.stability import COLOURS, UNKNOWN

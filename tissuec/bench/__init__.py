@@ -1,1 +1,1 @@
-"""Measuring the engine: run time against error beside other solvers, and where it may fail."""
+"""Measuring the engine on a scene: run time against error, beside other solvers."""

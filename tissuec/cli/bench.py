@@ -43,7 +43,7 @@ class Tolerances(click.ParamType):
 
 
 @click.command(cls=Command)
-@click.argument("scene", required=False, type=click.Path(path_type=Path))
+@click.argument("scene", type=click.Path(path_type=Path))
 @click.option(
     "--method",
     "methods",
@@ -78,24 +78,15 @@ class Tolerances(click.ParamType):
     type=click.Path(path_type=Path, dir_okay=False),
     help="Draw the result to this file; needs matplotlib (extra plot).",
 )
-@click.option(
-    "--stability",
-    is_flag=True,
-    help="Instead of measuring a scene, try all methods on scenes at the ends of what can be "
-    "written; heeds --method, --budget and --plot.",
-)
-@click.option("--small", is_flag=True, help="A few of the scenes of --stability only.")
 @scene_options
 def command(
     settings: Settings,
-    scene: Path | None,
+    scene: Path,
     methods: tuple[str, ...],
     tolerances: tuple[float, ...],
     repeat: int,
     budget: float,
     plot: Path | None,
-    stability: bool,
-    small: bool,
     overrides: tuple[str, ...],
     libraries: tuple[Path, ...],
     strict: bool,
@@ -105,19 +96,14 @@ def command(
     The others are SciPy's and, where they are installed (extra bench), CVODE and MuJoCo; those
     of SciPy and CVODE are driven by the engine's own compiled forces. Times are those of the
     processor, on one thread. Nothing is written but the plot. Exit code: 0 done, 1 no reference
-    came out or a scene of --stability is silently wrong, 2 the text or the command line is
-    wrong.
+    came out, 2 the text or the command line is wrong.
     """
-    _use_one_thread()
+    use_one_thread()
     if plot is not None:
         from tissuec.drawing.page import check_suffix, need_matplotlib
 
         need_matplotlib()  # before all the work
         check_suffix(plot)
-    if stability != (scene is None):
-        raise click.UsageError("name a scene, or ask for --stability, which brings its own")
-    if scene is None:
-        return _stress(settings, plot, methods, budget, small=small)
     return _bench(
         settings, scene, plot,
         {"methods": methods, "tolerances": tolerances, "repeat": repeat, "budget": budget},
@@ -125,7 +111,7 @@ def command(
     )  # fmt: skip
 
 
-def _use_one_thread() -> None:
+def use_one_thread() -> None:
     """Keep linear algebra to one thread, where it is not loaded yet."""
     for name in THREADS:
         os.environ.setdefault(name, "1")
@@ -165,36 +151,9 @@ def _bench(
         print_json(document)
     else:
         echo("\n".join(as_text(found)))
-    _plot(document, plot)
-    return DONE
-
-
-def _plot(document: dict[str, Any], path: Path | None) -> None:
-    """Draw what was found, if that was asked for."""
-    if path is not None:
+    if plot is not None:
         from tissuec.drawing.page import save
         from tissuec.plots import draw
 
-        save(draw(None, document), path)
-
-
-def _stress(
-    settings: Settings,
-    plot: Path | None,
-    methods: tuple[str, ...],
-    budget: float,
-    *,
-    small: bool,
-) -> int:
-    from tissuec.bench.stress.cells import all_cells
-    from tissuec.bench.stress.grid import as_dict, as_text, stress
-
-    cells = all_cells(small=small)
-    found = stress(cells, methods=methods, budget=budget, tell=settings.say)
-    document = {"ok": not found.bad} | as_dict(found)
-    if settings.json:
-        print_json(document)
-    else:
-        echo("\n".join(as_text(found)))
-    _plot(document, plot)
-    return FAILED if found.bad else DONE
+        save(draw(None, document), plot)
+    return DONE

@@ -20,7 +20,7 @@ CALLED: dict[str, str] = {
     "result": f"a result ({RESULT})",
     "words": f"a vocabulary or scene ({SCENE})",
     "bench": 'the JSON of "tissuec bench"',
-    "stress": 'the JSON of "tissuec bench --stability"',
+    "stress": 'the JSON of "python -m benchmarks.stability"',
     "laboratory": 'the JSON of "tissuec lab"',
 }
 
@@ -114,8 +114,8 @@ def _benched(document: Any, name: str, path: Path | None = None) -> Subject:
             raise TissueError(f'"{path or name}" says: {document["error"]}')
     raise TissueError(
         f'"{path or name}" holds nothing that can be plotted; JSON comes from '
-        '"tissuec bench SCENE --json", "tissuec bench --stability --json" or '
-        '"tissuec lab FILE --json"'
+        '"tissuec bench SCENE --json", "tissuec lab FILE --json" or '
+        '"python -m benchmarks.stability --json"'
     )
 
 

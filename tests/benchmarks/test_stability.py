@@ -7,13 +7,13 @@ import pytest
 from click.testing import CliRunner
 from msgspec.structs import replace
 
+from benchmarks.stability import __main__ as command
+from benchmarks.stability import grid, looking, verdict
+from benchmarks.stability.cells import TOLERANCE, Cell, all_cells, tube
+from benchmarks.stability.known import Known, find_known
+from benchmarks.stability.verdict import Court
 from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem
-from tissuec.bench.stress import grid, looking, verdict
-from tissuec.bench.stress.cells import TOLERANCE, Cell, all_cells, tube
-from tissuec.bench.stress.known import Known, find_known
-from tissuec.bench.stress.verdict import Court
-from tissuec.cli import group
 from tissuec.core.source import Source
 from tissuec.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
@@ -136,14 +136,14 @@ def test_a_twin_differs_by_a_little():
     assert 1e-9 < np.abs(apart).max() < 1e-8
 
 
-def test_map_is_a_table_with_the_scenes_of_what_is_bad(monkeypatch, tmp_path):
-    monkeypatch.setattr(grid, "INTEGRATORS", {})
+def test_map_is_a_table_with_the_scenes_of_what_is_bad(tmp_path):
     good = Court(REST, BUDGET).judge("automatic")
     stress = grid.Stress(("automatic",), (good, replace(good, kind="wrong", why="it is off")))
-    lines = grid.as_text(stress)
-    assert lines[0].split() == ["axis", "value", "automatic"]
-    assert [line.split()[-1] for line in lines[1:3]] == ["ok", "WRONG"]
-    assert "rest 1, automatic: it is off" in lines
+    lines = grid.as_markdown(stress).splitlines()
+    assert lines[0] == "| axis | value | automatic |"
+    assert lines[2:4] == ["| rest | 1 | ok |", "| rest | 1 | WRONG |"]
+    assert "| WRONG | 1 | silently wrong |" in lines
+    assert "rest 1, `automatic`: it is off" in lines
     assert "language 1" in lines
     pytest.importorskip("matplotlib")
     from tissuec.drawing.page import save
@@ -154,24 +154,15 @@ def test_map_is_a_table_with_the_scenes_of_what_is_bad(monkeypatch, tmp_path):
 
 
 def test_command_prints_the_map_and_ends_with_one_for_what_is_bad(monkeypatch):
-    def few(*, small):
-        return [REST]
-
-    from tissuec.bench.stress import cells
-
-    monkeypatch.setattr(cells, "all_cells", few)
-    words = ["bench", "--stability", "--method", "dop853", "--json"]
-    result = CliRunner().invoke(group, words, standalone_mode=False)
+    monkeypatch.setattr(command, "all_cells", lambda *, small: [REST])
+    words = ["--method", "dop853", "--json"]
+    result = CliRunner().invoke(command.main, words)
     document = json.loads(result.stdout)
-    assert (result.return_value, document["ok"], document["bad"]) == (0, True, 0)
+    assert (result.exit_code, document["ok"], document["bad"]) == (0, True, 0)
     monkeypatch.setattr(grid, "BAD", ("good",))
-    assert CliRunner().invoke(group, words[:-1], standalone_mode=False).return_value == 1
-
-
-def test_a_scene_and_the_stress_test_exclude_each_other():
-    for words in (["bench"], ["bench", "x.tis", "--stability"]):
-        with pytest.raises(Exception, match="--stability"):
-            group.main(words, standalone_mode=False)
+    result = CliRunner().invoke(command.main, words[:-1])
+    assert result.exit_code == 1
+    assert result.stdout.startswith("| axis | value | dop853 |")
 
 
 def test_a_method_that_promises_nothing_is_measured_at_a_step_that_suits_it():

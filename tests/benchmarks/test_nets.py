@@ -1,4 +1,4 @@
-"""The nets of ``docs/bench``: what they are, and that every method keeps its word on them."""
+"""The nets of the benchmarks: what they are, and that every method keeps its word on them."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from tissuec.pipeline import Request, compile_request
 
 
 def compiled(repository, name, *overrides):
-    path = repository / "docs" / "bench" / f"{name}.tis"
+    path = repository / "benchmarks" / "nets" / f"{name}.tis"
     found, warnings = compile_request(Request.file(path, overrides=overrides))
     assert not warnings
     return found

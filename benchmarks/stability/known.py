@@ -5,10 +5,10 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
+from benchmarks.stability.cells import TOLERANCE
+from benchmarks.stability.looking import shaken
 from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem
-from tissuec.bench.stress.cells import TOLERANCE
-from tissuec.bench.stress.looking import shaken
 from tissuec.bench.trial import Deadline, Failed, OutOfTime
 from tissuec.bench.truth import Truth, Unknown, find_truth
 

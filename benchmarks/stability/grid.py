@@ -6,11 +6,11 @@ from typing import Any
 
 from msgspec import Struct
 
+from benchmarks.stability.cells import Cell
+from benchmarks.stability.verdict import Court, Kind, Verdict
 from tissuec.bench.ours import AUTOMATIC
-from tissuec.bench.report import columns
-from tissuec.bench.stress.cells import Cell
-from tissuec.bench.stress.verdict import Court, Kind, Verdict
 from tissuec.core.data import as_data
+from tissuec.core.markdown import code, fenced, table
 from tissuec.integrators import INTEGRATORS
 from tissuec.plan import RELAXATION
 
@@ -26,6 +26,7 @@ SIGNS: dict[Kind, tuple[str, str]] = {
     "crash": ("CRASH", "tissuec itself failed"),
 }
 BAD: tuple[Kind, ...] = ("wrong", "crash")
+METHODS = (AUTOMATIC, *INTEGRATORS, RELAXATION)
 
 
 class Stress(Struct, frozen=True):
@@ -78,7 +79,7 @@ def stress(
         budget: Time of the processor for a run [s].
         tell: Told which scene is tried, and what came of it.
     """
-    names = tuple(methods) or (AUTOMATIC, *INTEGRATORS, RELAXATION)
+    names = tuple(methods) or METHODS
     verdicts = []
     for cell in cells:
         tell(f"{cell.axis} {cell.value} …")
@@ -89,20 +90,20 @@ def stress(
     return Stress(names, tuple(verdicts))
 
 
-def as_text(stress: Stress) -> list[str]:
-    """Return the map, what its signs mean, and every bad verdict with its scene."""
-    lines = columns([stress.heads, *stress.rows])
+def as_markdown(stress: Stress) -> str:
+    """Return the map, how often each sign stands in it, and what is bad with its scene."""
     counts = Counter(verdict.kind for verdict in stress.verdicts)
-    lines += [""]
-    lines += [
-        f"{counts[kind]:4} {sign:8} {meaning}"
+    meanings = [
+        (sign, str(counts[kind]), meaning)
         for kind, (sign, meaning) in SIGNS.items()
         if counts[kind]
     ]
-    for verdict in stress.bad:
-        head = f"{verdict.axis} {verdict.value}, {verdict.method}: {verdict.why}"
-        lines += ["", head, *verdict.scene.splitlines()]
-    return lines
+    bad = [
+        f"{one.axis} {one.value}, {code(one.method)}: {one.why}\n\n{fenced(one.scene)}"
+        for one in stress.bad
+    ]
+    parts = [table(stress.heads, stress.rows), table(("sign", "times", "means"), meanings)]
+    return "\n\n".join([*parts, *(bad or ["Nothing is silently wrong, and nothing crashed."])])
 
 
 def as_dict(stress: Stress) -> dict[str, Any]:

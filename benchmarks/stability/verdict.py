@@ -12,12 +12,12 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
+from benchmarks.stability.known import Known, find_known
+from benchmarks.stability.looking import Look, look
 from tissuec.bench.ours import AUTOMATIC, EngineSolver
 from tissuec.bench.problem import Problem
 from tissuec.bench.starting import situation_at_start
-from tissuec.bench.stress.cells import FRAMES, TOLERANCE, Cell
-from tissuec.bench.stress.known import Known, find_known
-from tissuec.bench.stress.looking import Look, look
 from tissuec.bench.trial import Deadline, Failed, OutOfTime
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source

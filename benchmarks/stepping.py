@@ -1,0 +1,109 @@
+"""Nets that shiver, and engines on them that are timed again and again."""
+
+import time
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler import Compiled
+from tissuec.core.source import Source
+from tissuec.engine.engine import Engine
+from tissuec.engine.method import Method
+from tissuec.integrators import INTEGRATORS
+from tissuec.pipeline import Request, compile_request
+from tissuec.prediction import situation_at_start
+
+REPEATS = 7
+WORK = 4e7  # evaluations times springs of one measurement
+METHODS = ("velocity verlet", "dop853")
+
+
+class Net(Struct, frozen=True):
+    """A net to measure: its name and the body of its scene."""
+
+    name: str
+    body: str
+
+
+def nets() -> list[Net]:
+    """Return the tube of the paper and lattices of growing size."""
+    tube = """mesh is tube {
+      axis from (0, 0, 0) mm to (64, 0, 0) mm
+      radius = 3 mm; rings = 16; sides = 10; interior is crossed
+    }"""
+    blocks = [
+        Net(
+            f"lattice {n}³",
+            f"""mesh is lattice {{
+              kind is sodium chloride; cell = 1 cm; reach is second neighbours
+              box from (0, 0, 0) cm to ({n - 1}, {n - 1}, {n - 1}) cm
+            }}""",
+        )
+        for n in (10, 22, 46)
+    ]
+    return [Net("tube", tube), *blocks]
+
+
+def scene(
+    net: Net,
+    *,
+    viscosity: str = "10 mN*s/m",
+    tissue: str = "",
+    body: str = "",
+    around: str = "contact is off",
+    more: str = "",
+) -> str:
+    """Return the text of a scene in which the net shivers."""
+    return f"""language 1
+    tissue flesh {{ spring constant = 500 N/m; viscosity = {viscosity}; mass = 1 g;
+      prestress = 1 %; fraction force = 1 kN; {tissue} }}
+    body block {{ {net.body}; tissue is flesh; rupture is allowed; {body} }}
+    environment {{ gravity = (0, 0, 0) m/s^2; {around} }}
+    {more}
+    simulate {{ duration = 1000 s; tolerance = 1e-3 }}
+    """
+
+
+def build(net: Net, **entries: str) -> Compiled:
+    """Return the scene of a net, compiled; see ``scene`` for further entries."""
+    return compile_request(Request(Source("net.tis", scene(net, **entries))))[0]
+
+
+class Stepping:
+    """An engine on a net, by compiled kernels, that can be timed again and again."""
+
+    def __init__(
+        self,
+        compiled: Compiled,
+        method: str,
+        *,
+        watched: bool = False,
+        ledger: bool = False,
+        threads: int = 1,
+    ):
+        self.network = compiled.network
+        self.situation = situation_at_start(compiled)
+        # Just below the limit, so that every step is like the others.
+        omega = 3e3
+        step = 0.1 * INTEGRATORS[method].stability_limit(omega, 0.0)
+        self.evaluations = INTEGRATORS[method].evaluations
+        self.step = step
+        asked = Method(
+            method, None, step, 1e3, ledger=ledger, watch_strength=watched, threads=threads
+        )
+        self.engine = Engine(
+            self.network, asked, np.zeros(0), lambda samples: None, tier="compiled"
+        )
+        self.until = 2.0 * step
+        self.engine.advance(self.situation, self.until)
+
+    def time(self) -> float:
+        """Return nanoseconds for each spring and evaluation of a few more steps."""
+        springs = self.network.spring_count
+        steps = max(4, int(WORK / springs / self.evaluations))
+        self.until += steps * self.step
+        before = self.engine.statistics.evaluations
+        begun = time.perf_counter()
+        self.engine.advance(self.situation, self.until)
+        took = time.perf_counter() - begun
+        return took / (self.engine.statistics.evaluations - before) / springs * 1e9
