@@ -10,7 +10,7 @@ from importlib import import_module
 import pytest
 from click.testing import CliRunner
 
-from benchmarks import features, kernels, publishing, stepping, threads
+from benchmarks import features, kernels, publishing, scenes, stepping, threads
 from benchmarks.__main__ import benchmarks
 from tests.test_docs import PAGES
 
@@ -37,7 +37,7 @@ def test_all_are_listed_with_what_they_measure(repository):
         [sys.executable, "-m", "benchmarks"],
         cwd=repository, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
-    assert {"kernels", "stability"} <= set(KNOWN)
+    assert {"kernels", "scenes", "stability"} <= set(KNOWN)
     for name, summary in KNOWN.items():
         assert re.search(rf"^{name} +{re.escape(summary)}$", listed, re.MULTILINE)
 
@@ -95,3 +95,14 @@ def test_every_feature_is_measured(quick):
     rows = rows_of(invoke(features.main))
     assert [row[0] for row in rows[3:]] == [feature.name for feature in features.FEATURES]
     assert all(float(cell) > 0.0 for row in rows[3:] for cell in row[1:] if cell)
+
+
+def test_scenes_are_measured_beside_scipy(monkeypatch):
+    monkeypatch.setattr(scenes, "stay_on_one_processor", lambda: None)
+    monkeypatch.setattr(scenes, "TOLERANCES", (1e-2, 1e-4))
+    words = ("--scene", "L10", "--repeat", "1", "--json")
+    best = json.loads(invoke(scenes.main, *words))["L10"]["within"]
+    assert {one["method"] for one in best if one["bound"] == 1e-2} == set(scenes.SOLVERS)
+    for one in best:
+        assert 0.0 < one["error"] <= one["bound"]
+        assert one["seconds"] > 0.0
