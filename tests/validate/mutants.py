@@ -64,7 +64,7 @@ SCENES = {
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.accelerations": ("force", "count_powers", "accelerate"),
-    "tissuec.forces.springs_kernel": ("springs", "reeled", "pull_at", "pull_of"),
+    "tissuec.forces.springs_kernel": ("springs", "pull_nodes", "reeled", "pull_at", "pull_of"),
     "tissuec.kernels.acts": None,
     "tissuec.forces.bending": ("fold",),
     "tissuec.forces.foundation": ("hold",),
