@@ -47,8 +47,7 @@ class Load(Nodal, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        each = np.broadcast_to(self.at(time), (*to.shape[:-2], 3))
-        np.add.at(to, (..., self.nodes, slice(None)), each[..., None, :])
+        np.add.at(np.moveaxis(to, -2, 0), self.nodes, self.at(time))
 
     def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return F·v, put in from outside, and nothing lost [W], shape (…, 2)."""

@@ -148,6 +148,6 @@ def reach(ends: NDArray[np.integer], values: Floats) -> Floats:
     return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
 
 
-def _coordinates(nodes: Indices) -> Indices:
+def _coordinates(nodes: NDArray[np.integer]) -> Indices:
     """Return where the coordinates of nodes are in a flat vector, shape (3 node,)."""
     return (3 * nodes.astype(np.int64)[:, None] + np.arange(3)).ravel()

@@ -135,7 +135,9 @@ def find_sides(time: float, x: Floats, v: Floats, out: Rows, net: Net) -> None:
                     out[2, s] = abs(pull_of(s, e, v, net)) > net.internal.limit[s]
 
 
-def stretching(s: int, i: int, j: int, x: Floats, v: Floats, net: Net) -> tuple[float, float]:
+def stretching(
+    s: int, i: np.uint64, j: np.uint64, x: Floats, v: Floats, net: Net
+) -> tuple[float, float]:
     """Return the elongation [m] of a spring between two nodes, and its rate [m/s]."""
     r0, r1, r2 = x[j] - x[i], x[j + ONE] - x[i + ONE], x[j + TWO] - x[i + TWO]
     w0, w1, w2 = v[j] - v[i], v[j + ONE] - v[i + ONE], v[j + TWO] - v[i + TWO]
