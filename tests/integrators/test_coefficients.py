@@ -15,8 +15,7 @@ from tests.engine.running import Bench
 from tests.hand_net import make_net
 from tissuec.engine.operations import OPERATIONS
 from tissuec.engine.tiers import interpreter
-from tissuec.integrators import INTEGRATORS, esdirk43, rkc2, srkn11, trbdf2
-from tissuec.kernels import tableau853
+from tissuec.integrators import INTEGRATORS, esdirk43, rkc2, srkn11, tableau853, trbdf2
 
 
 def forests(size, sizes):
@@ -126,8 +125,8 @@ def test_error_estimates_of_srkn11_vanish_up_to_their_orders():
     kicks, drifts = srkn11.coefficients()
     c = np.append(0.0, np.cumsum(drifts))
     a = np.tril(c[:, None] - c[None, :], -1) * kicks
-    for row, order in ((3, 5), (4, 4)):
-        weights = srkn11.Srkn11.tableau[row, 1 : srkn11.KICKS + 1]
+    for estimate, order in zip(srkn11.Srkn11.tableau.error_v, (5, 4), strict=True):
+        weights = estimate[1 : srkn11.KICKS + 1]
         for n in range(1, order):
             for tree in nystrom_trees(n):
                 assert abs(weights @ nystrom_sums(tree, a, c)) < 1e-13
@@ -165,14 +164,14 @@ def test_implicit_methods_are_stable_in_the_whole_left_half_and_forget_the_faste
 @pytest.mark.parametrize("name", those(implicit=True))
 def test_implicit_methods_have_one_diagonal_and_end_in_their_last_stage(name):
     table = INTEGRATORS[name].tableau
-    stages = (len(table) - 3) // 2
-    weights = table[stages : 2 * stages, 1 : stages + 1]
+    weights = table.for_v[:, 1:]
+    assert table.result == len(weights) - 1
     assert np.array_equal(np.triu(weights, 1), np.zeros_like(weights))
     assert weights[0, 0] == 0.0
     assert np.ptp(np.diag(weights)[1:]) < 1e-15
     assert weights[-1].sum() == pytest.approx(1.0, abs=1e-15)
-    assert table[:stages, 1 : stages + 1] == pytest.approx(weights @ weights, abs=1e-15)
-    assert table[-1, 1 : stages + 1] == pytest.approx(weights.sum(axis=1), abs=1e-15)
+    assert table.for_x[:, 1:] == pytest.approx(weights @ weights, abs=1e-15)
+    assert table.for_x[:, 0] == pytest.approx(weights.sum(axis=1), abs=1e-15)
 
 
 def stability_polynomial(stages):

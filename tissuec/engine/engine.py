@@ -329,8 +329,7 @@ class Engine:
         self._work = new_work(self._integrator, self.network, self._layout.team.record)
         method = self.method
         if isinstance(method.choices, PropagationChoices):
-            row = method.choices.row()
-            self._work.tableau[0, : len(row)] = row
+            self._work.choices[:] = method.choices.row()
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
         task = new_task(self.network, self._integrator, tolerance, method.duration)
         self._task = task._replace(fixed=0 if method.step is None else 1)

@@ -1,6 +1,7 @@
 """The arrays and numbers that the stepping code starts from."""
 
 from collections.abc import Iterator
+from copy import deepcopy
 from math import inf, sqrt
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from tissuec.engine.layout import Layout
 from tissuec.engine.unknowns import no_solver
 from tissuec.integrators import Integrator
+from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Team, Work
 from tissuec.network import Floats, Network
 from tissuec.situation import Situation
@@ -45,7 +47,8 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         zero=np.zeros(size),
         each=np.zeros(network.node_count - tools),
         moving=np.zeros(network.body_nodes),
-        tableau=integrator.tableau.copy(),
+        tableau=deepcopy(integrator.tableau),
+        choices=PropagationChoices().row(),
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),
         weights=np.zeros((2, rows)),

@@ -7,7 +7,7 @@ They run slowly as they stand; the engine binds the same functions to compiled o
 from typing import ClassVar, Protocol
 
 from tissuec.core.registry import Family
-from tissuec.kernels.records import Floats, Work
+from tissuec.kernels.records import Floats, Tableau, Work
 
 
 class Integrator(Protocol):
@@ -30,7 +30,8 @@ class Integrator(Protocol):
         share: Part of the tolerance that the estimate of one step may reach.
         looks: Pieces in which a step is searched for ruptures.
         nearness: Part of its strength from which a spring is looked at closely.
-        tableau, dense_x, dense_v: Coefficients, as ``Work`` holds them.
+        tableau: Its coefficients; None for a method that is none of Runge-Kutta or Nyström.
+        dense_x, dense_v: Coefficients within a step, as ``Work`` holds them.
     """
 
     order: ClassVar[int]
@@ -47,7 +48,7 @@ class Integrator(Protocol):
     share: ClassVar[float]
     looks: ClassVar[int]
     nearness: ClassVar[float]
-    tableau: ClassVar[Floats]
+    tableau: ClassVar[Tableau | None]
     dense_x: ClassVar[Floats]
     dense_v: ClassVar[Floats]
 

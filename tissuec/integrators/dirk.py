@@ -8,11 +8,9 @@ contracts well. (E. Hairer, G. Wanner, Solving Ordinary Differential Equations I
 
 from math import inf
 
-import numpy as np
-
-from tissuec.forces.accelerations import force, place
-from tissuec.integrators import hermite
+from tissuec.forces.accelerations import force
 from tissuec.integrators.banded import assemble, solve
+from tissuec.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.kernels.records import (
     LOOKED,
     Floats,
@@ -28,31 +26,10 @@ SLOW = 0.5  # contraction from which S is made anew
 HOPELESS = 0.9
 
 
-def tableau(weights: Floats, embedded: Floats) -> Floats:
-    """Return weights of the rows: positions and velocities of all stages, of errors, and nodes.
-
-    Args:
-        weights: A of a method whose first stage is explicit and whose last is the result,
-            shape (stage, stage).
-        embedded: Weights of the lower order, shape (stage,).
-    """
-    stages = len(weights)
-    table = np.zeros((2 * stages + 3, stages + 3))
-    inner = slice(1, stages + 1)
-    nodes = weights.sum(axis=1)
-    table[:stages, 0], table[:stages, inner] = nodes, weights @ weights
-    table[stages : 2 * stages, inner] = weights
-    difference = weights[-1] - embedded
-    table[2 * stages, inner], table[2 * stages + 1, inner] = difference @ weights, difference
-    table[2 * stages + 2, inner] = nodes
-    return table
-
-
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
-    h, table, made = end - time, work.tableau, work.solver.made
-    stages = work.rows.shape[0] - 3
-    q = h * float(table[2 * stages - 1, stages])
+    h, made, stages = end - time, work.solver.made, work.tableau.for_x.shape[0]
+    q = h * float(work.tableau.for_v[stages - 1, stages])
     scale(1.0 / h, work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
     if made[2] == 1.0 and made[0] == q:
@@ -91,7 +68,8 @@ def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net
     x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
     q = made[0]
     scale(1.0, work.rows[stage], a)
-    then = enter_stage(time, h, stage, current, x, v, work, net)
+    then = time + h * work.tableau.for_x[stage, 0]
+    enter_stage(then, h, stage, current, x, v, work, net)
     before, renewals, near = 0.0, 0, False
     for _ in range(ITERATIONS):
         near = force(then, x, v, change, work.power[stage + 1], net)
@@ -128,48 +106,30 @@ def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net
     return near
 
 
-def enter_stage(
-    time: float,
-    h: float,
-    stage: int,
-    current: int,
-    x: Floats,
-    v: Floats,
-    work: Work,
-    net: Net,
-) -> float:
-    """Set x and v to those of a stage with the accelerations found so far; return its time."""
-    table, stages, last = work.tableau, work.rows.shape[0] - 3, stage + 2
-    rows, for_x, for_v = work.rows[:last], table[stage, :last], table[stages + stage, :last]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
-    then = time + h * table[2 * stages + 2, stage + 1]
-    place(then, x, v, net)
-    return then
-
-
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
     if work.solver.made[0] == 0.0:
         return inf, inf  # Newton's method failed
-    table, stages = work.tableau, work.rows.shape[0] - 3
-    rows, last, none = work.rows[: stages + 1], stages + 1, work.zero
+    for_x, for_v = work.tableau.error_x[0], work.tableau.error_v[0]
+    rows, none = work.rows[: for_x.size], work.zero
     of_x, of_v, each = work.trial_x, work.trial_v, work.each
-    for_x, for_v = table[2 * stages, :last], table[2 * stages + 1, :last]
     combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v, work.team)
     return distance(of_x, none, each, work.team), distance(of_v, none, each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
-    h, table, stages, booked = end - time, work.tableau, work.rows.shape[0] - 3, work.booked[0]
-    x, v, a, ledger = work.inner[0], work.inner[1], work.inner[2], work.ledger[1 - current]
+    h, table = end - time, work.tableau
+    booked, ledger = work.booked[0], work.ledger[1 - current]
+    x, v, a, stages = work.inner[0], work.inner[1], work.inner[2], table.for_x.shape[0]
     for stage in range(1, stages):
         # Newton's method left the powers before its last change.
-        then = enter_stage(time, h, stage, current, x, v, work, net)
+        then = time + h * table.for_x[stage, 0]
+        enter_stage(then, h, stage, current, x, v, work, net)
         force(then, x, v, a, work.power[stage + 1], net)
     work.effort[LOOKED] += stages - 1
-    quadrature(work.ledger[current], h, table[2 * stages - 1], work.power, ledger)
-    quadrature(work.zero[:2], h, table[2 * stages + 1], work.power, booked)
+    quadrature(work.ledger[current], h, table.for_v[stages - 1], work.power, ledger)
+    quadrature(work.zero[:2], h, table.error_v[0], work.power, booked)
     return max(abs(booked[0]), abs(booked[1]))
 
 
@@ -186,21 +146,19 @@ def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, fl
     return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
 
 
-class Dirk:
-    """What diagonally implicit members have in common."""
+class Dirk(RungeKutta):
+    """What diagonally implicit members have in common.
 
-    symplectic = False
+    The first stage of a tableau is explicit, the others have one diagonal, and the last one is
+    the result.
+    """
+
     implicit = True
-    conservative = False
-    stabilised = False
-    promises = True
-    nearness = 0.9
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)
     book = staticmethod(book)
     finish = staticmethod(finish)
-    prepare = staticmethod(hermite.prepare)
     propose = staticmethod(propose)
 
     @staticmethod

@@ -8,12 +8,11 @@ Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I (1993), II.
 import numpy as np
 
 from tissuec.integrators import INTEGRATORS, explicit
+from tissuec.integrators.tableau853 import E3, E5, RESULT, A, C, D
+from tissuec.integrators.tableaus import runge_kutta
 from tissuec.kernels.records import Floats
-from tissuec.kernels.tableau853 import E3, E5, STAGES, A, C, D
 
-ROWS = STAGES + 1
-RESULT = 12  # the stage that is the step's result
-TABLEAU = explicit.tableau(A, (E5, E3), ROWS, nodes=C)
+TABLEAU = runge_kutta(A, E5, E3, nodes=C, result=RESULT)
 
 
 def _dense(of_velocity: bool) -> Floats:
@@ -22,19 +21,17 @@ def _dense(of_velocity: bool) -> Floats:
     y(θ) = y + θ F0 + θ(1-θ) F1 + θ²(1-θ) F2 + … with F0 = y' - y, F1 = h f - F0,
     F2 = 2 F0 - h (f + f'), and F3 to F6 by the matrix D.
     """
-    table = TABLEAU
-    start, result = np.zeros(ROWS), np.zeros(ROWS)
+    change = TABLEAU.for_v[RESULT] if of_velocity else TABLEAU.for_x[RESULT]
+    start, result = np.zeros((2, len(change)))
     if of_velocity:
-        change = table[STAGES + RESULT]
         start[1], result[1 + RESULT] = 1.0, 1.0
         further = np.hstack([np.zeros((4, 1)), D])
     else:
-        change = table[RESULT]
         start[0] = 1.0
-        result = start + table[STAGES + RESULT]
+        result = start + TABLEAU.for_v[RESULT]
         further = np.hstack([D.sum(axis=1, keepdims=True), D @ A])
     terms = [change, start - change, 2.0 * change - start - result, *further]
-    powers, factor = np.zeros((7, ROWS)), np.polynomial.Polynomial([0.0, 1.0])
+    powers, factor = np.zeros((7, len(change))), np.polynomial.Polynomial([0.0, 1.0])
     for k, term in enumerate(terms):
         powers[: k + 1] += np.outer(factor.coef[1:], term)
         factor *= np.polynomial.Polynomial([1.0, -1.0] if k % 2 == 0 else [0.0, 1.0])
@@ -51,14 +48,12 @@ class Dop853(explicit.Explicit):
     """
 
     order = 8
-    evaluations = 12
-    rows = ROWS
-    end_row = 1 + RESULT
     control_order = 7.0
     safety = 30.0
     share = 0.004
     looks = 8
     nearness = 0.85
     tableau = TABLEAU
+    prepare = staticmethod(explicit.prepare)
     dense_x = _dense(of_velocity=False)
     dense_v = _dense(of_velocity=True)

@@ -6,7 +6,8 @@ The implicit half of ARK4(3)6L[2]SA. (C. A. Kennedy, M. H. Carpenter, Appl. Nume
 
 import numpy as np
 
-from tissuec.integrators import INTEGRATORS, dirk, hermite
+from tissuec.integrators import INTEGRATORS, dirk
+from tissuec.integrators.tableaus import runge_kutta
 
 WEIGHTS = np.array(
     [
@@ -47,12 +48,8 @@ class Esdirk43(dirk.Dirk):
 
     order = 4
     evaluations = 15
-    rows = 9
-    end_row = 6
     control_order = 3.0
     safety = 0.4
     share = 0.05
     looks = 8
-    tableau = dirk.tableau(WEIGHTS, EMBEDDED)
-    dense_x = hermite.dense_x(9, 6)
-    dense_v = hermite.dense_v(9, 6)
+    tableau = runge_kutta(WEIGHTS, WEIGHTS[-1] - EMBEDDED)

@@ -6,17 +6,16 @@ behind it serve the dense output. (E. Hairer, S. P. Nørsett, G. Wanner, Solving
 Differential Equations I, 1993, II.14.)
 """
 
-from collections.abc import Sequence
 from math import sqrt
-from typing import ClassVar
 
 import numpy as np
 
-from tissuec.forces.accelerations import force, place
+from tissuec.forces.accelerations import force
+from tissuec.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.kernels.records import (
     LOOKED,
-    Floats,
     Net,
+    Tableau,
     Work,
 )
 from tissuec.kernels.vectors import blended_error, combine, quadrature, scale
@@ -24,72 +23,35 @@ from tissuec.kernels.vectors import blended_error, combine, quadrature, scale
 # Of a member; bound to its own.
 END_ROW = 13
 CONTROL_ORDER = 7.0
-ERRORS = 4  # rows of the tableau: x by both estimates, v by both
 FINE = 1e-3  # on the way to the limit of stability, |h λ|
-
-
-def tableau(
-    weights: Floats, estimates: Sequence[Floats], rows: int, nodes: Floats | None = None
-) -> Floats:
-    """Return weights of the rows: positions and velocities of stages, of errors, and nodes.
-
-    Args:
-        weights: A, of the result and what is behind it too, shape (stage, stage).
-        estimates: Weights of one or two estimates of the error, shape (stage,) each. Of two,
-            e5 and e3, the error is e5² / √(e5² + 0.01 e3²), as in DOP853.
-        rows: Of ``Work.rows``: the velocity, the stages, and what dense output needs besides.
-        nodes: c, if the sums of the weights are wrong by rounding, shape (stage,).
-    """
-    stages = len(weights)
-    table = np.zeros((2 * stages + ERRORS + 1, rows))
-    inner = slice(1, stages + 1)
-    nodes = weights.sum(axis=1) if nodes is None else nodes
-    table[:stages, 0], table[:stages, inner] = nodes, weights @ weights
-    table[stages : 2 * stages, inner] = weights
-    for row, estimate in enumerate(estimates, start=2 * stages):
-        table[row, inner], table[row + 2, inner] = estimate @ weights, estimate
-    table[-1, inner] = nodes
-    return table
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the other half of the state to that at ``end``; tell if a spring came near."""
-    h, table, result = end - time, work.tableau, END_ROW - 1
+    h, result = end - time, END_ROW - 1
     scale(1.0 / h, work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
     work.effort[0] += result - 1
     near = False
     for stage in range(1, result):
         near |= evaluate_stage(time, h, stage, current, work, net)
-    x, v, rows = work.x[1 - current], work.v[1 - current], work.rows[:END_ROW]
-    for_x, for_v = table[result, :END_ROW], table[stages_of(table) + result, :END_ROW]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
-    place(end, x, v, net)
-    if needed_rows(table) > END_ROW:
+    enter_stage(end, h, result, current, work.x[1 - current], work.v[1 - current], work, net)
+    if needed_rows(work.tableau) > END_ROW:
         near |= evaluate_end(end, current, work, net)
     return near
 
 
-def stages_of(table: Floats) -> int:
-    """Return how many stages a tableau has."""
-    return (table.shape[0] - ERRORS - 1) // 2
-
-
-def needed_rows(table: Floats) -> int:
+def needed_rows(table: Tableau) -> int:
     """Return how many rows estimates combine: with or without the acceleration at the end."""
-    return END_ROW + 1 if table[2 * stages_of(table) + 2, END_ROW] != 0.0 else END_ROW
+    return END_ROW + 1 if table.error_v[0, END_ROW] != 0.0 else END_ROW
 
 
 def evaluate_stage(
     time: float, h: float, stage: int, current: int, work: Work, net: Net
 ) -> bool:
     """Fill the row of one stage from those before it."""
-    table, rows = work.tableau, work.rows[: stage + 1]
-    nodes = table[table.shape[0] - 1]
-    x, v, then = work.trial_x, work.trial_v, time + h * nodes[stage + 1]
-    for_x, for_v = table[stage, : stage + 1], table[stages_of(table) + stage, : stage + 1]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
-    place(then, x, v, net)
+    x, v, then = work.trial_x, work.trial_v, time + h * work.tableau.for_x[stage, 0]
+    enter_stage(then, h, stage, current, x, v, work, net)
     return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
 
 
@@ -104,13 +66,12 @@ def evaluate_end(end: float, current: int, work: Work, net: Net) -> bool:
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
-    table = work.tableau
-    errors, last = 2 * stages_of(table), needed_rows(table)
+    of_x, of_v, last = work.tableau.error_x, work.tableau.error_v, needed_rows(work.tableau)
     rows, five, three, none = work.rows[:last], work.trial_x, work.trial_v, work.zero
-    fifth, third = table[errors, :last], table[errors + 1, :last]
+    fifth, third = of_x[0, :last], of_x[1, :last]
     combine(none, h * h, fifth, none, h * h, third, rows, five, three, work.team)
     position = blended_error(five, three, work.each, work.team)
-    fifth, third = table[errors + 2, :last], table[errors + 3, :last]
+    fifth, third = of_v[0, :last], of_v[1, :last]
     combine(none, h, fifth, none, h, third, rows, five, three, work.team)
     return position, blended_error(five, three, work.each, work.team)
 
@@ -118,11 +79,10 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
     h, table, power, nothing = end - time, work.tableau, work.power, work.zero[:2]
-    stages, five, three = stages_of(table), work.booked[0], work.booked[1]
-    result = table[stages + END_ROW - 1]
-    quadrature(work.ledger[current], h, result, power, work.ledger[1 - current])
-    quadrature(nothing, h, table[2 * stages + 2], power, five)
-    quadrature(nothing, h, table[2 * stages + 3], power, three)
+    five, three, ledger = work.booked[0], work.booked[1], work.ledger[1 - current]
+    quadrature(work.ledger[current], h, table.for_v[END_ROW - 1], power, ledger)
+    quadrature(nothing, h, table.error_v[0], power, five)
+    quadrature(nothing, h, table.error_v[1], power, three)
     worst = 0.0
     for k in range(2):
         below = sqrt(five[k] ** 2 + 0.01 * three[k] ** 2)
@@ -140,7 +100,7 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
     """Evaluate the stages behind the result, for the dense output."""
-    stages = stages_of(work.tableau)
+    stages = work.tableau.for_x.shape[0]
     work.effort[LOOKED] += stages - END_ROW
     for stage in range(END_ROW, stages):
         evaluate_stage(time, end - time, stage, current, work, net)
@@ -157,23 +117,15 @@ def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, fl
     return h * min(6.0, max(0.3, factor)), ratio, 0
 
 
-class Explicit:
-    """What explicit members with a ``tableau`` have in common."""
+class Explicit(RungeKutta):
+    """What explicit members have in common."""
 
-    symplectic = False
     implicit = False
-    conservative = False
-    promises = True
-    stabilised = False
-    nearness = 0.9
-    end_row: ClassVar[int]
-    tableau: ClassVar[Floats]
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)
     book = staticmethod(book)
     finish = staticmethod(finish)
-    prepare = staticmethod(prepare)
     propose = staticmethod(propose)
 
     @classmethod
@@ -182,8 +134,8 @@ class Explicit:
         fastest = zeta + np.emath.sqrt(zeta * zeta - 1.0)
         if omega == 0.0:
             return float(np.inf)
-        stages, result = stages_of(cls.tableau), cls.end_row - 1
-        weights = cls.tableau[stages : stages + result + 1, 1 : result + 1]
+        result = cls.tableau.result
+        weights = cls.tableau.for_v[: result + 1, 1 : result + 1]
         reach = np.arange(FINE, 2.0 * result, FINE)
         z = -reach * fastest / abs(fastest)
         value, term = np.ones_like(z), np.ones(result)

@@ -45,7 +45,7 @@ class PropagationChoices(Struct, frozen=True):
     smallest_step: Annotated[float, Measure(units.NUMBER, at_least=1e-6, at_most=1.0)] = 1 / 64
 
     def row(self) -> Floats:
-        """Return them as numbers in the order of ``propagation``'s tableau, shape (7,)."""
+        """Return them as numbers in the order of ``Work.choices``, shape (7,)."""
         return np.array(
             [
                 self.smallest_step,

@@ -23,7 +23,6 @@ import numpy as np
 
 from tissuec.forces.accelerations import force, greatest_force, greatest_inner_force, place
 from tissuec.integrators import INTEGRATORS, hermite
-from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import (
     Floats,
     Net,
@@ -31,7 +30,7 @@ from tissuec.kernels.records import (
 )
 from tissuec.kernels.vectors import accumulate, distance, scale
 
-# Places in the tableau, see ``procedures``.
+# Places in the choices, see ``procedures``.
 FLOOR, GROWTH, INNER, FORGETS, REPEATS, GOES_ON, OPEN = range(7)
 ROUNDING = 1e-12
 STALLS = 3  # place in ``Work.effort``
@@ -45,7 +44,7 @@ SCRATCH = 6  # which ``hermite`` fills later
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Carry out a frame into the other half of the state; tell if a spring came near."""
     x, v, a, frame = work.x[1 - current], work.v[1 - current], work.a[1 - current], end - time
-    rule, start = work.tableau[0], time
+    rule, start = work.choices, time
     begin(frame, current, work)
     floor = rule[FLOOR] * frame * (1.0 + 1e-9)
     first = inf
@@ -86,7 +85,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 def compared_force(time: float, v: Floats, a: Floats, work: Work, net: Net) -> float:
     """Return the greatest of the forces on a node that are compared [N]."""
-    if work.tableau[0, INNER] == 0.0:
+    if work.choices[INNER] == 0.0:
         return greatest_force(a, net)
     return greatest_inner_force(time, v, a, work.rows[SCRATCH], net)
 
@@ -187,7 +186,7 @@ class Propagation:
     share = 0.01
     looks = 8
     nearness = 0.9
-    tableau = np.array([[*PropagationChoices().row(), 0.0]])
+    tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
 

@@ -174,7 +174,7 @@ class Rkc2:
     share = 0.05
     looks = 4
     nearness = 0.9
-    tableau = np.zeros((1, ROWS))
+    tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
 

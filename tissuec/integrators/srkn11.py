@@ -14,10 +14,12 @@ import numpy as np
 
 from tissuec.forces.accelerations import force, place
 from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.tableaus import nystrom
 from tissuec.kernels.records import (
     LOOKED,
     Floats,
     Net,
+    Tableau,
     Work,
 )
 from tissuec.kernels.vectors import accumulate, between, blended_error, combine, scale
@@ -46,15 +48,23 @@ def coefficients() -> tuple[Floats, Floats]:
     return np.array([*kicks, *kicks[::-1]]), np.array([*drifts, *drifts[-2::-1]])
 
 
-def _estimates(kicks: Floats, drifts: Floats) -> tuple[Floats, Floats]:
+def _tableau() -> Tableau:
+    """Return the coefficients: a stage for each kick, and one after the last."""
+    kicks, drifts = coefficients()
+    nodes = np.concatenate([[0.0], np.cumsum(drifts), [1.0]])
+    for_x, for_v = np.zeros((2, KICKS + 1, KICKS + 1))
+    for_v[:, :KICKS] = np.tril(np.ones((KICKS + 1, KICKS)), -1) * kicks
+    for_x[:, :KICKS] = (nodes[:, None] - nodes[:KICKS]) * for_v[:, :KICKS]
+    errors = _estimates(for_x[:KICKS, :KICKS], nodes[:KICKS])
+    return nystrom(for_x, for_v, nodes, errors, carries=True)
+
+
+def _estimates(inner: Floats, c: Floats) -> list[tuple[Floats, Floats]]:
     """Return combinations of the stages that vanish but for errors of order 5 and 4.
 
     Orthogonal to what the order conditions of velocities up to 4, or 3, take their sums over
     (Hairer, Nørsett & Wanner 1993, II.14), and of all such as large as can be in the next ones.
     """
-    c = np.append(0.0, np.cumsum(drifts))
-    # x_i = x + c_i h v + h² Σ_j (c_i - c_j) B_j a_j over the earlier stages
-    inner = np.tril(c[:, None] - c[None, :], -1) * kicks
     one, two, three = inner.sum(axis=1), inner @ c, inner @ c**2
     third = [np.ones(KICKS), c, c**2, one]
     fourth = [c**3, c * one, two]
@@ -63,19 +73,8 @@ def _estimates(kicks: Floats, drifts: Floats) -> tuple[Floats, Floats]:
     for known, following in (([*third, *fourth], fifth), (third, fourth)):
         null = np.linalg.svd(np.array(known))[2][len(known) :]
         strongest = np.linalg.svd(np.array(following) @ null.T)[2][0]
-        chosen.append(strongest @ null)
-    return chosen[0], chosen[1]
-
-
-def _tableau() -> Floats:
-    """Return kicks, drifts, nodes and both estimates as rows, shape (5, row)."""
-    kicks, drifts = coefficients()
-    table = np.zeros((5, ROWS))
-    table[0, :KICKS], table[1, : KICKS - 1] = kicks, drifts
-    table[2, 1:KICKS] = np.cumsum(drifts)
-    # The first stage stands in row 1, so that estimates begin there, and the last one in END.
-    table[3, 1 : KICKS + 1], table[4, 1 : KICKS + 1] = _estimates(kicks, drifts)
-    return table
+        chosen.append((np.zeros(KICKS + 1), np.append(strongest @ null, 0.0)))
+    return chosen
 
 
 def _dense(of_velocity: bool) -> Floats:
@@ -119,15 +118,15 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Net) -> bool:
     """Carry a state on by h, from its acceleration in row 1 to that of the end in row 12."""
-    table = work.tableau
+    kicks, nodes = work.tableau.for_v[KICKS], work.tableau.for_x[:, 0]
     near = False
     for kick in range(KICKS - 1):
-        accumulate(h * table[0, kick], work.rows[kick + 1], v)
-        accumulate(h * table[1, kick], v, x)
-        then = time + h * table[2, kick + 1]
+        accumulate(h * kicks[kick + 1], work.rows[kick + 1], v)
+        accumulate(h * (nodes[kick + 1] - nodes[kick]), v, x)
+        then = time + h * nodes[kick + 1]
         place(then, x, v, net)
         near |= force(then, x, v, work.rows[kick + 2], work.power[kick + 2], net)
-    accumulate(h * table[0, KICKS - 1], work.rows[KICKS], v)
+    accumulate(h * kicks[KICKS], work.rows[KICKS], v)
     place(time + h, x, v, net)
     return near
 
@@ -135,7 +134,7 @@ def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Net) -
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s]."""
     rows, five, three = work.rows[: END + 1], work.trial_x, work.trial_v
-    fifth, third = work.tableau[3, : END + 1], work.tableau[4, : END + 1]
+    fifth, third = work.tableau.error_v[0, : END + 1], work.tableau.error_v[1, : END + 1]
     combine(work.zero, h, fifth, work.zero, h, third, rows, five, three, work.team)
     speed = blended_error(five, three, work.each, work.team)
     return h * speed, speed

@@ -9,7 +9,8 @@ from math import sqrt
 
 import numpy as np
 
-from tissuec.integrators import INTEGRATORS, dirk, hermite
+from tissuec.integrators import INTEGRATORS, dirk
+from tissuec.integrators.tableaus import runge_kutta
 
 D, W = 1.0 - sqrt(0.5), sqrt(2.0) / 4.0
 WEIGHTS = np.array([[0.0, 0.0, 0.0], [D, D, 0.0], [W, W, D]])
@@ -27,12 +28,8 @@ class TrBdf2(dirk.Dirk):
 
     order = 2
     evaluations = 5
-    rows = 6
-    end_row = 3
     control_order = 2.0
     safety = 0.3
     share = 0.05
     looks = 4
-    tableau = dirk.tableau(WEIGHTS, EMBEDDED)
-    dense_x = hermite.dense_x(6, 3)
-    dense_v = hermite.dense_v(6, 3)
+    tableau = runge_kutta(WEIGHTS, WEIGHTS[-1] - EMBEDDED)

@@ -11,12 +11,17 @@ import numpy as np
 
 from tissuec.forces.accelerations import force, place
 from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.tableaus import nystrom
 from tissuec.kernels.records import (
     LOOKED,
     Net,
     Work,
 )
 from tissuec.kernels.vectors import distance, drift, kick, quadrature, scale
+
+RESULT = 2  # stages are both ends, the velocity of the second one predicted
+FOR_X = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 0.0, 0.0]])
+FOR_V = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.5, 0.0]])
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
@@ -46,7 +51,8 @@ def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     h²/12 times the change of that rate if both steps are equal, and less after a longer one.
     """
     h, x, v = end - time, work.x[1 - current], work.v[1 - current]
-    quadrature(work.ledger[current], h, work.tableau[0], work.power, work.ledger[1 - current])
+    weights = work.tableau.for_v[RESULT, : RESULT + 1]
+    quadrature(work.ledger[current], h, weights, work.power, work.ledger[1 - current])
     worst = 0.0
     for k in range(2):
         # Not a number, and so no larger, where no step came before.
@@ -109,7 +115,7 @@ class VelocityVerlet:
     share = 0.0125
     looks = 2
     nearness = 0.97
-    tableau = np.array([[0.0, 0.5, 0.5]])
+    tableau = nystrom(FOR_X, FOR_V, FOR_V.sum(axis=1), carries=True)
     # Cubic Hermite interpolation of x through x, v and of v through v, a at both ends.
     dense_x = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -0.5], [0.0, -0.5, 0.5]])
     dense_v = np.array([[0.0, 1.0, 0.0], [0.0, -0.5, 0.5], [0.0, 0.0, 0.0]])

@@ -232,6 +232,23 @@ class Solver(NamedTuple):
     made: Floats  # shape (3,)
 
 
+class Tableau(NamedTuple):
+    """Coefficients of a Runge-Kutta or Runge-Kutta-Nyström method for x'' = a(x, v).
+
+    Stage i is at x + c_i h v + h² Σ X_ij a_j with the velocity v + h Σ V_ij a_j, where a_j is
+    the acceleration of stage j; with its own one among them it is implicit. One stage is the
+    result of the step. Columns are those of ``Work.rows``: c, which belongs to v / h, and then
+    the stages.
+    """
+
+    for_x: Rows  # c and X, shape (stage, 1 + stage)
+    for_v: Rows  # 0 and V
+    error_x: Rows  # of two estimates of the error, or one and zeros, shape (2, 1 + stage)
+    error_v: Rows
+    result: int  # number of the stage that is the result
+    carries: bool  # the stage before it is the first one of the next step
+
+
 class Work(NamedTuple):
     """State and scratch of one run; halves 0 and 1 hold a step's start and end in turn."""
 
@@ -248,7 +265,8 @@ class Work(NamedTuple):
     zero: Floats  # shape (3 node,)
     each: Floats  # scratch of measures of errors, which leave out tools, shape (node,)
     moving: Floats  # scratch of measures of motion, which leave out hidden nodes as well
-    tableau: Rows  # coefficients of the method, shape (combination, row)
+    tableau: Tableau  # coefficients of the method, None if it has none
+    choices: Floats  # what can be chosen of a procedure, shape (choice,)
     dense_x: Rows  # positions within the step: powers of its part, shape (power, row)
     dense_v: Rows  # the same for velocities
     weights: Rows  # shape (2, row)

@@ -124,7 +124,7 @@ def quadrature(base: Floats, factor: float, weights: Floats, power: Rows, out: F
     """Set out = base + factor Σ weights_j power_j for the two columns of the ledger."""
     for k in range(2):
         total = 0.0
-        for j in range(power.shape[0]):
+        for j in range(weights.size):
             total += weights[j] * power[j, k]
         out[k] = base[k] + factor * total
 

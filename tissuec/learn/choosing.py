@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tissuec.engine.choice import measured_facts
-from tissuec.integrators import esdirk43, trbdf2
-from tissuec.kernels import tableau853
+from tissuec.integrators import esdirk43, tableau853, trbdf2
 from tissuec.laws import Law
 from tissuec.learn.kernels import Kernels
 from tissuec.learn.stepping import Stepping

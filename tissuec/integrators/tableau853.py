@@ -2,12 +2,13 @@
 
 E. Hairer, S. P. Nørsett, G. Wanner: Solving Ordinary Differential Equations I, 2nd ed. (1993),
 section II.5 and II.6, after P. J. Prince and J. R. Dormand; the numbers are those of the
-authors' code DOP853. Stage 12 is the result of the step, stages 13 to 15 serve dense output.
+authors' code DOP853. Stages behind the result serve dense output.
 """
 
 import numpy as np
 
 STAGES = 16
+RESULT = 12
 
 # Weights of earlier stages in each stage: {stage: {earlier: weight}}.
 _A = {
@@ -189,7 +190,7 @@ def _matrix(entries: dict[int, dict[int, float]], rows: int) -> np.ndarray:
 
 
 A = _matrix(_A, STAGES)
-B = A[12]
+B = A[RESULT]
 C = np.zeros(STAGES)
 C[1:4] = 0.05260015195876773, 0.0789002279381516, 0.1183503419072274
 C[4:10] = 0.2816496580927726, 1.0 / 3.0, 0.25, 4.0 / 13.0, 127.0 / 195.0, 0.6
