@@ -14,7 +14,7 @@ NUMBERS = {float: 2.5, int: -3, bool: True}
 def filled(record, rng):
     """Return a record of random arrays, each of another shape, and numbers."""
     values = {}
-    for name, (_, kind, dtype, axes) in layout(record)[0].items():
+    for name, (_, kind, dtype, axes, _) in layout(record)[0].items():
         if dtype is not None:
             values[name] = rng.integers(1, 99, rng.integers(1, 4, axes)).astype(dtype)
         elif kind in NUMBERS:
@@ -36,7 +36,7 @@ def total(value):
 def reader(record, path):
     """Return source that adds up what ``total`` does, in compiled code."""
     terms = []
-    for name, (_, kind, dtype, axes) in layout(record)[0].items():
+    for name, (_, kind, dtype, axes, _) in layout(record)[0].items():
         here = f"{path}.{name}"
         if dtype is not None:
             first = ", ".join("0" * axes)
@@ -87,3 +87,16 @@ def test_what_a_scene_has_nothing_of_is_none():
         return net.internal.slot.sum() + net.drag.sum()
 
     assert read(RecordTable(made)) == made.internal.slot.sum() + made.drag.sum()
+
+
+def test_a_table_may_stand_for_a_record_within_another():
+    made = filled(records.Work, np.random.default_rng(7))
+
+    @numba.njit
+    def read(work):
+        return work.tableau.for_v.sum() + work.tableau.result + work.zero.sum()
+
+    within = made._replace(tableau=RecordTable(made.tableau))
+    table = RecordTable(within)
+    assert read(table) == read(RecordTable(made))
+    assert table.tableau.result == made.tableau.result

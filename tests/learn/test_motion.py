@@ -9,7 +9,7 @@ from tests.learn.trials import sheet
 from tests.learn.tubes import tube
 from tissuec.learn.choosing import choose
 from tissuec.learn.freezing import Freezer
-from tissuec.learn.kernels import Kernels
+from tissuec.learn.kernels import compiled_laws
 from tissuec.learn.motion import Motion
 from tissuec.learn.numbers import VALUES, Order
 
@@ -25,10 +25,8 @@ def motion_of(scene, name, step, times):
     network = scene.network
     order = Order.of(network, 0)
     vector = order.vector(network)
-    bound = Kernels(network.laws, 0)
-    chosen = choose(
-        name, step, network, plan=scene.plan, duration=0.05, laws=network.laws, kernels=bound
-    )
+    laws = compiled_laws(network.laws, 0)
+    chosen = choose(name, step, network, plan=scene.plan, duration=0.05, laws=laws)
     course = Freezer(scene.plan, chosen.stepping, order, step).course(network, vector, 0.05)
     return Motion(course, chosen.stepping, order, step, times), vector
 

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from tissuec.core.errors import CompileError
 from tissuec.learn.data.reading import read_experiment
 from tissuec.learn.fitting import Search
-from tissuec.learn.kernels import Kernels
+from tissuec.learn.kernels import compiled_laws
 from tissuec.learn.looks import look_of
 from tissuec.learn.models.resting import Resting
 from tissuec.learn.motion import Diverged
@@ -57,9 +57,9 @@ def model(tmp_path):
         (lesson,) = compiled.lessons
         experiment = read_experiment(lesson.data[0], lesson, compiled.network)
         shaping = Shaping(compiled, lesson)
-        bound = Kernels(shaping.laws, shaping.order.sizes["constants"])
-        looks = tuple(look_of(one.fit, one.nodes, bound) for one in experiment.series)
-        found = Resting(shaping, experiment.series, looks, lesson.axis.nodes, bound)
+        laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
+        looks = tuple(look_of(one.fit, one.nodes, laws) for one in experiment.series)
+        found = Resting(shaping, experiment.series, looks, lesson.axis.nodes, laws)
         found.freeze(np.zeros(shaping.size))
         return found, Problem(lesson, [Trial(experiment, found)], shaping.size, [])
 

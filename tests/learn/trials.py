@@ -12,7 +12,7 @@ from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
 from tissuec.learn.choosing import choose
 from tissuec.learn.data.experiment import Experiment, Series
-from tissuec.learn.kernels import Kernels
+from tissuec.learn.kernels import compiled_laws
 from tissuec.learn.looks import look_of
 from tissuec.learn.models.differing import Differing
 from tissuec.learn.models.moving import Moving
@@ -131,7 +131,7 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
     """Return a model with exact derivatives, what happens being found already."""
     asked = replace(lesson(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
     shaping = Shaping(compiled, asked)
-    bound = Kernels(shaping.laws, shaping.order.sizes["constants"])
+    laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
     stop = max(one.times[-1] for one in all_series)
     network = compiled.network
     chosen = choose(
@@ -140,10 +140,9 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
         network,
         plan=compiled.plan,
         duration=stop,
-        laws=shaping.laws,
-        kernels=bound,
+        laws=laws,
     )
-    looks = tuple(look_of(one.fit, one.nodes, bound) for one in all_series)
+    looks = tuple(look_of(one.fit, one.nodes, laws) for one in all_series)
     model = Moving(shaping, tuple(all_series), looks, *chosen)
     model.freeze(np.zeros(shaping.size))
     return model

@@ -41,7 +41,7 @@ from tissuec.engine.rate import Unknowns, rate
 from tissuec.engine.tiers import method_names, operations_of
 from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.integrators import INTEGRATORS, banded, iterative
-from tissuec.kernels import explicit, filling, sensitivity, vectors
+from tissuec.kernels import filling, sensitivity, stepping, vectors
 from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
 
 #: What shipped code is made from.
@@ -114,7 +114,7 @@ def _kernels_of_fields() -> Iterator[Callable[..., Any]]:
 
 def _derivative(name: str) -> Exported:
     """Return a function for learning."""
-    function = vars(explicit).get(name) or vars(sensitivity)[name]
+    function = vars(sensitivity).get(name) or vars(stepping)[name]
     called = {each: partial_caller(each) for each in PARTIALS}
     return Exported(name, function, as_compiled(function), called)
 

@@ -20,8 +20,8 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     "iterative": ("assemble_iterative", "solve_iterative"),
     "rate": ("rate",),
     "derivatives": (
-        "acceleration", "explicit_back", "explicit_change", "explicit_forward", "pull_back",
-        "push_forward", "verlet_back", "verlet_change", "verlet_forward",
+        "acceleration", "begin_dues", "blocks", "combine_stage", "enter_stage", "leave_step",
+        "pull_back", "push_forward", "step_back", "step_change", "step_forward", "weigh_stage",
     ),
     "raster": ("fill",),
     "vectors": (

@@ -41,7 +41,7 @@ class Shipped:
         self._fields, self._result = signature(made_from)
 
     def __call__(self, *values: Any) -> Any:
-        words, _kept = self._words(self._fields.items(), values)
+        words, _kept = self._words(self._fields.values(), values)
         result = self._function(values)(*words)
         # Of the byte, one bit is the answer, and the others may be anything.
         return bool(result & 1) if self._result is bool else result
@@ -51,7 +51,7 @@ class Shipped:
 
         That spares looking where arrays are each time, which may take longer than the function.
         """
-        fields = list(self._fields.items())[-len(values) :]
+        fields = list(self._fields.values())[-len(values) :]
         words, kept = self._words(fields, values)
         function = self._function(values)
 
@@ -61,16 +61,16 @@ class Shipped:
         return call
 
     def _words(
-        self, fields: Iterable[tuple[str, Field]], values: Sequence[Any]
+        self, fields: Iterable[Field], values: Sequence[Any]
     ) -> tuple[list[float], list[RecordTable]]:
         """Return what the function for C takes, and what must be kept until it returns."""
         tables: list[RecordTable] = []
         words: list[float] = []
-        for (name, field), value in zip(fields, values, strict=True):
+        for field, value in zip(fields, values, strict=True):
             if field.kind in (float, int):
                 words.append(value)
-            elif field.kind is np.ndarray:
-                place = place_of(value, field, f"{name} of {self.__name__}")
+            elif field.dtype is not None:
+                place = place_of(value, field)
                 words += (0, 0, value.size, value.itemsize, place, *value.shape, *value.strides)
             else:
                 tables.append(value if isinstance(value, RecordTable) else RecordTable(value))
@@ -178,11 +178,12 @@ def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
     """Return the kernel of a field of all arguments but the last one, a record."""
     table = RecordTable(record)
     function = _OF_FIELDS(kernel_address(kernel, table))
+    kind = _VECTOR._replace(what=f"a vector of {kernel.__name__}")
 
     def call(time: float, *vectors: Any) -> None:
         words: list[int] = []
         for vector in vectors:
-            place = place_of(vector, _VECTOR, f"a vector of {kernel.__name__}")
+            place = place_of(vector, kind)
             words += (0, 0, vector.size, vector.itemsize, place, vector.size, vector.itemsize)
         function(time, *words, table.address)
         raise_failure(table)

@@ -10,11 +10,22 @@ from array import array as plain_array
 from collections.abc import Callable
 from ctypes import addressof, c_char
 from functools import cache
-from typing import Annotated, Any, NamedTuple, TypeAlias, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    NamedTuple,
+    TypeAlias,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 
 Record: TypeAlias = type[Any]  # a class of ``kernels.records``
+R = TypeVar("R")
 _Nothing = c_char * 0  # where it is counts
 
 
@@ -25,6 +36,7 @@ class Field(NamedTuple):
     kind: Record  # float, int, bool, np.ndarray, or a record
     dtype: "np.dtype[Any] | None" = None  # of the numbers of an array
     axes: int = 0
+    what: str = ""  # what it is called if it is wrong
 
 
 @cache
@@ -33,18 +45,18 @@ def layout(record: Record) -> tuple[dict[str, Field], int]:
     fields: dict[str, Field] = {}
     place = 0
     for name, annotation in get_type_hints(record, include_extras=True).items():
-        fields[name] = _field(place, annotation)
+        fields[name] = _field(place, annotation, f"{record.__name__}.{name}")
         place += _size(fields[name])
     return fields, place
 
 
-def _field(place: int, annotation: Any) -> Field:
+def _field(place: int, annotation: Any, what: str) -> Field:
     axes = 1
     if get_origin(annotation) is Annotated:
         annotation, axes = get_args(annotation)
     if get_origin(annotation) is np.ndarray:
         dtype = np.dtype(get_args(get_args(annotation)[1])[0])
-        return Field(place, np.ndarray, dtype, axes)
+        return Field(place, np.ndarray, dtype, axes, what)
     return Field(place, annotation)
 
 
@@ -52,25 +64,25 @@ def signature(function: Callable[..., Any]) -> tuple[dict[str, Field], type | No
     """Return the arguments of a function, each as a field, and what it returns."""
     hints = get_type_hints(function, include_extras=True)
     result = hints.pop("return")
-    fields = {name: _field(0, annotation) for name, annotation in hints.items()}
+    fields = {
+        name: _field(0, annotation, f"{name} of {function.__name__}")
+        for name, annotation in hints.items()
+    }
     return fields, None if result is type(None) else result
 
 
-def place_of(array: Any, field: Field, what: str) -> int:
+def place_of(array: Any, field: Field) -> int:
     """Return where the numbers of an array are in memory.
-
-    Args:
-        what: What it is called if it is wrong.
 
     Raises:
         TypeError: It is not what the field is to hold, or not contiguous.
     """
-    right = array.dtype == field.dtype and array.ndim == field.axes
-    if not (right and array.flags.c_contiguous):
+    flags = array.flags
+    if not (array.dtype == field.dtype and array.ndim == field.axes and flags.c_contiguous):
         raise TypeError(
-            f"{what} is no contiguous array with {field.axes} axes of {field.dtype}"
+            f"{field.what} is no contiguous array with {field.axes} axes of {field.dtype}"
         )
-    if array.flags.writeable:  # six times as fast
+    if flags.writeable:  # six times as fast
         return addressof(_Nothing.from_buffer(array))
     return int(array.__array_interface__["data"][0])
 
@@ -88,8 +100,8 @@ class RecordTable:
     """A record in memory, whose fields are also those of this object.
 
     Args:
-        record: It is kept, and with it the memory of its arrays. None within it is all zeros,
-            which nothing may read.
+        record: It is kept, and with it the memory of its arrays. What is within it may be a
+            table itself, which spares making one; None is all zeros, which nothing may read.
 
     Raises:
         TypeError: An array is not what its record says, or not contiguous.
@@ -98,11 +110,16 @@ class RecordTable:
     def __init__(self, record: Any):
         self.record = record
         self.called: Any = None  # what is kept for it, too
-        self._memory = plain_array("q", _words(type(record), record))
-        self.address = self._memory.buffer_info()[0]
+        self.words = plain_array("q", _words(type(record), record))
+        self.address = self.words.buffer_info()[0]
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.record, name)
+
+
+def tabulated(record: R) -> R:
+    """Return a table of a record, which stands for it in other records and elsewhere."""
+    return cast(R, RecordTable(record))
 
 
 def _words(record: Record, values: Any) -> list[int]:
@@ -111,14 +128,16 @@ def _words(record: Record, values: Any) -> list[int]:
     if values is None:
         return [0] * size
     words: list[int] = []
-    for (name, field), value in zip(fields.items(), values, strict=True):
-        if field.kind is np.ndarray:
-            words.append(place_of(value, field, f"{record.__name__}.{name}"))
+    for field, value in zip(fields.values(), values, strict=True):
+        if field.dtype is not None:
+            words.append(place_of(value, field))
             words += value.shape
         elif field.kind is float:
             words += struct.unpack("q", struct.pack("d", value))
         elif field.kind in (int, bool):
             words.append(int(value))
+        elif isinstance(value, RecordTable):
+            words += value.words
         elif field.kind is not object:
             words += _words(field.kind, value)
     return words

@@ -24,8 +24,8 @@ def runge_kutta(
         result: Number of the stage that is the result; the last one if not given.
     """
     errors = [(estimate @ weights, estimate) for estimate in estimates]
-    nodes = weights.sum(axis=1) if nodes is None else nodes
-    return nystrom(weights @ weights, weights, nodes, errors, result=result)
+    c = weights.sum(axis=1) if nodes is None else nodes
+    return nystrom(weights @ weights, weights, c, errors, result=result)
 
 
 def nystrom(
@@ -47,13 +47,15 @@ def nystrom(
         carries: See ``Tableau``.
     """
     stages = len(nodes)
-    tables = np.zeros((2, stages, stages + 1))
-    tables[:, :, 1:] = for_x, for_v
-    tables[0, :, 0] = nodes
-    estimates = np.zeros((2, 2, stages + 1))
-    for number, error in enumerate(errors):
-        estimates[:, number, 1:] = error
-    return Tableau(*tables, *estimates, stages - 1 if result is None else result, carries)
+    (of_x, of_v), (error_x, error_v) = (
+        np.zeros((2, stages, stages + 1)),
+        np.zeros((2, 2, stages + 1)),
+    )
+    of_x[:, 0], of_x[:, 1:], of_v[:, 1:] = nodes, for_x, for_v
+    for number, (of_position, of_velocity) in enumerate(errors):
+        error_x[number, 1:], error_v[number, 1:] = of_position, of_velocity
+    last = stages - 1 if result is None else result
+    return Tableau(of_x, of_v, error_x, error_v, last, carries)
 
 
 def enter_stage(

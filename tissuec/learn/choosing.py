@@ -1,33 +1,23 @@
 """Which method steps a motion that is to be derived, and how finely."""
 
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
 
 from tissuec.engine.choice import measured_facts
-from tissuec.integrators import esdirk43, tableau853, trbdf2
-from tissuec.laws import Law
-from tissuec.learn.kernels import Kernels
+from tissuec.integrators import INTEGRATORS
+from tissuec.kernels.sensitivity import Laws
 from tissuec.learn.stepping import Stepping
 from tissuec.learn.stepping.explicit import Explicit
 from tissuec.learn.stepping.implicit import Implicit
-from tissuec.learn.stepping.matrices import Matrices
-from tissuec.learn.stepping.tableau import Tableau
-from tissuec.learn.stepping.verlet import Verlet
 from tissuec.network import Network
 from tissuec.plan import Plan
 
-STAGES = 12  # of DOP853 that make its result
-TABLEAUS = {
-    "trbdf2": Tableau("trbdf2", trbdf2.WEIGHTS, trbdf2.WEIGHTS[-1]),
-    "esdirk43": Tableau("esdirk43", esdirk43.WEIGHTS, esdirk43.WEIGHTS[-1]),
-    "dop853": Tableau("dop853", tableau853.A[:STAGES, :STAGES], tableau853.B[:STAGES]),
-}
 AUTOMATIC = "automatic"
-NAMES = (AUTOMATIC, "velocity verlet", *TABLEAUS)
-# Steps in units of 1/ω, at which errors are near 1e-6 of the motion after some swings.
-SWINGS = {"velocity verlet": 0.02, "dop853": 1.5}
-IMPLICIT = {"trbdf2": 4000, "esdirk43": 800}  # how many steps a run is divided into
+# Errors of a step h of order p are about (h ω)ᵖ / (p + 1)!: at this, they are near 1e-6 of the
+# motion after some swings.
+FINE = 1 / 15_000
 MOST = 50_000  # explicit steps above which a method is implicit
 
 
@@ -39,13 +29,13 @@ class Chosen(NamedTuple):
 
 
 def choose(
-    name: str, step: float | None, network: Network, *, plan: Plan, duration: float,
-    laws: tuple[Law, ...], kernels: Kernels,
+    name: str, step: float | None, network: Network, *, plan: Plan, duration: float, laws: Laws,
 ) -> Chosen:  # fmt: skip
     """Return how to step.
 
     Args:
-        name: Of the integrator; "automatic" takes DOP853, or ESDIRK4(3) for stiff nets.
+        name: Of an integrator with a tableau; "automatic" takes DOP853, or ESDIRK4(3) for stiff
+            nets.
         step: [s]; None: so that errors are small against those of any measurement.
         network: With numbers in its laws.
         laws: With variables for what is learnt of them.
@@ -54,17 +44,18 @@ def choose(
     facts = measured_facts(situation)
     rate = facts["omega"] * max(1.0, 2.0 * facts["zeta"])
     if name == AUTOMATIC:
-        explicit = duration * rate / SWINGS["dop853"] <= MOST
+        explicit = duration * rate / swing(INTEGRATORS["dop853"].order) <= MOST
         name = "dop853" if explicit else "esdirk43"
+    member = INTEGRATORS[name]
     if step is None:
-        if name in IMPLICIT:
-            step = duration / IMPLICIT[name]
+        if member.implicit:
+            step = duration / (160 * 5 ** (4 / member.order))
         else:
-            step = SWINGS[name] / rate if rate else duration / 20
+            step = swing(member.order) / rate if rate else duration / 20
     step = min(step, duration) if np.isfinite(step) else duration
-    if name == "velocity verlet":
-        return Chosen(Verlet(kernels), step)
-    tableau = TABLEAUS[name]
-    if tableau.is_explicit:
-        return Chosen(Explicit(tableau, kernels), step)
-    return Chosen(Implicit(tableau, kernels, Matrices(laws)), step)
+    return Chosen((Implicit if member.implicit else Explicit)(name, laws), step)
+
+
+def swing(order: int) -> float:
+    """Return the steps of explicit methods in units of 1/ω, to two digits."""
+    return float(f"{(FINE * factorial(order + 1)) ** (1 / order):.2g}")

@@ -5,12 +5,12 @@ from functools import cached_property
 import numpy as np
 from msgspec import Struct
 
-from tissuec.kernels.sensitivity import Links, Seeds, Values
-from tissuec.learn.kernels import Kernels
+from tissuec.kernels.sensitivity import Laws, Seeds, State, Values
+from tissuec.learn.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.resistance import Resistance
 from tissuec.learn.stands import Stand
-from tissuec.learn.stepping import Act
-from tissuec.learn.stepping.matrices import Matrices
+from tissuec.learn.stepping import Act, act_on
+from tissuec.learn.stepping.matrices import derivatives
 from tissuec.learn.views import View
 from tissuec.network import Floats
 
@@ -20,37 +20,33 @@ class Equilibrium(Struct, eq=False, dict=True):
 
     stand: Stand
     view: View
-    kernels: Kernels
-    matrices: Matrices
+    laws: Laws
 
     @cached_property
-    def links(self) -> Links:
-        return self.stand.leg.links(self.view.values)
+    def act(self) -> Act:
+        return act_on(self.stand.leg, self.laws, self.view.values)
 
     @cached_property
-    def acceleration(self) -> Floats:
-        """Return what rounding left of accelerations, and those of nodes that stay."""
-        leg, (_, values, x, v) = self.stand.leg, self.view
-        load = leg.paths(np.array([leg.start])).load[0]
-        found = np.empty_like(x)
-        self.kernels.acceleration(x, v, load, self.links, values, found)
+    def state(self) -> State:
+        """Return the state, with what rounding left of accelerations."""
+        leg, view = self.stand.leg, self.view
+        found = State(view.x, view.v, np.empty_like(view.x))
+        acceleration(self.act.forces, leg.paths(np.array([leg.start])).load[0], found)
         return found
 
     @cached_property
     def resistance(self) -> Resistance:
-        leg, (_, values, x, v) = self.stand.leg, self.view
-        by_x, _ = self.matrices.derivatives(Act(leg, self.links, values), x, v)
-        return Resistance(by_x, values.mass, self.stand.free, leg.network.extent)
+        by_x, _ = derivatives(self.act.forces, self.state)
+        mass, extent = self.view.values.mass, self.stand.leg.network.extent
+        return Resistance(by_x, mass, self.stand.free, extent)
 
     def move(self, tx: Floats, seeds: Seeds) -> None:
         """Change the changes of free places to those in equilibrium, shape (3 node, change)."""
         if not len(self.stand.free):
             return
-        _, values, x, v = self.view
-        ta, part = np.empty_like(tx), np.empty(tx.shape[1])
-        self.kernels.push_forward(
-            x, v, self.acceleration, tx, np.zeros_like(tx), self.links, values, seeds, part, ta
-        )
+        ta = np.empty_like(tx)
+        change = State(tx.ravel(), np.zeros(tx.size), ta.ravel())
+        push_forward(self.act.forces, self.state, seeds, change)
         entries, weights = self.resistance.entries, self.resistance.weights
         tx[entries] += self.resistance.moved(weights[:, None] * ta[entries])
 
@@ -60,17 +56,13 @@ class Equilibrium(Struct, eq=False, dict=True):
         Args:
             due: By places, shape (3 node,); changed.
         """
-        _, values, x, v = self.view
-        by = Values(*(np.zeros_like(part) for part in values))
+        by = Values(*(np.zeros_like(part) for part in self.view.values))
         if not len(self.stand.free):
             return by
-        entries, weight = self.resistance.entries, np.zeros_like(due)
+        entries, found = self.resistance.entries, State(*np.zeros((3, len(due))))
         moved = self.resistance.moved(due[entries])
-        weight[entries] = self.resistance.weights * moved
-        by_x, by_v = np.zeros((2, len(due)))
-        self.kernels.pull_back(
-            x, v, self.acceleration, weight, self.links, values, by_x, by_v, by
-        )
-        due += by_x
+        found.a[entries] = self.resistance.weights * moved
+        pull_back(self.act.forces, self.state, found, by)
+        due += found.x
         due[entries] = 0.0  # from wherever free nodes come, they come here
         return by

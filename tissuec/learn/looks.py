@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from tissuec.learn.kernels import Kernels
+from tissuec.kernels.sensitivity import Laws
 from tissuec.learn.numbers import Order
 from tissuec.learn.supports import Support
 from tissuec.learn.views import Look, Slope, View, mixed, nodes_of
@@ -136,7 +136,7 @@ class Size:
         return [mixed(self.look.slopes(view), vector / (np.linalg.norm(vector) or 1.0))]
 
 
-def look_of(fit: Fit, nodes: Indices | None, kernels: Kernels) -> Look | None:
+def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Look | None:
     """Return what a fit looks at; None for a measure without derivatives.
 
     Args:
@@ -151,7 +151,7 @@ def look_of(fit: Fit, nodes: Indices | None, kernels: Kernels) -> Look | None:
             mean = Mean(first)
             return mean if fit.along is None else Along(mean, fit.along)
         case "force":
-            support = Support(first, kernels)
+            support = Support(first, laws)
             if fit.along is not None:
                 return Along(support, fit.along)
             return support if len(fit.columns) == 3 else Size(support)

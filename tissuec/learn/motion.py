@@ -16,10 +16,11 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import Seeds, Values
+from tissuec.kernels.sensitivity import Seeds, State, States, Values
+from tissuec.kernels.stepping import state as state_at
 from tissuec.learn.course import Course, Leg
 from tissuec.learn.numbers import Order
-from tissuec.learn.stepping import Act, State, Stepping, Trail
+from tissuec.learn.stepping import Act, Stepping, Trail, act_on
 from tissuec.network import Floats, Indices
 
 
@@ -107,7 +108,8 @@ class Motion:
         found = Samples(*np.empty((2, len(self.times), count)))
         self._vector, self._kept = vector, []
         for stretch, trail in self._trails(vector, keep=True):
-            if not (np.isfinite(trail.x[-1]).all() and np.isfinite(trail.v[-1]).all()):
+            end = state_at(-1, trail.states)
+            if not (np.isfinite(end.x).all() and np.isfinite(end.v).all()):
                 raise Diverged(_last_finite(trail))
             _look(trail, stretch.between, found)
             self._trail = trail
@@ -126,24 +128,23 @@ class Motion:
         gradient = np.zeros(order.size)
         due = State(*np.zeros((3, by_x.shape[1])))
         act = self._act(self._vector, self.course.legs[-1])
-        by = _nothing(act.values)
+        by = _nothing(act.forces.values)
         for number in range(len(self.stretches) - 1, -1, -1):
             stretch = self.stretches[number]
             leg = self.course.legs[stretch.leg]
             if act.leg is not leg:
-                act, by = self._act(self._vector, leg), _nothing(act.values)
+                act = self._act(self._vector, leg)
+                by = _nothing(act.forces.values)
             trail = self._trail if number == len(self.stretches) - 1 else None
             if trail is None:
                 trail = self.stepping.run(act, stretch.times, self._kept[number])
-            at_x, at_v = _enter(trail, stretch.between, by_x, by_v)
-            due = self.stepping.back(act, trail, at_x, at_v, due, by)
-            due.x[:] += at_x[0]
-            due.v[:] += at_v[0]
+            entering = _enter(trail.states, stretch.between, by_x, by_v)
+            self.stepping.back(act, trail, entering, due, by)
+            due.x[:] += entering.x[0]
+            due.v[:] += entering.v[0]
             if stretch.first:
-                start = trail.x[0], trail.v[0], trail.a[0]
-                lx, lv = self.stepping.begin_back(act, *start, due, by)
-                lv[np.repeat(leg.stopped, 3)] = 0.0
-                due = State(lx, lv, np.zeros_like(lx))
+                self.stepping.begin_back(act, state_at(0, trail.states), due, by)
+                due.v[np.repeat(leg.stopped, 3)], due.a[:] = 0.0, 0.0
                 order.add(gradient, leg.past(by))
         order.array(gradient, "position")[:] += due.x
         order.array(gradient, "velocity")[:] += due.v
@@ -167,17 +168,16 @@ class Motion:
             np.ascontiguousarray(change[order.places[name]].toarray())
             for name in ("position", "velocity")
         )
-        state, seeds, act = State(tx, tv, np.zeros_like(tx)), None, None
+        moved = State(*(part.ravel() for part in (tx, tv, np.zeros_like(tx))))
+        seeds, act = None, None
         for stretch, trail in self._trails(vector, keep=False):
             leg = self.course.legs[stretch.leg]
             if stretch.first:
                 act, seeds = self._act(vector, leg), order.seeds(change, leg.factors)
-                state.v[np.repeat(leg.stopped, 3)] = 0.0
-                start = trail.x[0], trail.v[0], trail.a[0]
-                ta = self.stepping.begin_change(act, *start, seeds, state.x, state.v)
-                state = State(state.x, state.v, ta)
+                tv[np.repeat(leg.stopped, 3)] = 0.0
+                self.stepping.begin_change(act, state_at(0, trail.states), seeds, moved)
             assert act is not None and seeds is not None
-            state = self._changed(act, trail, seeds, state, stretch.between, visit)
+            self._change(act, trail, seeds, moved, stretch.between, visit)
 
     # --- parts --------------------------------------------------------------------------------
 
@@ -231,22 +231,27 @@ class Motion:
             state = trail.last
 
     def _act(self, vector: Floats, leg: Leg) -> Act:
-        values = leg.present(self.order.values(vector))
-        return Act(leg, leg.links(values), values)
+        return act_on(leg, self.stepping.laws, leg.present(self.order.values(vector)))
 
-    def _changed(
-        self, act: Act, trail: Trail, seeds: Seeds, state: State, between: Between, visit: Visit
-    ) -> State:
-        """Return the changes at the end of a stretch; tell those of the samples on it."""
+    def _change(
+        self,
+        act: Act,
+        trail: Trail,
+        seeds: Seeds,
+        moved: State,
+        between: Between,
+        visit: Visit,
+    ) -> None:
+        """Carry changes to the end of a stretch; tell those of the samples on it."""
         rows = np.unique([*between.rows, *(between.rows + 1), len(trail.times) - 1])
         rows = rows[rows > 0]
-        before = state.x.copy(), state.v.copy()
-        changes = self.stepping.change(act, trail, seeds, state, rows)
-        for row, state in zip(rows.tolist(), changes, strict=True):
+        tx, tv = (part.reshape(-1, seeds.total.size) for part in (moved.x, moved.v))
+        before = tx.copy(), tv.copy()
+        changes = self.stepping.change(act, trail, seeds, moved, rows)
+        for row, _ in zip(rows.tolist(), changes, strict=True):
             for k in np.flatnonzero(between.rows == row - 1).tolist():
-                visit(int(between.samples[k]), *_mixed(between, k, before, (state.x, state.v)))
-            before = state.x.copy(), state.v.copy()
-        return state
+                visit(int(between.samples[k]), *_mixed(between, k, before, (tx, tv)))
+            before = tx.copy(), tv.copy()
 
 
 def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Between:
@@ -264,25 +269,25 @@ def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Bet
 
 def _look(trail: Trail, between: Between, found: Samples) -> None:
     """Enter the samples of a stretch."""
-    rows, ends = between.rows, between.rows + 1
-    four = trail.x[rows], trail.v[rows], trail.x[ends], trail.v[ends]
+    rows, ends, (x, v, _) = between.rows, between.rows + 1, trail.states
+    four = x[rows], v[rows], x[ends], v[ends]
     for weights, into in ((between.of_x, found.x), (between.of_v, found.v)):
         into[between.samples] = sum(
             w[:, None] * part for w, part in zip(weights, four, strict=True)
         )
 
 
-def _enter(trail: Trail, between: Between, by_x: Floats, by_v: Floats) -> tuple[Floats, Floats]:
+def _enter(states: States, between: Between, by_x: Floats, by_v: Floats) -> States:
     """Return derivatives by the rows of a stretch from those by its samples."""
-    at_x, at_v = np.zeros_like(trail.x), np.zeros_like(trail.v)
-    rows = between.rows
+    (count, size), rows = states.x.shape, between.rows
+    at_x, at_v, _ = entering = States(*np.zeros((3, count, size)))
     for weights, given in ((between.of_x, by_x), (between.of_v, by_v)):
         mine = given[between.samples]
         for into, row, weight in zip(
             (at_x, at_v, at_x, at_v), (rows, rows, rows + 1, rows + 1), weights, strict=True
         ):
             np.add.at(into, row, weight[:, None] * mine)
-    return at_x, at_v
+    return entering
 
 
 def _mixed(
@@ -306,5 +311,5 @@ def _nothing(values: Values) -> Values:
 
 def _last_finite(trail: Trail) -> float:
     """Return the last time at which a motion has numbers [s]."""
-    good = (np.isfinite(trail.x) & np.isfinite(trail.v)).all(axis=1)
+    good = (np.isfinite(trail.states.x) & np.isfinite(trail.states.v)).all(axis=1)
     return float(trail.times[max(int(np.argmin(good)) - 1, 0)])

@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from scipy import sparse
 
-from tissuec.kernels.sensitivity import Seeds, Values
+from tissuec.kernels.sensitivity import Seeds, Sparse, Values
 from tissuec.network import Floats, Network
 
 VALUES = Values._fields
@@ -86,8 +86,9 @@ class Order(Struct, frozen=True, eq=False, dict=True):
             for name, factor in factors.items():
                 self.array(every, name)[:] = factor
             change = sparse.csr_matrix(sparse.diags(every) @ change)
-        parts: list[np.ndarray] = []
+        parts = []
         for name in VALUES:
             rows = sparse.csr_matrix(change[self.places[name]])
-            parts += [rows.indptr.astype(np.int64), rows.indices.astype(np.int64), rows.data]
-        return Seeds(*parts)
+            places = rows.indptr.astype(np.int64), rows.indices.astype(np.int64)
+            parts.append(Sparse(*places, np.asarray(rows.data, dtype=float)))
+        return Seeds(*parts, total=np.empty(change.shape[1]))

@@ -13,7 +13,7 @@ from tissuec.learn.choosing import choose
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.freezing import refusal
-from tissuec.learn.kernels import Kernels
+from tissuec.learn.kernels import compiled_laws
 from tissuec.learn.looks import look_of
 from tissuec.learn.models import Model
 from tissuec.learn.models.moving import Moving
@@ -129,14 +129,14 @@ class _Scene(Struct, frozen=True, eq=False):
         """Return what predicts an experiment."""
         series, plan = experiment.series, self.compiled.plan
         lesson, shaping = self.lesson, self.shaping
-        bound = Kernels(shaping.laws, shaping.order.sizes["constants"])
-        looks = [look_of(one.fit, one.nodes, bound) for one in series]
+        laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
+        looks = [look_of(one.fit, one.nodes, laws) for one in series]
         known = tuple(look for look in looks if look is not None)
         whole = len(known) == len(looks) and not refusal(plan, self.compiled.network)
         if lesson.axis.nodes is not None:
             from tissuec.learn.models.resting import Resting
 
-            return Resting(shaping, series, known, lesson.axis.nodes, bound)
+            return Resting(shaping, series, known, lesson.axis.nodes, laws)
         if not whole or plan.simulation.integrator == RELAXATION:
             from tissuec.learn.models.differing import Differing
 
@@ -148,8 +148,7 @@ class _Scene(Struct, frozen=True, eq=False):
             lesson.step,
             plan=plan,
             duration=stop,
-            laws=shaping.laws,
-            kernels=bound,
+            laws=laws,
         )
         return Moving(shaping, series, known, *chosen(self.compiled.network), chosen)
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy import sparse
 
+from tissuec.kernels.sensitivity import Values
 from tissuec.learn.choosing import Chosen
 from tissuec.learn.course import Course
 from tissuec.learn.data.experiment import Series
@@ -50,6 +51,7 @@ class Moving:
         self._course: Course | None = None
         self._motion: Motion | None = None
         self._known: tuple[bytes, Floats, Samples] | None = None
+        self._values: dict[int, Values] = {}  # of the last motion, by the number of a leg
 
     @property
     def motion(self) -> Motion:
@@ -157,6 +159,7 @@ class Moving:
         if self._known is None or self._known[0] != key:
             vector = self.shaping.vector(theta)
             self._known = None  # of the motion, only the last one is remembered
+            self._values = {}
             self._known = key, vector, self.motion.forward(vector)
         return self._known[1:]
 
@@ -170,6 +173,8 @@ class Moving:
 
     def _view(self, vector: Floats, samples: Samples, sample: int) -> View:
         motion = self.motion
-        leg = motion.course.legs[motion.leg_of[sample]]
-        values = leg.present(self.shaping.order.values(vector))
-        return View(leg, values, samples.x[sample], samples.v[sample])
+        number = int(motion.leg_of[sample])
+        leg = motion.course.legs[number]
+        if number not in self._values:
+            self._values[number] = leg.present(self.shaping.order.values(vector))
+        return View(leg, self._values[number], samples.x[sample], samples.v[sample])

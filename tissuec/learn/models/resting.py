@@ -12,16 +12,15 @@ from scipy import sparse
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
+from tissuec.kernels.sensitivity import Laws
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.equilibrium import Equilibrium
 from tissuec.learn.freezing import refusal
-from tissuec.learn.kernels import Kernels
 from tissuec.learn.looks import pull, push
 from tissuec.learn.models import measured, slots_of
 from tissuec.learn.resistance import Yielding
 from tissuec.learn.shaping import Shaping
 from tissuec.learn.stands import Stand, Unbalanced, stands
-from tissuec.learn.stepping.matrices import Matrices
 from tissuec.learn.travel import Travel
 from tissuec.learn.views import Look, View
 from tissuec.network import Floats, Indices
@@ -52,12 +51,11 @@ class Resting:
         series: tuple[Series, ...],
         looks: tuple[Look, ...],
         axis_nodes: Indices,
-        kernels: Kernels,
+        laws: Laws,
     ):
-        self.shaping, self.series, self.looks, self.kernels = shaping, series, looks, kernels
+        self.shaping, self.series, self.looks, self.laws = shaping, series, looks, laws
         self.slots, self.size = slots_of(series), len(measured(series))
         self.notes: tuple[str, ...] = ()
-        self._matrices = Matrices(shaping.laws)
         _refuse(shaping, series, looks)
         self._times, self._rows = _rows_of(shaping, series, axis_nodes)
         self._theta: Floats | None = None  # at which everything is frozen
@@ -157,7 +155,7 @@ class Resting:
                 values = stand.leg.present(order.values(vector))
                 places = stand.balanced(network, values, places)
                 view = View(stand.leg, values, places.ravel(), np.zeros(places.size))
-                found.append(Equilibrium(stand, view, self.kernels, self._matrices))
+                found.append(Equilibrium(stand, view, self.laws))
             self._known = key, found
         return self._known[1]
 

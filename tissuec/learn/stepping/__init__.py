@@ -5,13 +5,12 @@ of what ``run`` computes, discretisation included.
 """
 
 from collections.abc import Iterator
-from functools import cached_property
 from typing import NamedTuple, Protocol
 
 from msgspec import Struct
 
-from tissuec.compiled.tables import RecordTable
-from tissuec.kernels.sensitivity import Links, Seeds, Values
+from tissuec.compiled.tables import tabulated
+from tissuec.kernels.sensitivity import Forces, Laws, Seeds, State, States, Values
 from tissuec.learn.course import Leg
 from tissuec.network import Floats, Indices
 
@@ -21,93 +20,82 @@ class Trail(NamedTuple):
 
     Attributes:
         times: [s], shape (row,).
-        x, v, a: Places, velocities and what the method calls accelerations there, shape
-            (row, 3 node).
+        states: There; accelerations are those that steps begin with, if the method carries them
+            on from one step to the next.
     """
 
     times: Floats
-    x: Floats
-    v: Floats
-    a: Floats
+    states: States
 
     @property
-    def last(self) -> "State":
-        """Return copies of the last row."""
-        return State(self.x[-1].copy(), self.v[-1].copy(), self.a[-1].copy())
+    def last(self) -> State:
+        """Return a copy of the last row."""
+        return State(*(part[-1].copy() for part in self.states))
 
 
-class State(NamedTuple):
-    """A state, or derivatives by one (shape (3 node,)), or its changes (…, change)."""
-
-    x: Floats
-    v: Floats
-    a: Floats
-
-
-class Act(Struct, frozen=True, eq=False, dict=True):
+class Act(Struct, frozen=True, eq=False):
     """What holds on a leg for the numbers of the moment."""
 
     leg: Leg
-    links: Links
-    values: Values
+    forces: Forces
 
-    @cached_property
-    def tables(self) -> tuple[RecordTable, RecordTable]:
-        """Return links and values as compiled code reads them."""
-        return RecordTable(self.links), RecordTable(self.values)
+
+def act_on(leg: Leg, laws: Laws, values: Values) -> Act:
+    """Return what holds on a leg.
+
+    Args:
+        values: Numbers as they are on this leg.
+    """
+    return Act(leg, tabulated(Forces(laws, leg.links(values), values)))
 
 
 class Stepping(Protocol):
     """A method of integration.
 
     Attributes:
+        laws: Of the springs, compiled.
         lands: Whether its steps are so large that they must end where one looks.
     """
 
     name: str
+    laws: Laws
     lands: bool
 
     def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
         """Return the accelerations at the beginning of a leg, shape (3 node,)."""
         ...
 
-    def begin_back(
-        self, act: Act, x: Floats, v: Floats, a: Floats, due: State, by: Values
-    ) -> tuple[Floats, Floats]:
-        """Return derivatives by state from those by the state and the answer of ``begin``."""
+    def begin_back(self, act: Act, start: State, due: State, by: Values) -> None:
+        """Add what is due to the answer of ``begin`` to what is due to the state."""
         ...
 
-    def begin_change(
-        self, act: Act, x: Floats, v: Floats, a: Floats, seeds: Seeds, tx: Floats, tv: Floats
-    ) -> Floats:
-        """Return the changes of the answer of ``begin``, shape (3 node, change)."""
+    def begin_change(self, act: Act, start: State, seeds: Seeds, change: State) -> None:
+        """Set the changes of the answer of ``begin``."""
         ...
 
     def run(self, act: Act, times: Floats, state: State) -> Trail:
-        """Return the states at equidistant times, the first of which is given."""
+        """Return the states at some times, the first of which is given."""
         ...
 
-    def back(
-        self, act: Act, trail: Trail, at_x: Floats, at_v: Floats, end: State, by: Values
-    ) -> State:
-        """Return the derivatives by the first row of a trail.
+    def back(self, act: Act, trail: Trail, entering: States, due: State, by: Values) -> None:
+        """Turn derivatives by the last row of a trail into those by its first row.
 
         Args:
-            at_x, at_v: Derivatives that enter in each row, shape (row, 3 node); those of the
+            entering: Derivatives that enter in each row, shape (row, 3 node); those of the
                 first row are not looked at.
-            end: Derivatives by the last row, beside these.
+            due: Derivatives by the last row, beside these.
             by: Derivatives by numbers; added to.
         """
         ...
 
     def change(
         self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
-    ) -> Iterator[State]:
-        """Yield the changes of some rows that follow from changes of the first row.
+    ) -> Iterator[None]:
+        """Carry changes from the first row on; yield at some rows.
 
         Args:
             seeds: How numbers change.
-            change: Of the first row, shape (3 node, change); may be overwritten.
+            change: Of the first row, shape (3 node change,); set anew.
             rows: Which ones, ascending, of those behind the first one.
         """
         ...

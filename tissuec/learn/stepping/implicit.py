@@ -1,32 +1,37 @@
 """Runge-Kutta methods for x'' = a(x, v) with one implicit stage after another.
 
-Stage i is at x_i = x + c_i h v + h² Σ (A²)_ij a_j and v_i = v + h Σ A_ij a_j, where a_i is the
-acceleration; the step ends at x + h v + h² Σ (b A)_j a_j and v + h Σ b_j a_j. Where A_ii is not
-zero, Newton's method finds a_i to rounding, so that the derivatives are exact:
+Stage i is at x_i = x + c_i h v + h² Σ X_ij a_j and v_i = v + h Σ V_ij a_j, where a_i is the
+acceleration. Where V_ii is not zero, Newton's method finds a_i to rounding, so that derivatives
+are exact:
 
-    S = 1 - (h A_ii)² ∂a/∂x - h A_ii ∂a/∂v,    S δa_i = changes by everything before.
+    S = 1 - (h V_ii)² ∂a/∂x - h V_ii ∂a/∂v,    S δa_i = changes by everything before.
 
 Backwards, from the last stage to the first, the derivatives α_i by a_i give μ_i = S⁻ᵀ α_i, and
 ``pull_back`` of μ_i those by x_i and v_i, which belong to x, v and the stages before.
-(W. W. Hager, Numer. Math. 87:247, 2000, for the adjoint of Runge-Kutta methods.)
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import Seeds, Values
-from tissuec.learn.course import Paths
-from tissuec.learn.kernels import Kernels
+from tissuec.kernels.sensitivity import Laws, Seeds, State, States, Values
+from tissuec.kernels.stepping import Steps, length_of, moment_of, state
+from tissuec.learn.kernels import (
+    acceleration,
+    begin_dues,
+    combine_stage,
+    enter_stage,
+    leave_step,
+    pull_back,
+    push_forward,
+    weigh_stage,
+)
 from tissuec.learn.motion import Diverged
-from tissuec.learn.stepping import Act, State, Trail
-from tissuec.learn.stepping.matrices import Matrices
-from tissuec.learn.stepping.onestep import OneStep
-from tissuec.learn.stepping.tableau import Tableau
+from tissuec.learn.stepping import Act, Trail
+from tissuec.learn.stepping.matrices import solver
+from tissuec.learn.stepping.tableaus import ByTableau
 from tissuec.network import Floats, Indices
 
 ITERATIONS = 40
@@ -41,22 +46,12 @@ class Unsolved(Diverged):
         return f"a step at {show(float(self.args[0]), TIME)} has no solution that can be found"
 
 
-class Stage(NamedTuple):
-    """One stage that was found: where it is, and what is prescribed there."""
+class Implicit(ByTableau):
+    """Steps by a tableau whose stages are found one after the other."""
 
-    x: Floats
-    v: Floats
-    a: Floats
-
-
-class Implicit(OneStep):
-    """Steps by a tableau."""
-
-    def __init__(self, tableau: Tableau, kernels: Kernels, matrices: Matrices):
-        self.name, self.tableau = tableau.name, tableau
-        self.kernels, self.matrices = kernels, matrices
-        self._stages = len(tableau.result)
-        self._for_x, self._for_v, self._nodes = tableau.rows
+    def __init__(self, name: str, laws: Laws):
+        super().__init__(name, laws)
+        self._own = np.diagonal(self.tableau.for_v[:, 1:])[: self.tableau.result + 1]
         self._factor: SuperLU | None = None
         self._factored: tuple[object, float] = (None, 0.0)
 
@@ -66,90 +61,100 @@ class Implicit(OneStep):
         return super().begin(act, x, v)
 
     def run(self, act: Act, times: Floats, state: State) -> Trail:
-        """Return the states at equidistant times."""
-        x, v, a = np.zeros((3, len(times), len(state.x)))
-        x[0], v[0], a[0] = state
+        """Return the states at some times."""
+        trail = self._begun(times, state)
+        steps = self._steps(act, times)
         for row in range(len(times) - 1):
-            *_, end = self._step(act, times, row, x[row], v[row])
-            x[row + 1], v[row + 1] = end.x, end.v
-        return Trail(times, x, v, a)
+            stages = self._found(act, steps, row, trail)
+            trail.states.x[row + 1], trail.states.v[row + 1] = stages.x[-1], stages.v[-1]
+        return trail
 
-    def back(
-        self, act: Act, trail: Trail, at_x: Floats, at_v: Floats, end: State, by: Values
-    ) -> State:
-        """Return the derivatives by the first row of a trail."""
-        lx, lv = end.x.copy(), end.v.copy()
+    def back(self, act: Act, trail: Trail, entering: States, due: State, by: Values) -> None:
+        """Turn derivatives by the last row of a trail into those by its first row."""
+        steps, dues = self._steps(act, trail.times), self._room(trail)
         for row in range(len(trail.times) - 2, -1, -1):
-            lx += at_x[row + 1]
-            lv += at_v[row + 1]
-            lx, lv = self._step_back(act, trail, row, lx, lv, by)
-        return State(lx, lv, np.zeros_like(lx))
+            stages = self._found(act, steps, row, trail)
+            begin_dues(act.forces, due, state(row + 1, entering), dues)
+            for i in range(len(dues.a) - 1, -1, -1):
+                own = length_of(row, steps) * self._own[i]
+                if i < len(dues.a) - 1:
+                    weigh_stage(i, row, steps, dues)
+                else:
+                    dues.a[i] = own * own * dues.x[i] + own * dues.v[i]
+                if own != 0.0:
+                    factor = self._factorised(act, state(i, stages), own, steps.times[row])
+                    dues.a[i] = factor.solve(dues.a[i], "T")
+                pull_back(act.forces, state(i, stages), state(i, dues), by)
+            leave_step(row, act.forces, steps, dues, due)
 
     def change(
         self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
-    ) -> Iterator[State]:
-        """Yield the changes of some rows that follow from those of the first one."""
-        looked_at = set(rows.tolist())
+    ) -> Iterator[None]:
+        """Carry changes from the first row on; yield at some rows."""
+        steps, looked_at = self._steps(act, trail.times), set(rows.tolist())
         for row in range(len(trail.times) - 1):
-            change = self._step_change(act, trail, row, seeds, change)
+            self._change(act, steps, row, trail, seeds, change)
             if row + 1 in looked_at:
-                yield change
+                yield
 
     # --- one step -----------------------------------------------------------------------------
 
-    def _step(self, act: Act, times: Floats, row: int, x: Floats, v: Floats) -> Iterator[Stage]:
-        """Yield all stages and, last, the state at the end of the step with no acceleration."""
-        h = times[row + 1] - times[row]
-        accelerations = np.zeros((self._stages, len(x)))
-        paths = self._paths(act, times, row)
-        free = np.repeat(~act.leg.held, 3)
-        driven = _three(act.links.driven)
-        for i in range(self._stages + 1):
-            stage_x, stage_v = x.copy(), np.zeros_like(v)
-            known = accelerations[:i]
-            place = x + h * self._nodes[i] * v + h * h * (self._for_x[i, :i] @ known)
-            stage_x[free] = place[free]
-            stage_v[free] = (v + h * (self._for_v[i, :i] @ known))[free]
-            # Driven nodes go on from where they are.
-            stage_x[driven] += paths.place[i + 1] - paths.place[0]
-            stage_v[driven] = paths.speed[i + 1]
-            if i == self._stages:
-                yield Stage(stage_x, stage_v, np.zeros_like(x))
-                return
-            own = h * self.tableau.weights[i, i]
-            load = paths.load[i + 1]
-            if own == 0.0:
-                self.kernels.acceleration(stage_x, stage_v, load, *act.tables, accelerations[i])
-            else:
-                guess = accelerations[i - 1] if i else np.zeros_like(x)
-                time = times[row] + h * self._nodes[i]
-                accelerations[i] = self._solve(act, stage_x, stage_v, load, own, guess, time)
-                stage_x += own * own * accelerations[i]
-                stage_v += own * accelerations[i]
-            yield Stage(stage_x, stage_v, accelerations[i])
+    def _change(
+        self, act: Act, steps: Steps, row: int, trail: Trail, seeds: Seeds, change: State
+    ) -> None:
+        """Carry changes over a step."""
+        stages, h = self._found(act, steps, row, trail), length_of(row, steps)
+        x, v, known = *np.empty((2, len(change.x))), np.empty((len(stages.a), len(change.x)))
+        for i, own in enumerate(h * self._own):
+            moved = State(x, v, known[i])
+            combine_stage(i, row, act.forces, steps, change, known, moved)
+            push_forward(act.forces, state(i, stages), seeds, moved)
+            if own != 0.0:
+                factor = self._factorised(act, state(i, stages), own, steps.times[row])
+                moved.a[:] = factor.solve(moved.a.reshape(stages.x.shape[1], -1)).ravel()
+            x += own * own * moved.a
+            v += own * moved.a
+        change.x[:], change.v[:] = x, v
 
-    def _solve(
-        self, act: Act, x: Floats, v: Floats, load: Floats, own: float, guess: Floats,
-        time: float,
-    ) -> Floats:  # fmt: skip
-        """Return the a with a = a(x + own² a, v + own a), by Newton's method to rounding."""
-        a, found, before = guess.copy(), np.empty_like(guess), np.inf
+    def _found(self, act: Act, steps: Steps, row: int, trail: Trail) -> States:
+        """Return all stages of a step, the last of which is its result."""
+        start, stages, h = state(row, trail.states), self._room(trail), length_of(row, steps)
+        for i, own in enumerate(h * self._own):
+            at, load = state(i, stages), steps.load[moment_of(i, row, steps)]
+            enter_stage(i, row, act.forces, steps, start, stages.a, at)
+            if own == 0.0:
+                acceleration(act.forces, load, at)
+            else:
+                at.a[:] = stages.a[i - 1] if i else 0.0
+                self._solve(act, at, load, own, steps.times[row])
+        return stages
+
+    def _solve(self, act: Act, at: State, load: Floats, own: float, time: float) -> None:
+        """Find the a with a = a(x + own² a, v + own a), by Newton's method to rounding.
+
+        Args:
+            at: x and v, and a guess of a; then the solution.
+        """
+        found, before = np.empty_like(at.a), np.inf
         for _ in range(ITERATIONS):
-            at = x + own * own * a, v + own * a
-            self.kernels.acceleration(*at, load, *act.tables, found)
+            there = State(at.x + own * own * at.a, at.v + own * at.a, found)
+            acceleration(act.forces, load, there)
             factor = self._factor
             if factor is None or not self._is_made_for(act, own):
-                factor = self._made(act, *at, own, time)
-            step = factor.solve(found - a)
-            a += step
-            size, scale = np.abs(step).max(initial=0.0), np.abs(a).max(initial=0.0)
-            noise = ROUNDING * (scale + np.abs(x).max() / (own * own))
+                factor = self._made(act, there, own, time)
+            step = factor.solve(found - at.a)
+            at.a[:] += step
+            size, scale = np.abs(step).max(initial=0.0), np.abs(at.a).max(initial=0.0)
+            noise = ROUNDING * (scale + np.abs(at.x).max() / (own * own))
             if size <= noise or (size < 1e-9 * scale and size >= before):
-                return a
+                at.x[:] += own * own * at.a
+                at.v[:] += own * at.a
+                return
             if not np.isfinite(size):
                 break
             if size > SLOW * before:
-                self._made(act, x + own * own * a, v + own * a, own, time)
+                there = State(at.x + own * own * at.a, at.v + own * at.a, found)
+                self._made(act, there, own, time)
             before = size
         raise Unsolved(time)
 
@@ -158,83 +163,15 @@ class Implicit(OneStep):
         leg, size = self._factored
         return leg is act.leg and abs(size - own) <= 1e-9 * own
 
-    def _made(self, act: Act, x: Floats, v: Floats, own: float, time: float) -> SuperLU:
+    def _made(self, act: Act, at: State, own: float, time: float) -> SuperLU:
         """Return S, factorised, and keep it."""
-        self._factor = self._factorised(act, x, v, own, time)
+        self._factor = self._factorised(act, at, own, time)
         self._factored = act.leg, own
         return self._factor
 
-    def _factorised(self, act: Act, x: Floats, v: Floats, own: float, time: float) -> SuperLU:
+    def _factorised(self, act: Act, at: State, own: float, time: float) -> SuperLU:
         """Return S, factorised; raises Unsolved where it is singular."""
         try:
-            return splu(self.matrices.solver(act, x, v, own))
+            return splu(solver(act.forces, at, own))
         except RuntimeError as failure:
             raise Unsolved(time) from failure
-
-    def _step_back(
-        self, act: Act, trail: Trail, row: int, lx: Floats, lv: Floats, by: Values
-    ) -> tuple[Floats, Floats]:
-        """Return derivatives by the beginning of a step from those by its end."""
-        h = trail.times[row + 1] - trail.times[row]
-        *stages, _ = self._step(act, trail.times, row, trail.x[row], trail.v[row])
-        held = np.repeat(act.leg.held, 3)
-        lv = np.where(held, 0.0, lv)
-        by_x, by_v = np.zeros((2, self._stages + 1, len(lx)))
-        by_x[-1], by_v[-1] = lx, lv
-        for i in range(self._stages - 1, -1, -1):
-            stage, later = stages[i], slice(i + 1, self._stages + 1)
-            weight = h * h * (self._for_x[later, i] @ by_x[later])
-            weight += h * (self._for_v[later, i] @ by_v[later])
-            weight[held] = 0.0
-            own = h * self.tableau.weights[i, i]
-            if own != 0.0:
-                factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
-                weight = factor.solve(weight, "T")
-            self.kernels.pull_back(
-                stage.x, stage.v, stage.a, weight, *act.tables, by_x[i], by_v[i], by
-            )
-            by_v[i, held] = 0.0
-        total = by_x.sum(axis=0)
-        # Velocities of held nodes are prescribed.
-        return total, np.where(held, 0.0, by_v.sum(axis=0) + h * (self._nodes @ by_x))
-
-    def _step_change(
-        self, act: Act, trail: Trail, row: int, seeds: Seeds, change: State
-    ) -> State:
-        """Return the changes at the end of a step from those at its beginning."""
-        h = trail.times[row + 1] - trail.times[row]
-        *stages, _ = self._step(act, trail.times, row, trail.x[row], trail.v[row])
-        tx, tv, _ = change
-        held = np.repeat(act.leg.held, 3)
-        part = np.empty(tx.shape[1])
-        known = np.zeros((self._stages, *tx.shape))
-        for i, stage in enumerate(stages):
-            at_x, at_v = self._changed(i, h, tx, tv, known, held)
-            self.kernels.push_forward(
-                stage.x, stage.v, stage.a, at_x, at_v, *act.tables, seeds, part,
-                known[i],
-            )  # fmt: skip
-            own = h * self.tableau.weights[i, i]
-            if own != 0.0:
-                factor = self._factorised(act, stage.x, stage.v, own, trail.times[row])
-                known[i] = factor.solve(known[i])
-        return State(*self._changed(self._stages, h, tx, tv, known, held), change.a)
-
-    def _changed(
-        self, i: int, h: float, tx: Floats, tv: Floats, known: Floats, held: NDArray[np.bool_]
-    ) -> tuple[Floats, Floats]:
-        """Return the changes of a stage that follow from those before it."""
-        for_x = np.tensordot(self._for_x[i, :i], known[:i], axes=1)
-        for_v = np.tensordot(self._for_v[i, :i], known[:i], axes=1)
-        at_x = tx + h * self._nodes[i] * np.where(held[:, None], 0.0, tv) + h * h * for_x
-        return at_x, np.where(held[:, None], 0.0, tv + h * for_v)
-
-    def _paths(self, act: Act, times: Floats, row: int) -> Paths:
-        """Return what is prescribed at the start of a step, at all stages and at its end."""
-        h = times[row + 1] - times[row]
-        return act.leg.paths(np.append(times[row], times[row] + h * self._nodes))
-
-
-def _three(nodes: Indices) -> Indices:
-    """Return where the components of nodes are, shape (3 node,)."""
-    return (3 * nodes[:, None] + np.arange(3)).ravel()

@@ -1,0 +1,262 @@
+"""Steps by a tableau, forwards, backwards and with many changes of the state at once.
+
+Free nodes move as ``Tableau`` says; driven ones go on from where they are by what is
+prescribed, and others stay. Backwards, derivatives by the result become derivatives by the
+stages before it, from the last one to the first. (W. W. Hager, Numer. Math. 87:247, 2000, for
+the adjoint of Runge-Kutta methods.)
+"""
+
+from typing import NamedTuple
+
+from tissuec.kernels.records import Floats, Integers, Rows, Tableau
+from tissuec.kernels.sensitivity import (
+    Forces,
+    Seeds,
+    State,
+    States,
+    Values,
+    acceleration,
+    pull_back,
+    push_forward,
+)
+from tissuec.kernels.teams import PIECE
+from tissuec.kernels.vectors import accumulate, scale
+
+
+class Steps(NamedTuple):
+    """Steps of a method, one behind the other, and what is prescribed at moments of each.
+
+    Attributes:
+        times: Of the rows of a trail, which steps lead from one to the next of [s].
+        place, speed: Of driven nodes [m], [m/s], shape (moment, 3 driven).
+        load: Changing forces [N], shape (moment, 3 loaded).
+        moments: How many of them a step has; the first one is its beginning.
+        moment: Of each stage, from that of the beginning on, shape (stage,).
+    """
+
+    tableau: Tableau
+    times: Floats
+    place: Rows
+    speed: Rows
+    load: Rows
+    moments: int
+    moment: Integers
+
+
+def length_of(row: int, steps: Steps) -> float:
+    """Return how long a step is [s]."""
+    return steps.times[row + 1] - steps.times[row]
+
+
+def state(row: int, states: States) -> State:
+    """Return one of many states."""
+    return State(states.x[row], states.v[row], states.a[row])
+
+
+def moment_of(i: int, row: int, steps: Steps) -> int:
+    """Return the moment at which a stage is."""
+    return row * steps.moments + steps.moment[i]
+
+
+def combine_stage(
+    i: int, row: int, forces: Forces, steps: Steps, start: State, known: Rows, to: State
+) -> None:
+    """Set places and velocities of a stage, or many changes of them, from those before it.
+
+    Args:
+        row: Number of the step, which begins at ``start``.
+        known: Accelerations of stages, or changes of them, shape (stage, 3 node).
+    """
+    table, inverse, h = steps.tableau, forces.links.inverse, length_of(row, steps)
+    # Blocks that stay in the cache while all rows are added to them.
+    for first in range(0, to.x.size, PIECE):
+        part = slice(first, min(first + PIECE, to.x.size))
+        x, v, x0, v0, c = (
+            to.x[part],
+            to.v[part],
+            start.x[part],
+            start.v[part],
+            table.for_x[i, 0],
+        )
+        for k in range(x.size):
+            x[k], v[k] = x0[k] + h * c * v0[k], v0[k]
+        for j in range(i):
+            of_x, of_v = h * h * table.for_x[i, j + 1], h * table.for_v[i, j + 1]
+            if of_x != 0.0 or of_v != 0.0:
+                a = known[j, part]
+                for k in range(x.size):
+                    x[k] += of_x * a[k]
+                    v[k] += of_v * a[k]
+    width = to.x.size // inverse.size
+    for node in range(inverse.size):
+        if inverse[node] == 0.0:
+            for k in range(width * node, width * (node + 1)):
+                to.x[k], to.v[k] = start.x[k], 0.0
+
+
+def enter_stage(
+    i: int, row: int, forces: Forces, steps: Steps, start: State, known: Rows, to: State
+) -> None:
+    """Set places and velocities of a stage, those of driven nodes as prescribed."""
+    combine_stage(i, row, forces, steps, start, known, to)
+    driven, now, begun = forces.links.driven, moment_of(i, row, steps), row * steps.moments
+    for d in range(driven.size):
+        for axis in range(3):
+            k, m = 3 * driven[d] + axis, 3 * d + axis
+            to.x[k] += steps.place[now, m] - steps.place[begun, m]
+            to.v[k] = steps.speed[now, m]
+
+
+def find_stages(
+    row: int, again: bool, forces: Forces, steps: Steps, trail: States, stages: States
+) -> None:
+    """Set all stages before the result.
+
+    Args:
+        row: Of the trail, from which the step begins.
+        again: Whether the next row of the trail is known, too.
+    """
+    table, start = steps.tableau, state(row, trail)
+    for i in range(table.result):
+        at = state(i, stages)
+        if table.carries and i == 0:
+            scale(1.0, start.a, at.a)
+            continue
+        enter_stage(i, row, forces, steps, start, stages.a, at)
+        if table.carries and again and i == table.result - 1:
+            scale(1.0, trail.a[row + 1], at.a)
+        else:
+            acceleration(forces, steps.load[moment_of(i, row, steps)], at)
+
+
+def step_forward(forces: Forces, steps: Steps, trail: States, stages: States) -> None:
+    """Fill the rows of a trail behind the first one.
+
+    Args:
+        trail: Shape (row, 3 node); accelerations in rows are those that steps begin with, if
+            the method carries them on.
+        stages: Room.
+    """
+    table = steps.tableau
+    for row in range(steps.times.size - 1):
+        find_stages(row, False, forces, steps, trail, stages)
+        start, end = state(row, trail), state(row + 1, trail)
+        enter_stage(table.result, row, forces, steps, start, stages.a, end)
+        if table.carries:
+            scale(1.0, stages.a[table.result - 1], end.a)
+
+
+def step_back(
+    forces: Forces,
+    steps: Steps,
+    trail: States,
+    entering: States,
+    stages: States,
+    dues: States,
+    due: State,
+    by: Values,
+) -> None:
+    """Carry derivatives by the last row of a trail back to its first row.
+
+    Args:
+        entering: Derivatives that enter in each row, shape (row, 3 node); those of the first
+            row are left for the caller.
+        stages, dues: Room for stages and the derivatives by them, shape (stage, 3 node).
+        due: By the state of the last row, then of the first one.
+        by: What is added to the derivatives by numbers.
+    """
+    table = steps.tableau
+    for row in range(steps.times.size - 2, -1, -1):
+        find_stages(row, True, forces, steps, trail, stages)
+        begin_dues(forces, due, state(row + 1, entering), dues)
+        for i in range(table.result - 1, -1, -1):
+            weigh_stage(i, row, steps, dues)
+            if table.carries and i == table.result - 1:
+                accumulate(1.0, due.a, dues.a[i])
+            if table.carries and i == 0:
+                scale(1.0, dues.a[0], due.a)
+            else:
+                pull_back(forces, state(i, stages), state(i, dues), by)
+        leave_step(row, forces, steps, dues, due)
+
+
+def begin_dues(forces: Forces, due: State, entering: State, dues: States) -> None:
+    """Set what is due to the result of a step."""
+    last = dues.x.shape[0] - 1
+    x, v = dues.x[last], dues.v[last]
+    for k in range(x.size):
+        x[k], v[k] = due.x[k] + entering.x[k], due.v[k] + entering.v[k]
+    hold(forces, v)
+
+
+def weigh_stage(i: int, row: int, steps: Steps, dues: States) -> None:
+    """Set what is due to the acceleration of a stage, and nothing to its state so far."""
+    table, h = steps.tableau, length_of(row, steps)
+    x, v, a = dues.x[i], dues.v[i], dues.a[i]
+    for k in range(a.size):
+        x[k], v[k], a[k] = 0.0, 0.0, 0.0
+    for j in range(i + 1, dues.x.shape[0]):
+        of_x, of_v = h * h * table.for_x[j, i + 1], h * table.for_v[j, i + 1]
+        if of_x != 0.0 or of_v != 0.0:
+            x, v = dues.x[j], dues.v[j]
+            for k in range(a.size):
+                a[k] += of_x * x[k] + of_v * v[k]
+
+
+def leave_step(row: int, forces: Forces, steps: Steps, dues: States, due: State) -> None:
+    """Set what is due to the beginning of a step by all of its stages."""
+    h = length_of(row, steps)
+    for k in range(due.x.size):
+        due.x[k], due.v[k] = 0.0, 0.0
+    for i in range(dues.x.shape[0]):
+        later, x, v = h * steps.tableau.for_x[i, 0], dues.x[i], dues.v[i]
+        for k in range(x.size):
+            due.x[k] += x[k]
+            due.v[k] += v[k] + later * x[k]
+    hold(forces, due.v)
+
+
+def hold(forces: Forces, v: Floats) -> None:
+    """Set to 0 what is due to velocities of held nodes, which are prescribed."""
+    inverse = forces.links.inverse
+    for node in range(inverse.size):
+        if inverse[node] == 0.0:
+            for k in range(3 * node, 3 * node + 3):
+                v[k] = 0.0
+
+
+def step_change(
+    first: int,
+    last: int,
+    forces: Forces,
+    steps: Steps,
+    trail: States,
+    stages: States,
+    seeds: Seeds,
+    change: State,
+    moved: State,
+    known: Rows,
+) -> None:
+    """Carry many changes of the state over the steps from one row of a trail to a later one.
+
+    Args:
+        first, last: The rows.
+        stages: Room.
+        change: Of the state, set anew; see ``push_forward``.
+        moved, known: Room for changes of one stage, and of the accelerations of all of them.
+    """
+    table, here, there = steps.tableau, change, moved
+    scale(1.0, change.a, known[0])
+    for row in range(first, last):
+        find_stages(row, True, forces, steps, trail, stages)
+        for i in range(1 if table.carries else 0, table.result):
+            combine_stage(i, row, forces, steps, here, known, there)
+            then = State(there.x, there.v, known[i])
+            push_forward(forces, state(i, stages), seeds, then)
+        combine_stage(table.result, row, forces, steps, here, known, there)
+        if table.carries:
+            scale(1.0, known[table.result - 1], known[0])
+        here, there = there, here
+    scale(1.0, here.x, change.x)
+    scale(1.0, here.v, change.v)
+    scale(1.0, known[0], change.a)
