@@ -19,10 +19,10 @@ from msgspec import Struct
 from benchmarks.publishing import json_option, publish, tell
 from tissuec.bench import report
 from tissuec.bench.bench import Bench, bench
-from tissuec.bench.ours import AUTOMATIC
 from tissuec.bench.points import Point
 from tissuec.core.markdown import table
 from tissuec.pipeline import Request, compile_request
+from tissuec.plan import AUTOMATIC
 
 NETS = Path(__file__).with_name("nets")
 BOUNDS = (1e-2, 1e-4, 1e-8)

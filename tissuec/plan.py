@@ -20,6 +20,9 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.integrators.procedures import Choices
     from tissuec.surfaces import Smoothing
 
+AUTOMATIC = "automatic"
+"""The integrator is chosen by facts measured of the scene."""
+
 RELAXATION = "relaxation"
 """The integrator that is none: the net is in equilibrium all the time."""
 
@@ -29,7 +32,7 @@ class Simulation(Struct, frozen=True):
 
     Attributes:
         duration: [s].
-        integrator: "automatic" or the name of one.
+        integrator: Name of one, ``AUTOMATIC`` or ``RELAXATION``.
         tolerance: Bound of the error of positions relative to the largest displacement so far.
         step: Fixed step [s]; None where the tolerance rules.
         span: The block.

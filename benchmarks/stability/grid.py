@@ -8,11 +8,10 @@ from msgspec import Struct
 
 from benchmarks.stability.cells import Cell
 from benchmarks.stability.verdict import Court, Kind, Verdict
-from tissuec.bench.ours import AUTOMATIC
 from tissuec.core.data import as_data
 from tissuec.core.markdown import code, fenced, table
 from tissuec.integrators import INTEGRATORS
-from tissuec.plan import RELAXATION
+from tissuec.plan import AUTOMATIC, RELAXATION
 
 SIGNS: dict[Kind, tuple[str, str]] = {
     "good": ("ok", "as promised"),

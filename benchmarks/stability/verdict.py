@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.looking import Look, look
-from tissuec.bench.ours import AUTOMATIC, EngineSolver
+from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem
 from tissuec.bench.starting import situation_at_start
 from tissuec.bench.trial import Deadline, Failed, OutOfTime
@@ -25,7 +25,7 @@ from tissuec.engine.choice import measured_facts
 from tissuec.integrators import INTEGRATORS
 from tissuec.network import Floats
 from tissuec.pipeline import Request, compile_request
-from tissuec.plan import RELAXATION
+from tissuec.plan import AUTOMATIC, RELAXATION
 from tissuec.running.companion import FINER
 from tissuec.statics.settling import Unsettled, settle
 

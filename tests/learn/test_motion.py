@@ -7,13 +7,53 @@ from scipy import sparse
 from tests.learn.precise import LONG, positions
 from tests.learn.trials import sheet
 from tests.learn.tubes import tube
+from tissuec.integrators import INTEGRATORS
+from tissuec.integrators.dirk import Dirk
+from tissuec.integrators.explicit import Explicit
+from tissuec.integrators.tableaus import runge_kutta
 from tissuec.learn.choosing import choose
 from tissuec.learn.freezing import Freezer
 from tissuec.learn.kernels import compiled_laws
 from tissuec.learn.motion import Motion
 from tissuec.learn.numbers import VALUES, Order
 
-METHODS = {"velocity verlet": 1e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3}
+METHODS = {
+    "velocity verlet": 1e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,
+    "classical runge-kutta": 2e-3, "alexander": 2e-3,
+}  # fmt: skip
+DIAGONAL = 1.0 - np.sqrt(0.5)
+
+
+class ClassicalRungeKutta(Explicit):
+    """Kutta's method of fourth order, as it would be added: a tableau and what it costs."""
+
+    order = 4
+    tableau = runge_kutta(
+        np.array(
+            [
+                [0, 0, 0, 0, 0], [1 / 2, 0, 0, 0, 0], [0, 1 / 2, 0, 0, 0], [0, 0, 1, 0, 0],
+                [1 / 6, 1 / 3, 1 / 3, 1 / 6, 0],
+            ]
+        )
+    )  # fmt: skip
+
+
+class Alexander(Dirk):
+    """Alexander's implicit method of second order, whose first stage is implicit, too.
+
+    R. Alexander, SIAM J. Numer. Anal. 14:1006 (1977).
+    """
+
+    order = 2
+    tableau = runge_kutta(np.array([[DIAGONAL, 0.0], [1.0 - DIAGONAL, DIAGONAL]]))
+
+
+@pytest.fixture(autouse=True)
+def with_methods_of_ones_own(monkeypatch):
+    """Add two methods of which nothing but their tableaus is known."""
+    dict(INTEGRATORS)  # its own members
+    own = {"classical runge-kutta": ClassicalRungeKutta, "alexander": Alexander}
+    monkeypatch.setattr(INTEGRATORS, "_members", {**INTEGRATORS._members, **own})
 
 
 @pytest.fixture(scope="module")
@@ -137,10 +177,18 @@ def test_memory_grows_with_the_root_of_the_steps(scene):
 def test_methods_agree_on_the_motion(scene):
     times = np.linspace(0.0, 50e-3, 11)
     found = {}
-    for name, step in {"dop853": 1e-3, "velocity verlet": 25e-6, "esdirk43": 5e-4}.items():
+    steps = {
+        "dop853": 1e-3, "velocity verlet": 25e-6, "esdirk43": 5e-4,
+        "classical runge-kutta": 5e-4, "alexander": 1e-4,
+    }  # fmt: skip
+    for name, step in steps.items():
         motion, vector = motion_of(scene, name, step, times)
         found[name] = motion.forward(vector).x
     moved = np.abs(found["dop853"] - found["dop853"][0]).max()
     # Errors of Verlet are (h ω)² / 24 a swing, with h ω = 2e-3; those of ESDIRK h³.
-    for name, allowed in {"velocity verlet": 1e-5, "esdirk43": 1e-4}.items():
+    limits = {
+        "velocity verlet": 1e-5, "esdirk43": 1e-4,
+        "classical runge-kutta": 1e-4, "alexander": 1e-4,
+    }  # fmt: skip
+    for name, allowed in limits.items():
         assert np.abs(found[name] - found["dop853"]).max() < allowed * moved

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.ours import AUTOMATIC, EngineSolver
+from tissuec.bench.ours import EngineSolver
 from tissuec.bench.points import Gap, Point, Tell, measure
 from tissuec.bench.problem import Problem
 from tissuec.bench.ratios import Ratio, ratios
@@ -16,6 +16,7 @@ from tissuec.bench.truth import Truth, find_truth
 from tissuec.compiler import Compiled
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.integrators import INTEGRATORS
+from tissuec.plan import AUTOMATIC
 
 LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
 

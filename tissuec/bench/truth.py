@@ -7,13 +7,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.bench.by_scipy import SciPySolver
-from tissuec.bench.ours import AUTOMATIC, EngineSolver
+from tissuec.bench.ours import EngineSolver
 from tissuec.bench.points import Point, Tell
 from tissuec.bench.problem import Problem
 from tissuec.bench.scales import Scales
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
 from tissuec.core.errors import TissueError
 from tissuec.network import Floats
+from tissuec.plan import AUTOMATIC
 
 METHODS = ("dop853", "esdirk43")
 OTHERS = ("DOP853", "Radau")  # of SciPy, for a second opinion

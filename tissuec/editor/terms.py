@@ -23,7 +23,7 @@ from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.lesson import POSITIONS, WORDS
 from tissuec.measures import MEASURES
 from tissuec.meshes import MESHES
-from tissuec.plan import RELAXATION
+from tissuec.plan import AUTOMATIC, RELAXATION
 from tissuec.scene import meanings, settings
 from tissuec.scene.bodies import AXIAL, BENDING, BODY_ENTRIES, CIRCUMFERENTIAL, ELASTIC
 from tissuec.scene.declarations import TOP_LEVEL
@@ -37,8 +37,7 @@ from tissuec.scene.learn_entries import (
     DIVIDED,
     METHODS,
     SENTENCES,
-    STEPPING,
-    LearnSettings,
+    learn_schema,
 )
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import KNOWABLE, QUANTITIES
@@ -265,13 +264,16 @@ def _of_learning() -> Terms:
         forms = fenced("\n".join(entry.forms), "tis")
         about = f"{forms}\n\n{paragraphs(entry.about)}"
         sentences[name] = Term(name, ENTRY, about, entry.forms[0], behind.get(name, " "))
-    settings_of = {name: _entry(entry) for name, entry in entries_of(LearnSettings).items()}
+    schema = learn_schema()
+    settings_of = {name: _entry(entry) for name, entry in schema.items()}
+    kind = schema["integrator"].kind
+    assert isinstance(kind, OneOf)
     settings_of["integrator"] = _entry(
-        entries_of(LearnSettings)["integrator"],
-        {name: term for name, term in integrators().items() if name in STEPPING},
+        schema["integrator"],
+        {name: term for name, term in integrators().items() if name in kind.words},
     )
     dashed = {name: Term(f'"{name}"' if "-" in name else name, CHOICE) for name in METHODS}
-    settings_of["method"] = _entry(entries_of(LearnSettings)["method"], dashed)
+    settings_of["method"] = _entry(schema["method"], dashed)
     return sentences | settings_of
 
 
@@ -310,7 +312,7 @@ def meshes() -> Terms:
 def integrators() -> Terms:
     """Return the methods that can be named."""
     automatic = Term(
-        settings.AUTOMATIC, CHOICE, "Chosen by measured facts; the run says which, and why."
+        AUTOMATIC, CHOICE, "Chosen by measured facts; the run says which, and why."
     )
     relaxation = Term(RELAXATION, CHOICE, "Leaves time out and follows states of rest.")
     named = (Term(name, CHOICE, summary(method)) for name, method in INTEGRATORS.items())

@@ -15,6 +15,7 @@ from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.integrators import INTEGRATORS
 from tissuec.mechanics import lengths
+from tissuec.plan import AUTOMATIC
 from tissuec.situation import Situation
 
 CROSSING = 2e-2
@@ -57,7 +58,7 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
     Args:
         is_banded: Tells whether equations of implicit steps have a matrix of narrow band.
     """
-    if method.name != "automatic":
+    if method.name != AUTOMATIC:
         return Choice(method.name, f'"{method.name}" was asked for', {})
     if method.step is not None:
         return _by_step(situation, method.step)

@@ -59,6 +59,7 @@ from tissuec.kernels.records import (
     Progress,
 )
 from tissuec.network import Floats, Network
+from tissuec.plan import AUTOMATIC
 from tissuec.situation import Situation
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
@@ -366,7 +367,7 @@ class Engine:
 
     def _contend(self, situation: Situation) -> None:
         """Go over to another method if that comes further, where the choice is ours."""
-        if self.method.name != "automatic" or self.method.step is not None:
+        if self.method.name != AUTOMATIC or self.method.step is not None:
             return
         if self._progress.pending or self._work.effort[0] < self._contest.look:
             return
@@ -415,7 +416,7 @@ class Engine:
     def _rescue(self, reason: int, situation: Situation) -> bool:
         """Go on explicitly where an implicit method failed that was our own choice."""
         failed = reason in (UNSOLVED, UNDERFLOW, OUTSIZE)
-        if not (failed and self._integrator.implicit and self.method.name == "automatic"):
+        if not (failed and self._integrator.implicit and self.method.name == AUTOMATIC):
             return False
         why = f"{self.choice.name} could not solve the equations of a step"
         self._contest.rival = ""
@@ -562,7 +563,7 @@ class Engine:
         """
         tier = self._tier
         limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
-        if self.method.name == "automatic" and self.method.step is None:
+        if self.method.name == AUTOMATIC and self.method.step is None:
             limit = min(limit, self._contest.look)
         task = self._task._replace(until=self._layout.until, evaluations=limit, hold=hold)
         self._outbox.make_room(hold)

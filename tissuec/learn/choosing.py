@@ -12,9 +12,8 @@ from tissuec.learn.stepping import Stepping
 from tissuec.learn.stepping.explicit import Explicit
 from tissuec.learn.stepping.implicit import Implicit
 from tissuec.network import Network
-from tissuec.plan import Plan
+from tissuec.plan import AUTOMATIC, Plan
 
-AUTOMATIC = "automatic"
 # Errors of a step h of order p are about (h ω)ᵖ / (p + 1)!: at this, they are near 1e-6 of the
 # motion after some swings.
 FINE = 1 / 15_000

@@ -29,7 +29,7 @@ from tissuec.scene.learn_entries import (
     PARTED,
     PLACED,
     SENTENCES,
-    LearnSettings,
+    learn_schema,
 )
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES, Quantity
@@ -67,7 +67,7 @@ def parts() -> dict[str, str]:
         "measures": measure_table(),
         "integrators": integrator_table(),
         "learn sentences": sentence_sections(),
-        "learn settings": entry_table(entries_of(LearnSettings)),
+        "learn settings": entry_table(learn_schema()),
         "adjusted": adjusted_table(),
     }
 

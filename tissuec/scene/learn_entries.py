@@ -6,11 +6,12 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf, Whole
+from tissuec.integrators import INTEGRATORS, Integrator
 from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
+from tissuec.plan import AUTOMATIC
 from tissuec.scene.quantities import FIBRE_MODULUS, POISSONS_RATIO, QUANTITIES
+from tissuec.scene.schema import Entry, with_choices
 
-#: Where steps are learnt through: the methods that can be.
-STEPPING = ("automatic", "velocity verlet", "trbdf2", "esdirk43", "dop853")
 METHODS = ("automatic", "least squares", "l-bfgs-b")
 SCALED, ABSOLUTE = "scaled", "absolute"
 
@@ -119,9 +120,23 @@ class LearnSettings(Struct, frozen=True):
     seed: Annotated[int, Whole(at_least=0)] = 0
     tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = 1e-9
     step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
-    integrator: Annotated[str, OneOf(STEPPING)] = STEPPING[0]
+    integrator: Annotated[str, OneOf((AUTOMATIC,))] = AUTOMATIC
     method: Annotated[str, OneOf(METHODS)] = METHODS[0]
     error: Annotated[str, OneOf((SCALED, ABSOLUTE))] = SCALED
+
+
+def learn_schema() -> dict[str, Entry]:
+    """Return the settings of a learn block with the integrators that can be differentiated.
+
+    These are all with a tableau but those for scenes without losses, for what is learnt may be
+    a viscosity.
+    """
+    names = (name for name in INTEGRATORS if _is_differentiated(INTEGRATORS[name]))
+    return with_choices(LearnSettings, "integrator", (AUTOMATIC, *names))
+
+
+def _is_differentiated(member: type[Integrator]) -> bool:
+    return member.tableau is not None and not member.conservative
 
 
 #: What limits forces at which springs break: there is no slope to follow.

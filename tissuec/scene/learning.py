@@ -13,7 +13,7 @@ from tissuec.scene.declarations import Declarations, Declared, without
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_data import DataReader
-from tissuec.scene.learn_entries import SENTENCES, LearnSettings
+from tissuec.scene.learn_entries import SENTENCES, LearnSettings, learn_schema
 from tissuec.scene.learn_model import ADJUST, AXES, FIT, WrittenLesson
 from tissuec.scene.parameters import Constants
 from tissuec.scene.vocabulary import Vocabulary
@@ -97,7 +97,7 @@ class LessonReader:
         entry = self._entry(item)
         assert isinstance(item, s.Assign | s.Sentence | s.Block)
         if entry is None:
-            settings = schema.entries_of(LearnSettings)
+            settings = learn_schema()
             found = schema.find_entry(settings, item, self.scope, what=self.what)
             self._once(found.name, item)
             self.values[found.field] = schema.read_entry(found, item, self.scope)
@@ -130,7 +130,7 @@ class LessonReader:
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
             self.findings.reject("TIS303", f"this cannot stand in {self.what}", item.span)
         words = s.key_of(item.name.words)
-        known = (*SENTENCES, *schema.entries_of(LearnSettings))
+        known = (*SENTENCES, *learn_schema())
         for entry in known:
             if words == entry or words.startswith(f"{entry} "):
                 self._refuse_binding(item)

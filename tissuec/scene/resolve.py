@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
-from tissuec.plan import Simulation
+from tissuec.plan import AUTOMATIC, Simulation
 from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
@@ -17,7 +17,7 @@ from tissuec.scene.learning import read_lessons
 from tissuec.scene.members import read_force, read_tool
 from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
 from tissuec.scene.parameters import Constants, read_overrides
-from tissuec.scene.settings import AUTOMATIC, read_environment, read_simulation
+from tissuec.scene.settings import read_environment, read_simulation
 from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary

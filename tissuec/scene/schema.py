@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NoReturn, TypeVar
 
+import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
@@ -81,6 +82,20 @@ def entries_of(cls: type) -> dict[str, Entry]:
         entries[name] = Entry(
             name, field.name, kinds[0], field.default, about.get(field.name, "")
         )
+    return entries
+
+
+def with_choices(cls: type, name: str, choices: Iterable[str]) -> dict[str, Entry]:
+    """Return the entries that a class declares, one of them with the names of a family.
+
+    Args:
+        cls: See ``entries_of``.
+        name: Of the entry, in the language.
+        choices: What can be written there; other packages may add to them.
+    """
+    entries = entries_of(cls)
+    kind = OneOf(tuple(choices), opens=True)
+    entries[name] = msgspec.structs.replace(entries[name], kind=kind)
     return entries
 
 

@@ -16,7 +16,7 @@ from tissuec.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
 from tissuec.lang.heading import last_line
 from tissuec.network import Floats
-from tissuec.plan import RELAXATION, Simulation
+from tissuec.plan import AUTOMATIC, RELAXATION, Simulation
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
@@ -26,7 +26,6 @@ from tissuec.scene.model import ContactLaw, Environment
 
 DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
-AUTOMATIC = "automatic"
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
 
 
@@ -240,11 +239,8 @@ def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
 
 def simulate_schema() -> dict[str, schema.Entry]:
     """Return the entries of simulate with the integrators there are."""
-    entries = schema.entries_of(SimulateEntries)
-    old = entries["integrator"]
-    names = OneOf((AUTOMATIC, *INTEGRATORS, RELAXATION), opens=True)
-    entries["integrator"] = schema.Entry(old.name, old.field, names, old.default, old.about)
-    return entries
+    names = (AUTOMATIC, *INTEGRATORS, RELAXATION)
+    return schema.with_choices(SimulateEntries, "integrator", names)
 
 
 def _single(
