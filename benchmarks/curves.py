@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import tissuec
 from benchmarks.publishing import publish, write_option
 from tissuec.core.markdown import table
-from tissuec.network import Network
+from tissuec.model.network import Network
 
 SIDES = np.array([40e-3, 20e-3, 20e-3])
 THICKNESS = 1e-3

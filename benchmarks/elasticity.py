@@ -21,7 +21,7 @@ from benchmarks.publishing import publish, tell, write_option
 from tests.matter.elastic import moved, stiffness
 from tests.matter.shapes import as_vtk, tetrahedra
 from tissuec.core.markdown import table
-from tissuec.network import Floats, Network
+from tissuec.model.network import Floats, Network
 
 YOUNG, RATIO, DENSITY = 10e3, 0.25, 1000.0
 SHEAR = YOUNG / (2.0 * (1.0 + RATIO))

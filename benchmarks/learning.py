@@ -21,7 +21,7 @@ from tests.learn.test_motion import apart_from_long_doubles, motion_of
 from tests.learn.tubes import tube
 from tissuec.core.markdown import table
 from tissuec.core.source import Source
-from tissuec.learn.learning import learn
+from tissuec.learn.fit.learning import learn
 from tissuec.pipeline import Request, compile_request
 
 CART = DOCS / "examples" / "learning" / "cart.tis"

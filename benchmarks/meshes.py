@@ -14,13 +14,13 @@ import tissuec
 from benchmarks.publishing import publish, tell, write_option
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
 from tissuec.core.markdown import table
-from tissuec.courses import Course
 from tissuec.forces.volume import Enclosure
 from tissuec.matter.elasticity import Elasticity
-from tissuec.mechanics import force_on
-from tissuec.network import Network
-from tissuec.situation import Situation
-from tissuec.statics.settling import settle
+from tissuec.mechanics.observables import force_on
+from tissuec.mechanics.settling import settle
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Network
+from tissuec.model.profiles import Course
 
 LENGTH, SIDE = 48.0, 16.0  # of bars and sheets [mm]
 SCENE = """language 1

@@ -22,7 +22,7 @@ from tissuec.bench.bench import Bench, bench
 from tissuec.bench.points import Point
 from tissuec.core.markdown import table
 from tissuec.pipeline import Request, compile_request
-from tissuec.plan import AUTOMATIC
+from tissuec.script.plan import AUTOMATIC
 
 NETS = Path(__file__).with_name("nets")
 BOUNDS = (1e-2, 1e-4, 1e-8)

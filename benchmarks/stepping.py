@@ -5,13 +5,13 @@ import time
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.prediction import situation_at_start
 from tissuec.core.source import Source
 from tissuec.engine.engine import Engine
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Method
-from tissuec.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
-from tissuec.prediction import situation_at_start
 
 REPEATS = 7
 WORK = 4e7  # evaluations times springs of one measurement

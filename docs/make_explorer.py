@@ -15,8 +15,8 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from tissuec.core.resources import library
-from tissuec.explorer.page import document, render
 from tissuec.pipeline import Request
+from tissuec.view.explorer.page import document, render
 
 PLACE = Path(__file__).resolve().parent / "figures" / "explorer.png"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

@@ -25,22 +25,22 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from PIL import Image
 
-from tissuec import plots
-from tissuec.core import looks
+from tissuec.core import palette
 from tissuec.core.resources import library
 from tissuec.core.source import Source
-from tissuec.drawing.curves import look
-from tissuec.drawing.marks import clusters, mark_events
-from tissuec.drawing.net import draw_skin, draw_springs, tension_colours
-from tissuec.drawing.page import STYLE
-from tissuec.drawing.scale import Scale
-from tissuec.drawing.view import View
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.view import plots
+from tissuec.view.plots.curves import look
+from tissuec.view.plots.marks import clusters, mark_events
+from tissuec.view.plots.net import draw_skin, draw_springs, tension_colours
+from tissuec.view.plots.page import STYLE
+from tissuec.view.plots.projection import View
+from tissuec.view.plots.scale import Scale
 
 FIGURES = Path(__file__).resolve().parent / "figures"
-BLUE, RED, GREEN = looks.SERIES[:3]
+BLUE, RED, GREEN = palette.SERIES[:3]
 TENSION = tension_colours()
 BESIDE = View(-100.0, 10.0)  # from the front, turned a little, so that rings are seen as rings
 ABOVE = View(-110.8, 21.7)

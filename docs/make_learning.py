@@ -20,12 +20,12 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from tests.learn.making import motion
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.core.markdown import fenced, replace_places
-from tissuec.learn.learning import Progress, learn
-from tissuec.learn.outcome import Learnt
-from tissuec.learn.telling.text import as_text
-from tissuec.learn.telling.words import differences, drifts
+from tissuec.learn.fit.learning import Progress, learn
+from tissuec.learn.fit.outcome import Learnt
+from tissuec.learn.report.text import as_text
+from tissuec.learn.report.words import differences, drifts
 from tissuec.pipeline import Request, compile_request
 
 HERE = Path(__file__).resolve().parent

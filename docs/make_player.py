@@ -16,12 +16,12 @@ from playwright.sync_api import sync_playwright
 
 from tissuec.core.resources import library
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.player.animation import write_gif
-from tissuec.player.options import Options
-from tissuec.player.page import render
-from tissuec.player.picture import Painter
-from tissuec.player.reading import read_film
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.animation import write_gif
+from tissuec.view.player.options import Options
+from tissuec.view.player.page import render
+from tissuec.view.player.picture import Painter
+from tissuec.view.player.reading import read_film
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

@@ -15,9 +15,9 @@ from playwright.sync_api import sync_playwright
 
 from tissuec.core.resources import library
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.report.page import render
-from tissuec.report.story import Story
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.report.content import Story
+from tissuec.view.report.page import render
 
 PICTURE = Path(__file__).resolve().parent / "figures" / "report.png"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

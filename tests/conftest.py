@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, settings
 from tests.browser import browser as browser
 from tests.browser import page as page
 from tissuec.core.resources import library
+from tissuec.engine.execution.signals import SIGNALS
 from tissuec.pipeline import Request, Result, compile_request, simulate
-from tissuec.running.interrupting import SIGNALS
 
 # How long an example takes depends on what else the machine does.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])

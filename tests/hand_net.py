@@ -4,11 +4,11 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.source import Source, Span
-from tissuec.courses import Course
 from tissuec.laws import LINEAR
-from tissuec.network import BodyPart, Network, Origin, Provenance
-from tissuec.situation import Situation
-from tissuec.verbs import VERBS, Group, Mover
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import BodyPart, Network, Origin, Provenance
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Group, Mover
 
 
 def span(text="sentence"):

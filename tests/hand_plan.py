@@ -3,11 +3,11 @@
 import numpy as np
 
 from tests.hand_net import order, span
-from tissuec.measures import MEASURES, Subject
-from tissuec.plan import Event, Expectation, Log, Output, Plan, Simulation, Trigger
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.plan import Event, Expectation, Log, Output, Plan, Simulation, Trigger
 
 
 def event(time, sentence, groups=None, *, duration=None, tools=None, **clauses):

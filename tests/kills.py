@@ -153,8 +153,8 @@ def has_checkpoint(partial: Path) -> bool:
 
 def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, object]:
     """Kill and resume runs of a scene until so many were killed; Wrong if it shows."""
+    from tissuec.engine.execution import run as running
     from tissuec.results import writer
-    from tissuec.running import run as running
 
     random_ = random.Random(seed)
     whole, broken = folder / "whole.vtkhdf", folder / "broken.vtkhdf"

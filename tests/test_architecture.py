@@ -38,9 +38,9 @@ def test_light_commands_import_no_heavy_library(name, repository):
 #: What a run imports only if its scene needs it.
 RARE = (
     "tissuec.forces.contact", "tissuec.forces.jets", "tissuec.forces.foundation",
-    "tissuec.compiling.forces", "tissuec.compiling.lessons",
-    "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.plots", "tissuec.drawing",
-    "tissuec.player", "tissuec.report", "tissuec.editor", "tissuec.comparing",
+    "tissuec.compiler.forces", "tissuec.compiler.fit_problems",
+    "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.view.plots",
+    "tissuec.view.player", "tissuec.view.report", "tissuec.lsp", "tissuec.view.compare",
     "scipy.sparse.csgraph", "numba",
 )  # fmt: skip
 PLAIN = """language 1

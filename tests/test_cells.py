@@ -11,15 +11,15 @@ from tests.derivatives import slopes
 from tests.engine.running import Bench
 from tests.hand_net import span
 from tests.validate.scenes import compiled_scene, quantity, validated
-from tissuec import mechanics
-from tissuec.courses import Course
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.engine.stability import spectral_radius
 from tissuec.forces.volume import Enclosure
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
-from tissuec.situation import Situation
-from tissuec.statics.settling import settle
+from tissuec.mechanics import observables
+from tissuec.mechanics.settling import settle
+from tissuec.mechanics.situation import Situation
+from tissuec.model.profiles import Course
 
 KINDS = ("sodium chloride", "caesium chloride", "diamond", "braced cubes")
 CELL, MODULUS = 5e-3, 1e5
@@ -159,7 +159,7 @@ def test_kernels_and_energy_ledger_agree_on_a_block_that_is_shaken():
     bench.situation.position[:] = shaken(net, 0.02)
     ran = bench.run(0.01)
     energies = [
-        float(mechanics.energies(bench.situation, t, x, v).total)
+        float(observables.energies(bench.situation, t, x, v).total)
         for t, x, v in zip(ran.time, ran.position, ran.velocity, strict=True)
     ]
     gap = np.array(energies) - energies[0] - ran.work

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tissuec.core.source import Source
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 PROMISED = 1e-8
 

@@ -8,9 +8,9 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from tests.hand_net import chain, span, start
 from tissuec.core.interpolation import monotone_slopes
-from tissuec.courses import Course
 from tissuec.forces.load import Load, Term
-from tissuec.situation import Motion, Turn
+from tissuec.mechanics.situation import Motion, Turn
+from tissuec.model.profiles import Course
 
 TIMES = np.array([0.0, 0.3, 0.4, 1.0])
 VALUES = np.array([0.0, 2.0, 1.5, 1.5])

@@ -30,22 +30,22 @@ from typing import Any
 import pytest
 from msgspec import Struct, field
 
+from docs.reference.pages import outdated, unused
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.forces import FORCES
-from tissuec.formats import FORMATS
-from tissuec.instruments import INSTRUMENTS
-from tissuec.integrators import INTEGRATORS
+from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang.render import render
 from tissuec.laws import SPRING_LAWS
-from tissuec.measures import MEASURES
-from tissuec.meshes import MESHES
+from tissuec.meshes.formats import FORMATS
+from tissuec.meshes.generators import MESHES
 from tissuec.pipeline import Request, check_request
-from tissuec.plots import PLOTS
-from tissuec.reference.pages import outdated, unused
-from tissuec.surfaces import SURFACES
+from tissuec.script.measures import MEASURES
+from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.verbs import VERBS
 from tissuec.validate.forces import FORMULAS
-from tissuec.verbs import VERBS
+from tissuec.view.plots import PLOTS
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -141,7 +141,7 @@ class Reader(Struct):
         return both.getvalue()
 
     def python(self, block: Block) -> None:
-        if "matplotlib" in block.text or "tissuec.plots" in block.text:
+        if "matplotlib" in block.text or "tissuec.view.plots" in block.text:
             pytest.importorskip("matplotlib").use("Agg")
         for package in ("pandas", "xarray"):
             if f"to_{package}" in block.text:
@@ -252,7 +252,9 @@ def read(tmp_path, monkeypatch, families_stay):
     """Return a function that does what a page says, with its long commands or without."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")
-    monkeypatch.setattr("tissuec.running.companion.STARTING", 1e9)  # what is shown is the same
+    monkeypatch.setattr(
+        "tissuec.engine.execution.companion.STARTING", 1e9
+    )  # what is shown is the same
 
     def read(page, *, whole):
         reader = Reader()
@@ -299,7 +301,7 @@ def anchors(page: Path) -> set[str]:
 
 def test_generated_tables_are_up_to_date():
     stale = [page.name for page in outdated(DOCS)]
-    assert not stale, f"run python -m tissuec.reference: {stale} are out of date"
+    assert not stale, f"run python -m docs.reference: {stale} are out of date"
 
 
 def test_everything_generated_is_shown_somewhere():

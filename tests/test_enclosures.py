@@ -10,14 +10,14 @@ from scipy.integrate import solve_ivp
 from tests.derivatives import slopes
 from tests.engine.running import Bench
 from tests.hand_net import make_net, span
-from tissuec import mechanics
-from tissuec.courses import Course
 from tissuec.engine.stability import spectral_radius
 from tissuec.forces.volume import LARGE, Enclosure, open_edges
-from tissuec.meshes import MESHES
-from tissuec.situation import Situation
-from tissuec.statics.balance import Balance
-from tissuec.statics.settling import settle
+from tissuec.mechanics import observables
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.settling import settle
+from tissuec.mechanics.situation import Situation
+from tissuec.meshes.generators import MESHES
+from tissuec.model.profiles import Course
 
 RADIUS, MODULUS = 0.02, 1e4
 
@@ -189,7 +189,7 @@ def test_a_ball_under_pressure_settles_where_all_forces_balance():
     situation.enclosures = {"net": enclosure.swollen(0.3, Course("constant", 0.0, np.inf))}
     settle(situation, np.ones(net.node_count, dtype=bool))
     still = np.zeros_like(net.position)
-    left = mechanics.inner_forces(situation, 0.0, situation.position, still).node
+    left = observables.inner_forces(situation, 0.0, situation.position, still).node
     left += situation.mass[:, None] * situation.gravity
     largest = np.abs(forces(situation.enclosures["net"], situation.position)).max()
     free = ~situation.held

@@ -92,7 +92,7 @@ def test_the_example_of_an_integrator_passes_the_tests_of_all_integrators(files,
 
 
 def test_tables_list_the_examples_once_they_are_regenerated(extended):
-    run(extended, "tissuec.reference")
+    run(extended, "docs.reference")
     tables = ("tests/test_docs.py", "tests/editor/test_colours.py")
     run_tests(extended, "up_to_date or generated", *tables)
     language = (extended / "docs" / "language.md").read_text(encoding="utf-8")

@@ -12,10 +12,10 @@ from tests.hand_net import make_net, start
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.forces.bending import Hinges, folds
 from tissuec.matter.plate import plate
-from tissuec.mechanics import inner_forces
-from tissuec.meshes.tube import Tube
-from tissuec.statics.settling import settle
-from tissuec.topology import springs_between
+from tissuec.mechanics.observables import inner_forces
+from tissuec.mechanics.settling import settle
+from tissuec.meshes.generators.tube import Tube
+from tissuec.model.topology import springs_between
 from tissuec.validate.forces.folding import Folding
 
 SIZE = 0.01

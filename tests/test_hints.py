@@ -14,10 +14,10 @@ from msgspec.structs import replace
 
 from tests.test_scenes import BAD, request_of
 from tissuec.core.errors import CompileError, Diagnostic, Edit
-from tissuec.editor.desk import Desk
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
+from tissuec.lsp.documents import Desk
 from tissuec.pipeline import Request, check_request
 
 BY_NAME = {path.stem: path for path in BAD}

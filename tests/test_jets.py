@@ -11,17 +11,17 @@ from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
-from tissuec import mechanics
-from tissuec.compiled.calls import kernel_on
-from tissuec.courses import Course
-from tissuec.engine.layout import Layout
+from tissuec.compiler.prediction import skipped
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.forces import acts_of
 from tissuec.forces.jets import Jet, Skin, finest_width, shares
-from tissuec.meshes import MESHES
-from tissuec.network import ToolPart
-from tissuec.prediction import skipped
-from tissuec.situation import Situation
-from tissuec.statics.settling import settle
+from tissuec.kernels.calls import kernel_on
+from tissuec.mechanics import observables
+from tissuec.mechanics.settling import settle
+from tissuec.mechanics.situation import Situation
+from tissuec.meshes.generators import MESHES
+from tissuec.model.network import ToolPart
+from tissuec.model.profiles import Course
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.resting import rest
 
@@ -415,7 +415,7 @@ def test_momentum_and_energy_come_from_the_jet():
     assert np.linalg.norm(ran.position[-1] - ran.position[0], axis=1).max() > 1e-4
     kinetic = 0.5 * (moved * ran.velocity[:, : net.body_nodes]).sum(axis=(1, 2))
     state = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    elastic = mechanics.elastic_energy(state, ran.position, ran.velocity)
+    elastic = observables.elastic_energy(state, ran.position, ran.velocity)
     gap = kinetic + elastic - elastic[0] - (ran.work - ran.dissipated)
     assert np.abs(gap).max() < 1e-6 * np.abs(ran.work).max()
     jet = bench.situation.jets["nozzle"]
@@ -470,7 +470,7 @@ def test_a_membrane_settles_under_a_jet_and_scipy_agrees(tilt):
         situation.jets = {"nozzle": jet_in(net, flow=3.0 * FLOW)}
         solve(situation, np.ones(net.node_count, dtype=bool))
         still = np.zeros_like(net.position)
-        left = mechanics.inner_forces(situation, 0.0, situation.position, still).node
+        left = observables.inner_forces(situation, 0.0, situation.position, still).node
         assert np.abs(left[~situation.held]).max() < 1e-9 * THRUST
         places.append(situation.position)
     sunk = np.abs(places[0] - net.position)[: net.body_nodes].max()

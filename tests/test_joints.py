@@ -5,15 +5,15 @@ import pytest
 
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
-from tissuec import mechanics
-from tissuec.checks import check_all
-from tissuec.compiling.joints import nearest_pairs
+from tissuec.compiler.checks import check_all
+from tissuec.compiler.joints import nearest_pairs
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.engine import CALL_SPRINGS
-from tissuec.measures.moment import Moment
+from tissuec.mechanics import observables
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.script.measures.moment import Moment
 
 MASSES = """language 1
 tissue rope {{ spring constant = 40 N/m; viscosity = {viscosity}; mass = 5 g
@@ -80,7 +80,7 @@ def seam_of(situation):
 
 
 def tension(situation):
-    every = mechanics.tension(situation, situation.position, situation.velocity)
+    every = observables.tension(situation, situation.position, situation.velocity)
     return every[seam_of(situation)]
 
 
@@ -230,7 +230,7 @@ def test_every_spring_of_a_joint_is_drawn_in_to_the_length_and_keeps_balance():
     springs = seam_of(situation)
     assert situation.rest[springs] == pytest.approx(1e-3, rel=1e-12)
     # At rest, the seam and the support of either far edge bear the same force.
-    pull = mechanics.inner_forces(situation, 0.2, situation.position, situation.velocity).node
+    pull = observables.inner_forces(situation, 0.2, situation.position, situation.velocity).node
     first, second = situation.network.ends[springs].T
     along = situation.position[second] - situation.position[first]
     along /= np.linalg.norm(along, axis=1)[:, None]

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tissuec.checks import situation_at_start
-from tissuec.compiler import Compiled
+from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.resources import library
 from tissuec.core.source import Source

@@ -9,10 +9,10 @@ from tests.growth import grows_in_proportion
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.core.units import UnitError
-from tissuec.formats import FormatError, read
-from tissuec.formats.vtu import cells_announced
 from tissuec.learn.data.dialect import find_dialect
 from tissuec.learn.data.naming import unit_of
+from tissuec.meshes.formats import FormatError, read
+from tissuec.meshes.formats.vtu import cells_announced
 from tissuec.pipeline import Request, check_request
 
 LONG = 20_000

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from tests.hand_net import chain, make_net, start
-from tissuec import mechanics
+from tissuec.mechanics import observables
 
 
 def spring_forces(situation, position, velocity):
     """Return the forces on nodes of a net without fields [N]."""
-    return mechanics.inner_forces(situation, 0.0, position, velocity).node
+    return observables.inner_forces(situation, 0.0, position, velocity).node
 
 
 def random_net(seed=0, **parameters):
@@ -30,7 +30,7 @@ def test_tension_is_stiffness_times_stretch_plus_damping_times_closing_speed():
     network = make_net([(0, 0, 0), (3, 4, 0)], [(0, 1)], stiffness=10, damping=2, rest=4)
     velocity = np.array([[1.0, 0, 0], [0, 5.0, 9.0]])
     # u = (0.6, 0.8, 0), w = 0.6 (-1) + 0.8 · 5 = 3.4
-    tension = mechanics.tension(start(network), network.position, velocity)
+    tension = observables.tension(start(network), network.position, velocity)
     assert tension == pytest.approx([10 * 1 + 2 * 3.4])
 
 
@@ -51,8 +51,8 @@ def test_elastic_forces_are_minus_the_gradient_of_the_elastic_energy():
         for axis in range(3):
             shift = np.zeros_like(position)
             shift[node, axis] = step
-            ahead = mechanics.elastic_energy(situation, position + shift, velocity)
-            behind = mechanics.elastic_energy(situation, position - shift, velocity)
+            ahead = observables.elastic_energy(situation, position + shift, velocity)
+            behind = observables.elastic_energy(situation, position - shift, velocity)
             # Central difference: step² times a third derivative, and rounding over the step.
             slope = (ahead - behind) / (2 * step)
             assert force[node, axis] == pytest.approx(-slope, abs=1e-7)
@@ -78,15 +78,15 @@ def test_a_batch_gives_what_each_of_its_states_gives_to_the_last_bit():
     situation.holders["fix"] = np.array([2])
     batch = np.stack([position, 2 * position, position + velocity]), np.stack([velocity] * 3)
     forces = spring_forces(situation, *batch)
-    energies = mechanics.energies(situation, 0.0, *batch)
-    on = mechanics.pull_on(situation, *batch, np.array([1, 5]))
+    energies = observables.energies(situation, 0.0, *batch)
+    on = observables.pull_on(situation, *batch, np.array([1, 5]))
     for sample in range(3):
         state = batch[0][sample], batch[1][sample]
         assert np.array_equal(forces[sample], spring_forces(situation, *state))
-        single = mechanics.energies(situation, 0.0, *state)
+        single = observables.energies(situation, 0.0, *state)
         assert [e[sample] for e in energies] == pytest.approx(list(single), rel=1e-15)
         assert on[sample] == pytest.approx(
-            mechanics.pull_on(situation, *state, np.array([1, 5]))
+            observables.pull_on(situation, *state, np.array([1, 5]))
         )
 
 
@@ -96,7 +96,7 @@ def test_the_pull_on_a_group_is_the_sum_of_the_forces_on_its_nodes():
     situation.alive = np.arange(network.spring_count) % 3 > 0
     nodes = np.array([0, 3, 4])
     forces = spring_forces(situation, position, velocity)
-    pull = mechanics.pull_on(situation, position, velocity, nodes)
+    pull = observables.pull_on(situation, position, velocity, nodes)
     assert pull == pytest.approx(forces[nodes].sum(axis=0))
 
 
@@ -106,12 +106,12 @@ def test_energies_of_a_hanging_chain_count_free_nodes_and_live_springs_only():
     situation.holders["fix"] = np.array([0])
     situation.alive = np.array([True, False])
     velocity = np.ones((3, 3))
-    energies = mechanics.energies(situation, 0.0, network.position, velocity)
+    energies = observables.energies(situation, 0.0, network.position, velocity)
     assert float(energies.kinetic) == pytest.approx(0.5 * (3 + 4) * 3)
     assert float(energies.elastic) == pytest.approx(0.5 * 10 * 0.25)
     assert float(energies.gravity) == pytest.approx(10 * (3 * 1 + 4 * 2))
     assert float(energies.total) == pytest.approx(10.5 + 1.25 + 110)
-    both = mechanics.elastic_energy(
+    both = observables.elastic_energy(
         situation, network.position, network.velocity, np.array([0, 1])
     )
     assert float(both) == pytest.approx(1.25)
@@ -131,7 +131,7 @@ def test_a_net_without_springs_or_nodes_has_no_forces_and_no_energy():
         situation = start(make_net(np.zeros((nodes, 3)), []))
         state = situation.position, situation.velocity
         assert spring_forces(situation, *state).shape == (nodes, 3)
-        assert float(mechanics.energies(situation, 0.0, *state).total) == 0.0
+        assert float(observables.energies(situation, 0.0, *state).total) == 0.0
 
 
 def test_energies_of_a_sample_do_not_depend_on_the_others():
@@ -141,9 +141,9 @@ def test_energies_of_a_sample_do_not_depend_on_the_others():
     situation.gravity = np.array([0.1, 0.2, -9.81])
     random = np.random.default_rng(1)
     many = position + random.normal(size=(37, 8, 3)), velocity + random.normal(size=(37, 8, 3))
-    together = mechanics.energies(situation, 0.0, *many)
+    together = observables.energies(situation, 0.0, *many)
     for sample in range(37):
-        alone = mechanics.energies(situation, 0.0, many[0][sample], many[1][sample])
+        alone = observables.energies(situation, 0.0, many[0][sample], many[1][sample])
         for part, whole in zip(alone, together, strict=True):
             assert part == whole[sample]
 
@@ -152,13 +152,13 @@ def test_forces_are_the_same_however_many_springs_are_looked_at_at_once(monkeypa
     """Sums of several parts differ by rounding; tensions of springs not at all."""
     network, position, velocity = random_net()
     states = np.stack([position, position + 0.1]), np.stack([velocity, 2.0 * velocity])
-    whole = mechanics.inner_forces(start(network), 0.0, *states)
-    monkeypatch.setattr(mechanics, "TOGETHER", 5)
+    whole = observables.inner_forces(start(network), 0.0, *states)
+    monkeypatch.setattr(observables, "TOGETHER", 5)
     assert network.spring_count > 5
-    parts = mechanics.inner_forces(start(network), 0.0, *states)
+    parts = observables.inner_forces(start(network), 0.0, *states)
     assert parts.tension.tobytes() == whole.tension.tobytes()
     assert np.abs(parts.node - whole.node).max() < 1e-14 * np.abs(whole.tension).max()
     some = np.arange(1, network.spring_count, 2)
-    tension = mechanics.tension(start(network), *states, some)
+    tension = observables.tension(start(network), *states, some)
     assert tension.tobytes() == whole.tension[:, some].tobytes()
-    assert mechanics.tension(start(network), *states, some[:0]).shape == (2, 0)
+    assert observables.tension(start(network), *states, some[:0]).shape == (2, 0)

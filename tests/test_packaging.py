@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from tissuec.explorer.page import PARTS, SCRIPTS
+from tissuec.view.explorer.page import PARTS, SCRIPTS
 
 pytest.importorskip("hatchling")
 

@@ -3,10 +3,10 @@
 import pytest
 
 import tissuec
+from tissuec.compiler.prediction import predict, skipped
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
-from tissuec.prediction import predict, skipped
 
 SCENE = """language 1
 tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }

@@ -6,9 +6,9 @@ import time
 
 import pytest
 
-from tissuec import progress
-from tissuec.compiled import loading
-from tissuec.progress import Progress, compiling
+from tissuec.core import progress
+from tissuec.core.progress import Progress, compiling
+from tissuec.kernels import loading
 
 
 class Terminal(io.StringIO):

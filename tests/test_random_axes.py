@@ -11,11 +11,11 @@ from benchmarks.stability.known import find_known
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, OutOfTime
 from tissuec.core.source import Source
+from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.companion import Companion
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 TOLERANCE = 1e-4
 BUDGET = 4.0  # of the processor for a run [s]

@@ -5,11 +5,11 @@ import pytest
 from tests.random_scenes import random_scene
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.companion import Companion
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 from tissuec.validate.validation import validate
 
 

@@ -5,12 +5,12 @@ import pytest
 
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
-from tissuec import mechanics
 from tissuec.core.errors import CompileError
 from tissuec.engine.engine import CALL_SPRINGS
-from tissuec.measures.moment import Moment
-from tissuec.shapes.crossing import crossings
-from tissuec.shapes.nearest import CAPSULE
+from tissuec.geometry.intersections import crossings
+from tissuec.geometry.nearest import CAPSULE
+from tissuec.mechanics import observables
+from tissuec.script.measures.moment import Moment
 
 PIECES, RADIUS, STIFFNESS = 24, 10e-3, 2000.0
 AROUND_ROD = """language 1
@@ -50,7 +50,7 @@ def kinds(outcome):
 
 
 def tension(situation):
-    return mechanics.tension(situation, situation.position, situation.velocity)
+    return observables.tension(situation, situation.position, situation.velocity)
 
 
 # --- a sling around a rod -------------------------------------------------------------------
@@ -510,7 +510,7 @@ def test_only_threads_are_tightened_and_tied():
 def test_moments_of_a_batch_have_their_own_rest_lengths():
     compiled, _, outcome = ran(OPEN.replace("SCRIPT", "at 0 s: fix cord"))
     situation = outcome.situation
-    from tissuec.verbs.tighten import Reel  # what the sentence reads to
+    from tissuec.script.verbs.tighten import Reel  # what the sentence reads to
 
     compiled = compiled_scene(
         OPEN.replace("SCRIPT", "from 0 s to 0.2 s: tighten cord to 20 mm")

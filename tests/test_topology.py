@@ -8,8 +8,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from tests.growth import grows_in_proportion
-from tissuec.meshes import MESHES
-from tissuec.topology import (
+from tissuec.meshes.generators import MESHES
+from tissuec.model.topology import (
     LARGEST_CHECK,
     FloppyModes,
     adjacency,

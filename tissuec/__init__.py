@@ -8,9 +8,8 @@ first used.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
-
 if TYPE_CHECKING:
+    from tissuec.api import check, compile, examine, load, modes, properties, run
     from tissuec.core.errors import (
         CompileError,
         Diagnostic,
@@ -19,9 +18,9 @@ if TYPE_CHECKING:
         TissueError,
         TissueWarning,
     )
-    from tissuec.door import check, compile, examine, load, modes, properties, run
+    from tissuec.core.version import __version__
     from tissuec.results.errors import PlaceError, ResultError
-    from tissuec.results.trajectory import Trajectory
+    from tissuec.view.notebook import Trajectory
 
 __all__ = [
     "CompileError",
@@ -44,9 +43,10 @@ __all__ = [
 ]
 
 _HOMES = {
-    "tissuec.door": ("check", "compile", "examine", "load", "modes", "properties", "run"),
+    "tissuec.api": ("check", "compile", "examine", "load", "modes", "properties", "run"),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
-    "tissuec.results.trajectory": ("Trajectory",),
+    "tissuec.core.version": ("__version__",),
+    "tissuec.view.notebook": ("Trajectory",),
 }
 _ERRORS = "tissuec.core.errors"
 

@@ -19,22 +19,22 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
-from tissuec.checks import check_all
-from tissuec.compiler import Compiled, compile_scene
-from tissuec.compiling.courses import table_texts
+from tissuec.compiler.checks import check_all
+from tissuec.compiler.compile import Compiled, compile_scene
+from tissuec.compiler.profiles import table_texts
 from tissuec.core.data import as_data
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
-from tissuec.integrators.procedures import stated
-from tissuec.plan import Plan
+from tissuec.engine.integrators.procedures import stated
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import DISK, Files, Program, load, read_source
 from tissuec.scene.learning import refuse_without_scene
 from tissuec.scene.resolve import Words, resolve, resolve_words
+from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
-    from tissuec.running.companion import Companion, ErrorEstimate, Launch, Mode
-    from tissuec.running.run import Outcome
+    from tissuec.engine.execution.companion import Companion, ErrorEstimate, Launch, Mode
+    from tissuec.engine.execution.run import Outcome
 
 
 JOB = "job.pickle"  # in the folder of a companion run
@@ -162,12 +162,12 @@ def simulate(
         PlaceError: The file cannot be written there, or there is nothing to resume.
         ResultError: Writing failed later on.
     """
+    from tissuec.engine.execution.companion import Companion, threads_beside
+    from tissuec.engine.execution.recorder import Recorder, wishes
+    from tissuec.engine.execution.run import run
+    from tissuec.engine.execution.signals import asked_to_stop
     from tissuec.results.resuming import find_checkpoint
     from tissuec.results.writer import ResultWriter
-    from tissuec.running.companion import Companion, threads_beside
-    from tissuec.running.interrupting import asked_to_stop
-    from tissuec.running.recording import Recorder, wishes
-    from tissuec.running.run import run
 
     manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
@@ -230,7 +230,7 @@ def step_companion(folder: Path) -> None:
     """Step the companion run that a folder asks for, and leave its positions there."""
     import numpy as np
 
-    from tissuec.running.companion import FINER, ROWS, TIMES, stepped
+    from tissuec.engine.execution.companion import FINER, ROWS, TIMES, stepped
 
     parent = os.getppid()
     request, threads = pickle.loads((folder / JOB).read_bytes())
@@ -294,7 +294,7 @@ def _sources(compiled: Compiled) -> Mapping[str, str]:
 
 def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     """Return what a result says of its origin: the whole text, what was set, and the plan."""
-    from tissuec.prediction import skipped
+    from tissuec.compiler.prediction import skipped
 
     simulation = compiled.plan.simulation
     return {

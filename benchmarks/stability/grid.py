@@ -10,8 +10,8 @@ from benchmarks.stability.cells import Cell
 from benchmarks.stability.verdict import Court, Kind, Verdict
 from tissuec.core.data import as_data
 from tissuec.core.markdown import code, fenced, table
-from tissuec.integrators import INTEGRATORS
-from tissuec.plan import AUTOMATIC, RELAXATION
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.script.plan import AUTOMATIC, RELAXATION
 
 SIGNS: dict[Kind, tuple[str, str]] = {
     "good": ("ok", "as promised"),

@@ -7,11 +7,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.bench.problem import Problem
-from tissuec.bench.starting import situation_at_start
+from tissuec.bench.start import situation_at_start
 from tissuec.bench.trial import Deadline
-from tissuec.network import Floats
-from tissuec.plan import Plan
-from tissuec.validate.observing import Observed, observe
+from tissuec.model.network import Floats
+from tissuec.script.plan import Plan
+from tissuec.validate.engine_run import Observed, observe
 
 
 class Look(Struct, frozen=True, eq=False):

@@ -17,17 +17,17 @@ from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.looking import Look, look
 from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem
-from tissuec.bench.starting import situation_at_start
+from tissuec.bench.start import situation_at_start
 from tissuec.bench.trial import Deadline, Failed, OutOfTime
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
-from tissuec.engine.choice import measured_facts
-from tissuec.integrators import INTEGRATORS
-from tissuec.network import Floats
+from tissuec.engine.execution.companion import FINER
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.method_choice import measured_facts
+from tissuec.mechanics.settling import Unsettled, settle
+from tissuec.model.network import Floats
 from tissuec.pipeline import Request, compile_request
-from tissuec.plan import AUTOMATIC, RELAXATION
-from tissuec.running.companion import FINER
-from tissuec.statics.settling import Unsettled, settle
+from tissuec.script.plan import AUTOMATIC, RELAXATION
 
 Kind = Literal[
     "good", "energy", "measured", "warned", "refused", "slow", "none", "wrong", "crash"

@@ -15,7 +15,7 @@ from benchmarks.stability.verdict import Court
 from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import Problem
 from tissuec.core.source import Source
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
 
 BUDGET = 2.0
@@ -146,8 +146,8 @@ def test_map_is_a_table_with_the_scenes_of_what_is_bad(tmp_path):
     assert "rest 1, `automatic`: it is off" in lines
     assert "language 1" in lines
     pytest.importorskip("matplotlib")
-    from tissuec.drawing.page import save
-    from tissuec.plots import draw
+    from tissuec.view.plots import draw
+    from tissuec.view.plots.page import save
 
     save(draw("stability", grid.as_dict(stress)), tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 1000

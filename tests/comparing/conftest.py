@@ -3,10 +3,10 @@
 import pytest
 
 import tissuec
-from tissuec.comparing.comparison import compare
-from tissuec.comparing.sides import of_result, of_scene
 from tissuec.core.source import Source
 from tissuec.pipeline import Request
+from tissuec.view.compare.comparison import compare
+from tissuec.view.compare.sides import of_result, of_scene
 
 
 @pytest.fixture
@@ -50,6 +50,6 @@ def compared(scene, first_run):
 @pytest.fixture(scope="session")
 def told():
     """Return a comparison as the text that people read."""
-    from tissuec.comparing.wording import as_text
+    from tissuec.view.compare.text import as_text
 
     return lambda found: "\n".join(as_text(found))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.comparing.scenes import AMPLITUDE, OSCILLATOR
-from tissuec.comparing.curves import compare_logs
 from tissuec.results.logs import Jumps
+from tissuec.view.compare.curves import compare_logs
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")  # idle sets
 

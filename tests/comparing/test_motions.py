@@ -11,9 +11,9 @@ import tissuec
 from tests.comparing.scenes import AMPLITUDE, FALLING, OSCILLATOR, TEARING, omega
 from tests.door.scenes import PULL
 from tissuec.cli.common import _plain
-from tissuec.comparing.comparison import compare
-from tissuec.comparing.data import as_dict
-from tissuec.comparing.sides import of_result
+from tissuec.view.compare.comparison import compare
+from tissuec.view.compare.data import as_dict
+from tissuec.view.compare.sides import of_result
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")  # idle sets
 

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.comparing.scenes import TABLES
-from tissuec.comparing.comparison import compare
-from tissuec.comparing.matching import match_nodes, match_springs
-from tissuec.comparing.parameters import ROUNDING, relative_difference
+from tissuec.view.compare.comparison import compare
+from tissuec.view.compare.matching import match_nodes, match_springs
+from tissuec.view.compare.parameters import ROUNDING, relative_difference
 
 NUMBERS = st.floats(-1e6, 1e6) | st.just(np.inf)
 

@@ -5,14 +5,14 @@ import pytest
 from msgspec.structs import replace
 
 from tests.hand_net import make_net
-from tissuec.compiled.tables import RecordTable
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import INTEGRATORS, banded
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.engine.operations import FUNCTIONS, OPERATIONS, operations
 from tissuec.forces import springs_kernel
-from tissuec.integrators import INTEGRATORS, banded
+from tissuec.kernels.record_tables import RecordTable
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 NODES, SPRINGS = 9, 24
 CURVED = Law(

@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from tissuec.compiled import formulas
+from tissuec.kernels import compiled_laws
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W, with_modulus
 from tissuec.laws.code import ARGUMENTS, functions
 from tissuec.laws.formula import Applied, Choice, Variable, VariablePower, apply, exp
@@ -51,7 +51,7 @@ LAWS = (LINEAR, *named(), *FREE)
 def test_compiled_laws_do_what_their_formulas_say(name):
     count = len(ARGUMENTS[name])
     kinds = [ctypes.c_int32, *(ctypes.c_double for _ in range(count)), ctypes.c_void_p]
-    address = formulas.address(name, LAWS)
+    address = compiled_laws.address(name, LAWS)
     compiled = ctypes.CFUNCTYPE(ctypes.c_double, *kinds)(address)
     plain = functions(LAWS)[name]
     for law in range(len(LAWS)):
@@ -74,9 +74,9 @@ def evaluated(function, law, values):
 
 
 def test_laws_are_translated_once():
-    assert formulas.address("pull", LAWS) == formulas.address("pull", LAWS)
+    assert compiled_laws.address("pull", LAWS) == compiled_laws.address("pull", LAWS)
     other = (LINEAR, Law("other", 2.0 * C * E, LINEAR.viscous))
-    assert formulas.address("pull", other) != formulas.address("pull", LAWS)
+    assert compiled_laws.address("pull", other) != compiled_laws.address("pull", LAWS)
 
 
 def test_a_formula_of_another_kind_is_refused():
@@ -85,4 +85,4 @@ def test_a_formula_of_another_kind_is_refused():
 
     law = Law("unknown", C * E + Unknown("x"), LINEAR.viscous)
     with pytest.raises(KeyError):
-        formulas.translated((LINEAR, law))
+        compiled_laws.translated((LINEAR, law))

@@ -5,11 +5,11 @@ import shutil
 
 import pytest
 
-from tissuec.building.exporting import SOURCES, bundles
-from tissuec.compiled import loading
-from tissuec.compiled.bundles import BUNDLES
-from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
 from tissuec.core.resources import digest_of
+from tissuec.engine.codegen.export import SOURCES, bundles
+from tissuec.kernels import loading
+from tissuec.kernels.bundles import BUNDLES
+from tissuec.kernels.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
 
 MODULE = """
 define double @twice(double %x) {
@@ -33,7 +33,9 @@ def twice():
 
 
 def test_what_is_shipped_is_made_of_these_sources():
-    assert loading.index()["sources"] == digest_of(SOURCES), "run: python -m tissuec.building"
+    assert loading.index()["sources"] == digest_of(SOURCES), (
+        "run: python -m tissuec.engine.codegen"
+    )
 
 
 def test_every_operation_every_method_and_every_field_is_shipped():

@@ -4,9 +4,9 @@ import numba
 import numpy as np
 import pytest
 
-import tissuec.building.typing  # noqa: F401  # how Numba understands tables
-from tissuec.compiled.tables import RecordTable, layout
+import tissuec.engine.codegen.numba_types  # noqa: F401  # how Numba understands tables
 from tissuec.kernels import records
+from tissuec.kernels.record_tables import RecordTable, layout
 
 NUMBERS = {float: 2.5, int: -3, bool: True}
 

@@ -5,16 +5,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tests.validate.scenes import compiled_scene
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source, Span
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import Outcome, run
 from tissuec.forces.contact import Contact
 from tissuec.forces.contact_kernel import touch
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import Outcome, run
-from tissuec.shapes.inclusion import shared_elements
-from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
-from tissuec.strands import Edges
+from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.inclusion import shared_elements
+from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 
 class Played(Struct):

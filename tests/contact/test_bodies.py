@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.contact.scenes import bodies, contact_with, gap_of_balance, play
-from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
+from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 BALLS = """language 1
 tissue rubber {{ spring constant = 300 N/m; viscosity = 0 N*s/m; mass = 0.3 g }}

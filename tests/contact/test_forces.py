@@ -8,7 +8,7 @@ import pytest
 from tests.contact.scenes import MEETING, by_loops, contact_of, meeting
 from tests.derivatives import slopes
 from tests.validate.scenes import compiled_scene
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 COUNT = 100  # points of the cloud
 STATES = range(3)

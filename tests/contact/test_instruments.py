@@ -5,10 +5,10 @@ import pytest
 
 from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
-from tissuec.instruments import INSTRUMENTS
-from tissuec.measures import MEASURES, Subject
-from tissuec.measures.moment import Moment
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.tools import INSTRUMENTS
 
 #: A sample of each kind; ``SHAPED`` touch the block, from (0, 0, 0) to (20, 20, 10) mm.
 SAMPLES = {

@@ -5,10 +5,10 @@ import pytest
 from scipy.optimize import brentq
 
 from tissuec.core.source import Source
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 GRIP = "grip of clamp"
 STRUT = """language 1

@@ -6,10 +6,10 @@ import pytest
 from tests.contact.scenes import bodies, play
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
+from tissuec.compiler.prediction import skipped
 from tissuec.engine.engine import CALL_SPRINGS
-from tissuec.engine.layout import Layout
-from tissuec.prediction import skipped
-from tissuec.situation import Situation
+from tissuec.engine.kernel_inputs import Layout
+from tissuec.mechanics.situation import Situation
 
 PRESSED = """language 1
 tissue flesh {{ spring constant = 200 N/m; viscosity = {viscosity}; mass = 0.2 g }}

@@ -3,10 +3,10 @@
 import pytest
 
 from tissuec.core.source import Source
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 BALL = """body thing {
   mesh is sphere { centre = (0, 0, 0) mm; radius = 8 mm; subdivisions = 2; interior is none }

@@ -6,8 +6,8 @@ from msgspec.structs import replace
 from scipy.spatial import Delaunay
 
 from tests.contact.scenes import by_loops, contact_with
-from tissuec.shapes.inclusion import shared_elements, weights
-from tissuec.shapes.nearest import CAPSULE, TRIANGLE
+from tissuec.geometry.inclusion import shared_elements, weights
+from tissuec.geometry.nearest import CAPSULE, TRIANGLE
 
 RADIUS, STIFFNESS, LAYER = 0.1, 50.0, 0.05  # of ``contact_with``
 

@@ -197,9 +197,9 @@ def player(monkeypatch):
         return '<iframe srcdoc="&lt;p&gt;the player&lt;/p&gt;"></iframe>'
 
     for name, member in (("options", Options), ("page", fragment)):
-        module = types.ModuleType(f"tissuec.player.{name}")
+        module = types.ModuleType(f"tissuec.view.player.{name}")
         setattr(module, member.__name__, member)
-        monkeypatch.setitem(sys.modules, f"tissuec.player.{name}", module)
+        monkeypatch.setitem(sys.modules, f"tissuec.view.player.{name}", module)
     return asked
 
 
@@ -217,20 +217,20 @@ def test_what_is_shown_is_escaped(player):
 
 
 def test_many_frames_are_thinned_and_said_to_be(pulled, player, monkeypatch):
-    from tissuec.results import showing
+    from tissuec.view import notebook
 
-    monkeypatch.setattr(showing, "MOST_POSITIONS", 15)
+    monkeypatch.setattr(notebook, "MOST_POSITIONS", 15)
     assert "5 of 21 frames are shown; tissuec view" in pulled._repr_html_()
     assert player[0][1] == 5
 
 
 def test_what_is_too_large_for_a_notebook_is_a_sentence(pulled, player, monkeypatch):
-    from tissuec.results import showing
+    from tissuec.view import notebook
 
-    monkeypatch.setattr(showing, "LARGEST", 10)
+    monkeypatch.setattr(notebook, "LARGEST", 10)
     shown = pulled._repr_html_()
     assert "too large for a notebook" in shown and "<table" in shown and "iframe" not in shown
-    monkeypatch.setattr(showing, "MOST_NODES", 2)
+    monkeypatch.setattr(notebook, "MOST_NODES", 2)
     assert "3 nodes are too many for a notebook" in pulled._repr_html_()
     assert len(player) == 1  # a page that will not be shown is not made
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from tissuec.core.resources import library, root
-from tissuec.editor.desk import Desk
-from tissuec.editor.views import View, view_of
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.views import View, view_of
 
 LIBRARY = sorted(library().glob("*/*.tis"))
 SCENES = Path(__file__).parent.parent / "scenes"

@@ -6,20 +6,20 @@ from itertools import pairwise
 
 import pytest
 
+from docs.reference.pages import outdated_grammars
 from tests.editor.desks import BAD, GOOD, LIBRARY
 from tests.editor.textmate import Engine
 from tissuec.core.units import SYMBOLS
-from tissuec.editor.colours import KINDS, tokens
-from tissuec.editor.folder import contents
-from tissuec.editor.highlighting import SCOPES, grammar
 from tissuec.lang.words import RESERVED
-from tissuec.measures import MEASURES
-from tissuec.reference.pages import outdated_grammars
+from tissuec.lsp.highlighting import SCOPES, grammar
+from tissuec.lsp.semantic_tokens import KINDS, tokens
+from tissuec.lsp.vscode import contents
 from tissuec.scene import meanings
 from tissuec.scene.bodies import BODY_ENTRIES, ENTRIES
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.joints import ENTRIES as JOINT_ENTRIES
-from tissuec.verbs import VERBS
+from tissuec.script.measures import MEASURES
+from tissuec.script.verbs import VERBS
 
 SCENE = """language 1
 param lift = 6 mm  # how far
@@ -88,7 +88,7 @@ def test_the_grammar_for_editors_colours_alike():
 
 def test_the_files_for_editors_are_up_to_date():
     stale = [str(path) for path in outdated_grammars()]
-    assert not stale, f"run python -m tissuec.reference: {stale} are out of date"
+    assert not stale, f"run python -m docs.reference: {stale} are out of date"
 
 
 def test_the_files_for_editors_are_json_and_name_files_that_are_there(repository):

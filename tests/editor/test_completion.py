@@ -3,9 +3,9 @@
 import pytest
 
 from tests.editor.desks import GOOD, LIBRARY, MARK, asked, shipped
-from tissuec.editor.completion import complete
-from tissuec.editor.desk import Desk
-from tissuec.editor.views import view_of
+from tissuec.lsp.completion import complete
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.views import view_of
 
 HEAD = 'language 1\nuse "tissues/fallopian_tube"\nparam lift = 6 mm\nparam pause = 1 s\n'
 BODY = "body oviduct { mesh is tube { rings = 16 }; tissue is fallopian tube }\n"

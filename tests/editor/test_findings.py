@@ -7,14 +7,14 @@ import pytest
 from tests.editor.desks import BAD, GOOD, LIBRARY, asked
 from tests.growth import calls
 from tissuec.cli.check import _check
-from tissuec.editor import completion, navigation
-from tissuec.editor.colours import tokens
-from tissuec.editor.desk import Desk
-from tissuec.editor.findings import check
-from tissuec.editor.hover import hover
-from tissuec.editor.layout import formatted
-from tissuec.editor.views import view_of
 from tissuec.lang.render import as_dict
+from tissuec.lsp import completion, navigation
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.findings import check
+from tissuec.lsp.hover import hover
+from tissuec.lsp.layout import formatted
+from tissuec.lsp.semantic_tokens import tokens
+from tissuec.lsp.views import view_of
 
 NET = """language 1
 use "./words"

@@ -3,12 +3,12 @@
 import pytest
 
 from tests.editor.desks import LIBRARY, asked, shipped
+from tissuec.compiler.provenance import explain_tissue
 from tissuec.core.resources import library
-from tissuec.editor.desk import Desk
-from tissuec.editor.findings import check
-from tissuec.editor.hover import hover
-from tissuec.editor.views import view_of
-from tissuec.provenance import explain_tissue
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.findings import check
+from tissuec.lsp.hover import hover
+from tissuec.lsp.views import view_of
 
 STERILISATION = shipped("scenes/sterilisation.tis")
 TUBE = "tissues/fallopian_tube"

@@ -5,10 +5,10 @@ import pytest
 from tests.editor.desks import LIBRARY, asked, shipped
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
-from tissuec.editor import navigation
-from tissuec.editor.desk import Desk
-from tissuec.editor.findings import check
-from tissuec.editor.views import view_of
+from tissuec.lsp import navigation
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.findings import check
+from tissuec.lsp.views import view_of
 
 SCENE = """language 1
 use "./words"

@@ -2,8 +2,8 @@
 
 import pytest
 
-from tissuec.editor.positions import Positions
 from tissuec.lang.characters import normalise
+from tissuec.lsp.positions import Positions
 
 ODD = '\ufefflanguage 1\r\nabout "Gänse 𝄞 😀" # cafe\u0301 x\r\nparam ä = 1 mm # 😀\rlet b = 2'
 

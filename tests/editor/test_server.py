@@ -15,8 +15,8 @@ import pytest
 
 from tests.editor.desks import BAD, LIBRARY, SCENES
 from tissuec.cli.check import _check
-from tissuec.editor.layout import formatted
 from tissuec.lang.render import as_dict
+from tissuec.lsp.layout import formatted
 
 pytest.importorskip("pygls.lsp.server")
 from lsprotocol import types as lsp
@@ -342,7 +342,7 @@ def test_without_pygls_the_command_says_what_to_install():
 
 def test_no_other_command_imports_the_protocol():
     code = (
-        "import sys, tissuec.cli.check, tissuec.editor.colours; "
+        "import sys, tissuec.cli.check, tissuec.lsp.semantic_tokens; "
         "sys.exit(any(m.split('.')[0] in ('pygls', 'lsprotocol') for m in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT).returncode == 0

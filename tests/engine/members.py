@@ -2,7 +2,7 @@
 
 import pytest
 
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
 
 # What promises nothing is offered for fidelity, and has tests of its own.
 MEMBERS = sorted(name for name in INTEGRATORS if INTEGRATORS[name].promises)

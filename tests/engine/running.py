@@ -4,15 +4,15 @@ import numpy as np
 from msgspec import Struct
 
 from tests.hand_net import make_net, span
-from tissuec.compiled.tables import RecordTable
-from tissuec.courses import Course
 from tissuec.engine.engine import Engine
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.engine.method import Interruption, Method
 from tissuec.engine.operations import OPERATIONS, operations
 from tissuec.forces.load import Load, Term
-from tissuec.integrators import INTEGRATORS
-from tissuec.situation import Motion, Situation, Turn
+from tissuec.kernels.record_tables import RecordTable
+from tissuec.mechanics.situation import Motion, Situation, Turn
+from tissuec.model.profiles import Course
 
 TIERS = ("interpreted", "compiled")
 EVERLASTING = Course("constant", 0.0, np.inf)

@@ -9,7 +9,7 @@ from tests.engine.members import those
 from tests.engine.running import Bench, chain, pair
 from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
-from tissuec.engine.contest import Contest
+from tissuec.engine.method_trial import Contest
 from tissuec.engine.state import new_progress
 from tissuec.forces import Imposed
 from tissuec.forces.foundation import Bed
@@ -48,7 +48,7 @@ def test_conservative_member_gives_way_where_energy_is_lost(method, cause):
 @pytest.fixture
 def explicit_first(monkeypatch):
     """Let runs begin explicitly, however damped the net is."""
-    monkeypatch.setattr("tissuec.engine.choice.CREEPING", np.inf)
+    monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", np.inf)
 
 
 def stiff(**asked):
@@ -100,7 +100,7 @@ def bed():
 
 @pytest.mark.parametrize("creeping", [np.inf, 4.0])
 def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
-    monkeypatch.setattr("tissuec.engine.choice.CREEPING", creeping)
+    monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", creeping)
     monkeypatch.setattr("tissuec.engine.engine.PATIENT", 0.3)
     bench = stiff()
     bench.situation.forces = (bed(),)

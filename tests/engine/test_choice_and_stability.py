@@ -8,11 +8,11 @@ import pytest
 from msgspec.structs import replace
 
 from tests.engine.running import block, chain, pair, tube
-from tissuec.engine.choice import choose
 from tissuec.engine.method import Method
+from tissuec.engine.method_choice import choose
 from tissuec.engine.numbering import SMALL, node_order
 from tissuec.engine.stability import damping_radius, spectral_radius, verlet_limit
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 
 def never():

@@ -5,7 +5,7 @@ import pytest
 
 from tests.engine.running import TIERS, Bench, chain, pair
 from tests.hand_net import make_net
-from tissuec.courses import Course
+from tissuec.model.profiles import Course
 
 
 def relaxation(ratio, omega, time):

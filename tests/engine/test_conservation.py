@@ -5,8 +5,8 @@ import pytest
 
 from tests.engine.members import MEMBERS, ON_TIERS, affordable, brakes, those
 from tests.engine.running import Bench, block, lifted_tube, pair
-from tissuec.courses import Course
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.model.profiles import Course
 
 
 @pytest.mark.parametrize("method", MEMBERS)

@@ -10,7 +10,7 @@ from tests.engine.members import affordable, those
 from tests.engine.running import Bench
 from tests.hand_net import make_net
 from tests.integrators.test_orders import COUNTS, EXACTLY, slope
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.laws import LINEAR, REST, D, E, Law, W
 from tissuec.laws.formula import apply
 

@@ -6,10 +6,10 @@ import pytest
 from tests.engine.members import MEMBERS, ON_TIERS, affordable, brakes, those
 from tests.engine.running import TIERS, Bench, block, chain, lifted_tube, pair
 from tests.hand_net import make_net
-from tissuec.courses import Course
+from tissuec.engine.backends import default_tier
 from tissuec.engine.engine import CALL_SPRINGS
-from tissuec.engine.tiers import default_tier
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.model.profiles import Course
 
 
 def suited_tube(method, duration=0.2, **asked):
@@ -290,7 +290,7 @@ def test_absurd_implicit_steps_are_told_and_nothing_undefined_is_recorded(method
 @pytest.mark.parametrize("method", those(implicit=True))
 def test_fixed_implicit_steps_that_cannot_be_solved_are_stuck(method, monkeypatch):
     # Newton's method must not begin: a round more than none is needed for what is not linear.
-    monkeypatch.setattr("tissuec.integrators.dirk.ITERATIONS", 1)
+    monkeypatch.setattr("tissuec.engine.integrators.dirk.ITERATIONS", 1)
     net = block(shrink=0.9, spin=(30.0, 70.0, 10.0))
     bench = Bench(net, 1.0, method=method, step=0.01, tolerance=1e-9)
     end = bench.advance(1.0)

@@ -7,10 +7,10 @@ from scipy.special import ellipj
 from tests.engine.members import MEMBERS, affordable, viscosities
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tissuec.engine.layout import Layout
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 MASS, C, REST = 0.01, 4.0, 1.0
 TIGHT = 1e-10

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.engine.running import Bench, Course, chain, pair
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
 
 METHODS = sorted(INTEGRATORS)
 SMOOTH = Course("smooth", 0.0, 0.1)

@@ -7,10 +7,10 @@ from tests.engine.members import MEMBERS, ON_TIERS
 from tests.engine.running import Bench
 from tests.engine.test_conservation import energy
 from tests.hand_net import make_net
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.forces.springs_kernel import slack
-from tissuec.integrators import INTEGRATORS
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 MASS, STIFFNESS, REST, SPEED = 1e-3, 400.0, 0.01, 20.0
 OMEGA = np.sqrt(2.0 * STIFFNESS / MASS)

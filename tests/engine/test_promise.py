@@ -6,7 +6,7 @@ import pytest
 from tests.engine.running import Bench, block, chain, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_net import make_net
-from tissuec.courses import Course
+from tissuec.model.profiles import Course
 
 TIMES = 400
 

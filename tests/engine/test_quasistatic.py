@@ -10,11 +10,11 @@ from tests.hand_net import chain, make_net, table
 from tests.hand_plan import carry_out, event, expect, make_plan, when
 from tests.statics.test_settling import residual
 from tests.whole_runs import AfterAsking
-from tissuec.integrators.procedures import RelaxationChoices
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.engine.integrators.procedures import RelaxationChoices
 from tissuec.laws import LINEAR, SPRING_LAWS, Law
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 DOWN = (0.0, 0.0, -9.81)
 DRAWN = {"net": [0, 1, 2, 3], "nail": [0], "hand": [3]}

@@ -8,8 +8,8 @@ import pytest
 from tests.engine.members import MEMBERS, ON_TIERS, affordable, those
 from tests.engine.running import TIERS, Bench, block, chain, pair
 from tests.hand_net import make_net
-from tissuec.courses import Course
-from tissuec.engine.within import Within
+from tissuec.engine.step_events import Within
+from tissuec.model.profiles import Course
 
 
 def break_and_go_on(bench, until):

@@ -12,12 +12,12 @@ import tissuec
 from tests.hand_net import make_net
 from tests.validate.scenes import compiled_scene
 from tissuec.core import processors
-from tissuec.engine import team
+from tissuec.engine import threads
 from tissuec.engine.engine import Engine
+from tissuec.engine.execution.companion import threads_beside
 from tissuec.engine.method import Method
-from tissuec.engine.team import PARTS, Team, useful
-from tissuec.running.companion import threads_beside
-from tissuec.situation import Situation
+from tissuec.engine.threads import PARTS, Team, useful
+from tissuec.mechanics.situation import Situation
 
 #: Enough nodes for five blocks of springs in runs.
 SCENE = """language 1
@@ -61,7 +61,7 @@ def heap():
 
 @pytest.fixture
 def keen(monkeypatch):
-    monkeypatch.setattr(team, "LEAST_SPRINGS", 1)
+    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
 
 
 def shaken(network, name, threads, *, steps=6):
@@ -87,9 +87,9 @@ def test_every_number_is_the_same_to_the_last_bit(net, name, keen, request):
     network = request.getfixturevalue(net)
     expected, engine = shaken(network, name, 1)
     assert engine.statistics.threads == 1
-    for threads in (2, 5):
-        found, engine = shaken(network, name, threads)
-        assert engine.statistics.threads == threads
+    for number in (2, 5):
+        found, engine = shaken(network, name, number)
+        assert engine.statistics.threads == number
         for one, other in zip(found, expected, strict=True):
             assert np.array_equal(one, other)
 
@@ -132,9 +132,9 @@ def test_a_scene_runs_the_same_on_any_number_of_threads(keen):
 
 
 def test_small_nets_keep_no_thread_busy():
-    assert useful(8, 2 * team.LEAST_SPRINGS - 1) == 1
-    assert useful(8, 3 * team.LEAST_SPRINGS) == 3
-    assert useful(2, 100 * team.LEAST_SPRINGS) == 2
+    assert useful(8, 2 * threads.LEAST_SPRINGS - 1) == 1
+    assert useful(8, 3 * threads.LEAST_SPRINGS) == 3
+    assert useful(2, 100 * threads.LEAST_SPRINGS) == 2
 
 
 def test_loops_have_a_part_for_every_thread_that_is_held_up():
@@ -146,9 +146,9 @@ def test_loops_have_a_part_for_every_thread_that_is_held_up():
     ("mode", "threads"), [("off", 6), ("inline", 6), ("auto", 3), ("process", 3)]
 )
 def test_a_companion_beside_the_run_gets_half_of_the_processors(mode, threads, monkeypatch):
-    monkeypatch.setattr("tissuec.running.companion.permitted", lambda: 6)
+    monkeypatch.setattr("tissuec.engine.execution.companion.permitted", lambda: 6)
     assert threads_beside(mode) == threads
-    monkeypatch.setattr("tissuec.running.companion.permitted", lambda: 1)
+    monkeypatch.setattr("tissuec.engine.execution.companion.permitted", lambda: 1)
     assert threads_beside(mode) == 1
 
 

@@ -37,7 +37,7 @@ def script(request: pytest.FixtureRequest) -> Callable[[str, Any], Any]:
 
 def code() -> str:
     """Return the plain scripts."""
-    folder = files("tissuec.explorer")
+    folder = files("tissuec.view.explorer")
     return "\n".join(folder.joinpath(name).read_text(encoding="utf-8") for name in PLAIN)
 
 

@@ -12,10 +12,10 @@ from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
 from tissuec.core.source import Source
-from tissuec.explorer.page import document, render
-from tissuec.explorer.tables import tables
 from tissuec.lang.words import written_name
 from tissuec.pipeline import Request, read_words
+from tissuec.view.explorer.page import document, render
+from tissuec.view.explorer.tables import tables
 
 WORDS = """language 1
 property firmness from 0 to 1 { evenly = [soft, hard] }

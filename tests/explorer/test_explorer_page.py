@@ -11,15 +11,15 @@ from click.testing import CliRunner
 
 from tests.explorer.vocabularies import of_file, vocabulary
 from tissuec.cli import group
+from tissuec.compiler.provenance import shown_value
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.core.units import STIFFNESS, parse_unit, show
-from tissuec.explorer.page import document, render
 from tissuec.fuzzy.hedges import hedged
 from tissuec.fuzzy.inference import Inference
 from tissuec.pipeline import Request, read_words
-from tissuec.provenance import shown_value
 from tissuec.scene.words import reading
+from tissuec.view.explorer.page import document, render
 
 SHIPPED = sorted(library().glob("fuzzy/*.tis"))
 POSITIONS = 200

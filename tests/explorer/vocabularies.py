@@ -13,12 +13,12 @@ from msgspec import Struct
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.explorer.tables import tables
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.pipeline import Request, read_words
 from tissuec.scene.resolve import Words
 from tissuec.scene.words import reading
+from tissuec.view.explorer.tables import tables
 
 TRIES = 200
 BREAK = "\n  "

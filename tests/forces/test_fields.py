@@ -15,17 +15,17 @@ from tests.hand_net import make_net
 from tests.test_enclosures import ball as breathing
 from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
-from tissuec.compiled.calls import kernel_on
 from tissuec.core.source import Source, Span
-from tissuec.courses import Course
 from tissuec.forces import FORCES, Acted, Field, acts_of
 from tissuec.forces.drag import Drag
 from tissuec.forces.jets import Jet
 from tissuec.forces.load import Load, Term
 from tissuec.forces.weight import Weight
+from tissuec.geometry.nearest import TRIANGLE
+from tissuec.kernels.calls import kernel_on
 from tissuec.kernels.records import Floats
-from tissuec.shapes.nearest import TRIANGLE
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.model.profiles import Course
 from tissuec.validate.forces import FORMULAS
 
 RISING = Course("smooth", 0.0, 2.0)

@@ -7,9 +7,9 @@ import tissuec
 from tests.hand_plan import carry_out
 from tests.validate.scenes import compiled_scene, silent
 from tests.whole_runs import AfterAsking
-from tissuec.checks import situation_at_start
-from tissuec.learn.freezing import refusal
-from tissuec.statics.settling import settle
+from tissuec.compiler.checks import situation_at_start
+from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.mechanics.settling import settle
 from tissuec.validate.validation import validate
 
 THICKNESS, DENSITY = 1e-3, 1000.0

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.meshes.sphere import divide, icosahedron
+from tissuec.meshes.generators.sphere import divide, icosahedron
 
 
 def blob(subdivisions: int):

@@ -23,10 +23,10 @@ from tests.imports.organs import (
     write_vtu,
 )
 from tissuec.core.fields import LocatedFile
-from tissuec.meshes.imported import Imported, MeshFileError
-from tissuec.shapes.edges import Edges, volume
-from tissuec.shapes.inside import inside
-from tissuec.topology import floppy_modes, pieces
+from tissuec.geometry.edges import Edges, volume
+from tissuec.geometry.inside import inside
+from tissuec.meshes.generators.imported import Imported, MeshFileError
+from tissuec.model.topology import floppy_modes, pieces
 
 FILLINGS = ("sodium chloride", "caesium chloride", "diamond", "tetrahedra")
 NEEDS_LIBRARY = (".ply", ".vtu", ".msh")
@@ -49,7 +49,7 @@ def refusal(path: Path, **entries) -> str:
 
 
 def test_every_format_has_a_writer_here():
-    from tissuec.formats import FORMATS
+    from tissuec.meshes.formats import FORMATS
 
     assert {Path(name).suffix for name in WRITERS} == set(FORMATS)
 
@@ -548,7 +548,7 @@ def test_a_vtu_of_two_pieces_is_refused(tmp_path):
 
 
 def test_a_missing_package_is_told_with_the_command(tmp_path, monkeypatch):
-    import tissuec.formats.foreign as foreign
+    import tissuec.meshes.formats.optional as foreign
 
     def missing(name):
         raise ImportError(name)

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from tests.imports.organs import blob
-from tissuec.shapes.edges import Edges, volume
-from tissuec.shapes.inside import _winding, inside, winding_numbers
+from tissuec.geometry.edges import Edges, volume
+from tissuec.geometry.inside import _winding, inside, winding_numbers
 
 CUBE = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 

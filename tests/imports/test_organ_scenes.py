@@ -12,10 +12,10 @@ import pytest
 from tests.imports.organs import blob, write_obj
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.meshes.lattice import Lattice
+from tissuec.geometry.edges import volume
+from tissuec.meshes.generators.lattice import Lattice
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.shapes.edges import volume
 
 SCENE = """\
 language 1

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import Delaunay
 
 from tests.imports.organs import box_of_tetrahedra
-from tissuec.meshes.joining import springs
-from tissuec.shapes.edges import Edges
-from tissuec.shapes.sharing import area_shares, volume_shares
+from tissuec.geometry.edges import Edges
+from tissuec.meshes.generators.joining import springs
+from tissuec.meshes.stiffness_sharing import area_shares, volume_shares
 
 
 def random_membrane():

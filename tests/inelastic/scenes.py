@@ -4,9 +4,9 @@ import numpy as np
 from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 
 SCENE = """language 1
 tissue gum {{ spring constant = 100 N/m; viscosity = {viscosity}; mass = 10 g; {memory} }}

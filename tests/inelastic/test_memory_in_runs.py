@@ -8,14 +8,14 @@ from tests.engine.running import Bench, accelerated
 from tests.hand_net import make_net, order, start
 from tests.inelastic.scenes import PLASTIC, STANDARD, ran, rod
 from tests.validate.scenes import compiled_scene, quantity, validated
-from tissuec import mechanics
-from tissuec.compiling.remembering import with_memory
+from tissuec.compiler.internal_variables import with_memory
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.forces.branches import Inelastic, flat
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
-from tissuec.statics.settling import settle
+from tissuec.mechanics import observables
+from tissuec.mechanics.settling import settle
 from tissuec.validate.equations import Equations
 
 RNG = np.random.default_rng(3)
@@ -73,13 +73,13 @@ def test_forces_are_minus_the_slope_of_the_energy_at_what_is_remembered():
     situation = state(tangle(**BOTH))
     velocity = situation.velocity.copy()
     velocity[:6] = 0.0
-    force = mechanics.inner_forces(situation, 0.0, situation.position, velocity).node
+    force = observables.inner_forces(situation, 0.0, situation.position, velocity).node
     for node in range(6):
         for axis in range(3):
             step = np.zeros_like(situation.position)
             step[node, axis] = 1e-5
             ahead, behind = (
-                mechanics.elastic_energy(situation, situation.position + s, velocity)
+                observables.elastic_energy(situation, situation.position + s, velocity)
                 for s in (step, -step)
             )
             # Central difference: step² times a third derivative, and rounding over the step.
@@ -103,9 +103,9 @@ def test_power_of_the_forces_is_what_energy_and_losses_take():
         there = velocity.copy()
         there.reshape(-1)[memory.slot[has]] += sign * 1e-6 * rates[memory.slot[has]]
         at = position + sign * 1e-6 * moving
-        energies.append(mechanics.elastic_energy(situation, at, there))
+        energies.append(observables.elastic_energy(situation, at, there))
     gained = (energies[0] - energies[1]) / 2e-6
-    force = mechanics.inner_forces(situation, 0.0, position, velocity).node
+    force = observables.inner_forces(situation, 0.0, position, velocity).node
     assert -np.vdot(force, moving) == pytest.approx(gained + lost, rel=1e-7)
 
 
@@ -117,9 +117,9 @@ def test_the_reference_has_the_same_forces_energies_and_rates():
     moved, velocity = equations.spread(0.0, y)
     assert velocity[net.memory] == pytest.approx(situation.velocity[net.memory], rel=1e-14)
     springs = equations.pull(0.0, moved, velocity)
-    tension = mechanics.tension(situation, situation.position, situation.velocity)
+    tension = observables.tension(situation, situation.position, situation.velocity)
     assert springs.tension == pytest.approx(tension, rel=1e-12)
-    energies = mechanics.energies(situation, 0.0, situation.position, situation.velocity)
+    energies = observables.energies(situation, 0.0, situation.position, situation.velocity)
     own = equations.energies(0.0, moved, velocity)
     assert own.elastic == pytest.approx(float(energies.elastic), rel=1e-13)
     memory, rate = net.inelastic, equations.rate(0.0, y)

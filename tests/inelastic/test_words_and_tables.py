@@ -5,10 +5,10 @@ import pytest
 
 from tests.inelastic.scenes import ran, rod
 from tests.validate.scenes import compiled_scene
+from tissuec.compiler.provenance import explain_tissue
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, read_words
-from tissuec.provenance import explain_tissue
 
 NET = """language 1
 tissue gum {{ spring constant = 100 N/m; viscosity = 0 N*s/m; mass = 10 g; {memory} }}

@@ -13,9 +13,16 @@ from scipy.integrate._ivp import dop853_coefficients as published
 from tests.engine.members import those
 from tests.engine.running import Bench
 from tests.hand_net import make_net
+from tissuec.engine.backends import interpreter
+from tissuec.engine.integrators import (
+    INTEGRATORS,
+    dop853_coefficients,
+    esdirk43,
+    rkc2,
+    srkn11,
+    trbdf2,
+)
 from tissuec.engine.operations import OPERATIONS
-from tissuec.engine.tiers import interpreter
-from tissuec.integrators import INTEGRATORS, esdirk43, rkc2, srkn11, tableau853, trbdf2
 
 
 def forests(size, sizes):
@@ -235,15 +242,15 @@ def test_rkc2_steps_are_the_published_polynomial_of_second_order(reach):
 
 
 def test_coefficients_of_dop853_are_the_published_ones():
-    assert np.array_equal(tableau853.A, published.A)
-    assert np.abs(tableau853.C - published.C).max() < 2e-16
-    assert np.array_equal(tableau853.D, published.D)
-    assert tableau853.E5[:13] == pytest.approx(published.E5, abs=0.0)
-    assert tableau853.E3[:13] == pytest.approx(published.E3, abs=0.0)
+    assert np.array_equal(dop853_coefficients.A, published.A)
+    assert np.abs(dop853_coefficients.C - published.C).max() < 2e-16
+    assert np.array_equal(dop853_coefficients.D, published.D)
+    assert dop853_coefficients.E5[:13] == pytest.approx(published.E5, abs=0.0)
+    assert dop853_coefficients.E3[:13] == pytest.approx(published.E3, abs=0.0)
 
 
 def test_coefficients_of_dop853_fulfil_all_conditions_up_to_order_8():
-    a, b, c = tableau853.A, tableau853.B, tableau853.C
+    a, b, c = dop853_coefficients.A, dop853_coefficients.B, dop853_coefficients.C
     assert a.sum(axis=1) == pytest.approx(c, abs=2e-14)  # weights up to 43 cancel here
     for order in range(1, 9):
         assert max(defects(b, a, order)) < 1e-13

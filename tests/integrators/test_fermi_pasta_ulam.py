@@ -13,10 +13,10 @@ from scipy.integrate import solve_ivp
 
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tissuec.engine import drive as loop
-from tissuec.engine import engine, tiers
+from tissuec.engine import backends, engine
+from tissuec.engine import step_loop as loop
 from tissuec.engine.binding import Binder
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
 
 PAIRS, OMEGA, DURATION = 3, 50.0, 200.0
 MASSES = 2 * PAIRS
@@ -126,7 +126,7 @@ def on_chain(integrator, tier):
         return False
 
     force.__module__ = "tests"
-    replaced = tiers.names_in_python(integrator) | {"force": force}
+    replaced = backends.names_in_python(integrator) | {"force": force}
     return Binder(replaced).bind(loop.drive)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.integrators.hermite import cubic, quintic
+from tissuec.engine.integrators.hermite import cubic, quintic
 
 STEP = 0.3
 

@@ -6,9 +6,9 @@ import pytest
 from tests.engine.running import TIERS, Bench, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_plan import carry_out, make_plan
-from tissuec.courses import Course
-from tissuec.integrators import INTEGRATORS
-from tissuec.integrators.procedures import PropagationChoices
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.procedures import PropagationChoices
+from tissuec.model.profiles import Course
 
 OMEGA = np.sqrt(200.0)  # of a pair
 FLOOR = PropagationChoices().smallest_step

@@ -6,7 +6,7 @@ import pytest
 from tests.engine.members import MEMBERS, brakes, those
 from tests.engine.running import Bench, chain, pair
 from tests.hand_net import make_net
-from tissuec.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS
 
 OMEGA = np.sqrt(200.0)  # of the pair
 FINITE = [name for name in MEMBERS if np.isfinite(INTEGRATORS[name].stability_limit(1.0, 2.0))]

@@ -5,10 +5,10 @@ import pytest
 
 from tests.hand_net import make_net
 from tissuec.engine import chunks
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import INTEGRATORS, iterative
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.forces import springs_kernel
-from tissuec.integrators import INTEGRATORS, iterative
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 NODES, SPRINGS = 2600, 8000
 ESDIRK = INTEGRATORS["esdirk43"]

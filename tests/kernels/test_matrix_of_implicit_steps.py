@@ -10,12 +10,12 @@ from msgspec.structs import replace
 from tests.engine.running import Bench, block, chain
 from tests.hand_net import make_net
 from tissuec.engine import unknowns
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import INTEGRATORS, banded, iterative
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.forces import springs_kernel
-from tissuec.integrators import INTEGRATORS, banded, iterative
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 MEMBER = INTEGRATORS["trbdf2"]  # nets ask for one to know what is near
 

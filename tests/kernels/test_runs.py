@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tissuec.engine.chunks import chunks_of
-from tissuec.engine.runs import BLOCK_NODES, packed, places_of
-from tissuec.engine.team import Team
+from tissuec.engine.spring_runs import BLOCK_NODES, packed, places_of
+from tissuec.engine.threads import Team
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces import runs_kernel as kernel
 from tissuec.kernels.records import Operations

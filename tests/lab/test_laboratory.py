@@ -10,12 +10,12 @@ import pytest
 from click.testing import CliRunner
 
 import tissuec
+from tissuec.analysis.lab import indentation, motion, statics
+from tissuec.analysis.lab.bench import Bench, Unmeasured
+from tissuec.analysis.lab.laboratory import agrees
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.core.source import Source
-from tissuec.lab import indentation, motion, statics
-from tissuec.lab.bench import Bench, Unmeasured
-from tissuec.lab.laboratory import agrees
 from tissuec.pipeline import Request, read_words
 from tissuec.scene.library import find_tissues
 
@@ -329,7 +329,7 @@ def test_shipped_tissues_are_found_by_short_names():
 
 
 def test_a_signal_ends_the_laboratory(monkeypatch):
-    from tissuec.lab import bench as module
+    from tissuec.analysis.lab import bench as module
 
     class Interrupted:
         kind, message, signal = "interrupted", "interrupted by SIGINT", 2

@@ -16,9 +16,9 @@ import numpy as np
 from msgspec import Struct
 
 import tissuec
-from tissuec.learn.learning import Unlearnable, learn
-from tissuec.learn.outcome import Learnt
-from tissuec.learn.report import is_identified
+from tissuec.learn.fit.learning import Unlearnable, learn
+from tissuec.learn.fit.outcome import Learnt
+from tissuec.learn.report.data import is_identified
 from tissuec.pipeline import Request, compile_request
 
 FAR = 2.5  # half widths of the interval: 5 standard deviations

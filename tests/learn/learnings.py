@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.learn.outcome import Blind, Estimates, Fitted, Learnt
-from tissuec.lesson import WORDS
+from tissuec.learn.fit.outcome import Blind, Estimates, Fitted, Learnt
 from tissuec.pipeline import Request, compile_request
+from tissuec.script.fit_problem import WORDS
 
 BODY = """
 body block {{

@@ -4,8 +4,8 @@ import numpy as np
 
 from tests.hand_net import make_net, span
 from tissuec.core.units import FORCE, LENGTH
-from tissuec.lesson import Axis, Column, Data, Fit, Lesson
-from tissuec.measures import MEASURES, Subject
+from tissuec.script.fit_problem import Axis, Column, Data, Fit, Lesson
+from tissuec.script.measures import MEASURES, Subject
 
 NONE = np.zeros(0, dtype=np.int64)
 #: A row of four nodes, whose ids are 100 to 103.

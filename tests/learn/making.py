@@ -3,9 +3,9 @@
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.plan import Output
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.script.plan import Output
 
 
 class Frames:

@@ -15,10 +15,10 @@ from tests.learn.trials import (
     series,
     sheet,
 )
-from tissuec.learn.fitting import Search
-from tissuec.learn.models import slots_of
-from tissuec.learn.motion import Diverged
-from tissuec.learn.problem import Problem, Trial
+from tissuec.learn.derivatives.model import slots_of
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.problem import Problem, Trial
+from tissuec.learn.fit.search import Search
 
 PUSH = "  from 10 ms to 60 ms: push right with (0, 0.05, 0.1) N using smooth profile"
 FELT = (adjust("spring constant", "felt"), adjust("viscosity", "felt"))

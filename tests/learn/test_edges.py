@@ -7,10 +7,10 @@ import pytest
 from scipy import sparse
 
 from tests.learn.test_learning import FIT, START, lesson
-from tissuec.learn.keeping import kept
-from tissuec.learn.learning import Unlearnable, learn
-from tissuec.learn.motion import Diverged
-from tissuec.learn.session import prepare
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.checkpoint import kept
+from tissuec.learn.fit.learning import Unlearnable, learn
+from tissuec.learn.fit.session import prepare
 
 HEAD = "t_s,node,x_mm,y_mm,z_mm\n"
 MOVED = "".join(f"{t},3,{20 + 30 * t},{20 * t},0\n" for t in (0.01, 0.02, 0.03, 0.04, 0.05))
@@ -85,7 +85,7 @@ def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path, monkeyp
     model = prepare(compiled, own, request).learning[0].model
     size = 3 * compiled.network.node_count
     singular = sparse.csc_matrix((size, size))
-    monkeypatch.setattr("tissuec.learn.stepping.implicit.solver", lambda *_: singular)
+    monkeypatch.setattr("tissuec.learn.derivatives.implicit.solver", lambda *_: singular)
     model.choose = None  # the method stays
     model.freeze(np.zeros(1))
     with pytest.raises(Diverged, match="has no solution that can be found"):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tissuec.learn.learning import learn
+from tissuec.learn.fit.learning import learn
 from tissuec.pipeline import Request, check_request, compile_request
 
 NAMES = ("band", "cart", "gel", "gels", "learn_band", "learn_gels", "stretch")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
-from tissuec.learn.freezing import refusal
+from tissuec.learn.derivatives.event_recording import refusal
 
 TOOLS = """tool tongs { kind is forceps }
 tool shears { kind is scissors }"""

@@ -9,12 +9,12 @@ import pytest
 
 from tests.learn.learnings import BLIND, compiled_of, learnt_of
 from tests.test_progress import Terminal
-from tissuec import progress as progress_lines
 from tissuec.cli import group
 from tissuec.cli.guard import run_guarded
+from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.learn import learning
-from tissuec.learn.learning import Compared, Progress, Unlearnable
+from tissuec.learn.fit import learning
+from tissuec.learn.fit.learning import Compared, Progress, Unlearnable
 from tissuec.pipeline import Request, check_request
 
 GUM = "tissue gum { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg }\n"

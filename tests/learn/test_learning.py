@@ -6,9 +6,9 @@ from msgspec.structs import replace
 
 from tests.learn.making import motion, write_positions
 from tissuec.core.source import Source
-from tissuec.learn.learning import check_gradient, learn
-from tissuec.learn.motion import Diverged
-from tissuec.learn.session import prepare
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.learning import check_gradient, learn
+from tissuec.learn.fit.session import prepare
 from tissuec.pipeline import Request, compile_request
 
 CHAIN = """language 1

@@ -7,15 +7,15 @@ from scipy import sparse
 from tests.learn.precise import LONG, positions
 from tests.learn.trials import sheet
 from tests.learn.tubes import tube
-from tissuec.integrators import INTEGRATORS
-from tissuec.integrators.dirk import Dirk
-from tissuec.integrators.explicit import Explicit
-from tissuec.integrators.tableaus import runge_kutta
-from tissuec.learn.choosing import choose
-from tissuec.learn.freezing import Freezer
-from tissuec.learn.kernels import compiled_laws
-from tissuec.learn.motion import Motion
-from tissuec.learn.numbers import VALUES, Order
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.dirk import Dirk
+from tissuec.engine.integrators.explicit import Explicit
+from tissuec.engine.integrators.tableaus import runge_kutta
+from tissuec.learn.derivatives.event_recording import Freezer
+from tissuec.learn.derivatives.kernels import compiled_laws
+from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.motion import Motion
+from tissuec.learn.parameters.numbers import VALUES, Order
 
 METHODS = {
     "velocity verlet": 1e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,

@@ -8,13 +8,13 @@ from scipy.optimize import least_squares
 
 from tissuec.core.errors import CompileError
 from tissuec.learn.data.reading import read_experiment
-from tissuec.learn.fitting import Search
-from tissuec.learn.kernels import compiled_laws
-from tissuec.learn.looks import look_of
-from tissuec.learn.models.resting import Resting
-from tissuec.learn.motion import Diverged
-from tissuec.learn.problem import Problem, Trial
-from tissuec.learn.shaping import Shaping
+from tissuec.learn.derivatives.kernels import compiled_laws
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.derivatives.observables import look_of
+from tissuec.learn.derivatives.static_model import Resting
+from tissuec.learn.fit.problem import Problem, Trial
+from tissuec.learn.fit.search import Search
+from tissuec.learn.parameters.parametrisation import Shaping
 from tissuec.pipeline import Request, compile_request
 from tissuec.scene.imports import read_source
 

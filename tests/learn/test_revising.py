@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tissuec
-from tissuec.learn.learning import learn
+from tissuec.learn.fit.learning import learn
 from tissuec.pipeline import Request, compile_request
 
 WORDS = """language 1

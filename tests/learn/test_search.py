@@ -8,11 +8,11 @@ import pytest
 from tests.learn.known_truths import FAMILIES, SHAKEN
 from tests.learn.test_learning import ADJUST, FIT, TRUE, lesson, measure, numbers, truth
 from tissuec.laws.formula import Variable
-from tissuec.learn.learning import check_gradient, learn
-from tissuec.learn.misfit import misfit
-from tissuec.learn.motion import Diverged
-from tissuec.learn.session import prepare
-from tissuec.learn.telling.gradient import is_good
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.learning import check_gradient, learn
+from tissuec.learn.fit.misfit import misfit
+from tissuec.learn.fit.session import prepare
+from tissuec.learn.report.gradient import is_good
 from tissuec.pipeline import Request, compile_request
 
 __all__ = ["truth"]  # the fixture

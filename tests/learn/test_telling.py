@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.learn.learnings import BLIND, compiled_of, estimates, learnt, learnt_of
-from tissuec.learn.judging_demands import errors_of, joined, judged
-from tissuec.learn.outcome import Fitted
-from tissuec.learn.report import as_dict, is_identified
-from tissuec.learn.telling.numbers import as_lines, uncertainty
-from tissuec.learn.telling.text import as_text
-from tissuec.learn.telling.words import differences, drifts
-from tissuec.learn.words.model import WordsModel
+from tissuec.learn.fit.expectations import errors_of, joined, judged
+from tissuec.learn.fit.outcome import Fitted
+from tissuec.learn.report.data import as_dict, is_identified
+from tissuec.learn.report.numbers import as_lines, uncertainty
+from tissuec.learn.report.text import as_text
+from tissuec.learn.report.words import differences, drifts
+from tissuec.learn.vocabulary.model import WordsModel
 
 GUM = """tissue gum {
   spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg; prestress = 0 %

@@ -5,10 +5,10 @@ import math
 import pytest
 
 from tests.learn.wordy import SETTING, scene_of
-from tissuec.learn.words.candidates import RuleTexts, dropped, other_conclusions
-from tissuec.learn.words.edits import apply
-from tissuec.learn.words.rereading import reread, warnings_of
-from tissuec.learn.words.revision import revise
+from tissuec.learn.vocabulary.candidates import RuleTexts, dropped, other_conclusions
+from tissuec.learn.vocabulary.edits import apply
+from tissuec.learn.vocabulary.reread import reread, warnings_of
+from tissuec.learn.vocabulary.revision import revise
 
 HEAD = """language 1
 hedge very = shift(50 %, outward)

@@ -10,9 +10,9 @@ from msgspec.structs import replace
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.core.source import Source
 from tissuec.lang.printer import format_source
-from tissuec.learn.words.edits import Edit, apply
-from tissuec.learn.words.model import WordsModel
-from tissuec.learn.words.rereading import request_of, reread
+from tissuec.learn.vocabulary.edits import Edit, apply
+from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.learn.vocabulary.reread import request_of, reread
 from tissuec.pipeline import Request, check_request
 
 NUMERAL = re.compile(r"[0-9.]+(e[+-]?[0-9]+)?")

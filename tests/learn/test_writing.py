@@ -11,11 +11,11 @@ from tissuec.core.errors import TissueError
 from tissuec.core.source import Source
 from tissuec.core.units import LENGTH, MASS, NUMBER, STIFFNESS, parse_unit
 from tissuec.lang.printer import format_source
-from tissuec.learn.words.model import WordsModel
-from tissuec.learn.writing.numerals import digits, exact
-from tissuec.learn.writing.numerals import learnt as learnt_text
-from tissuec.learn.writing.placing import place
-from tissuec.learn.writing.preset import compose
+from tissuec.learn.presets.numerals import digits, exact
+from tissuec.learn.presets.numerals import learnt as learnt_text
+from tissuec.learn.presets.placing import place
+from tissuec.learn.presets.preset import compose
+from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.pipeline import Request, check_request, compile_request, read_words
 
 ROUNDED = 6e-6  # relative: half a unit in the sixth digit

@@ -7,19 +7,19 @@ from msgspec.structs import replace
 
 from tests.hand_net import span
 from tests.learn.lessons import NONE, lesson
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
-from tissuec.learn.choosing import choose
 from tissuec.learn.data.experiment import Experiment, Series
-from tissuec.learn.kernels import compiled_laws
-from tissuec.learn.looks import look_of
-from tissuec.learn.models.differing import Differing
-from tissuec.learn.models.moving import Moving
-from tissuec.learn.shaping import Shaping
-from tissuec.lesson import Adjust, Data, Fit
-from tissuec.measures import MEASURES, Subject
+from tissuec.learn.derivatives.dynamic_model import Moving
+from tissuec.learn.derivatives.finite_differences import Differing
+from tissuec.learn.derivatives.kernels import compiled_laws
+from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.observables import look_of
+from tissuec.learn.parameters.parametrisation import Shaping
 from tissuec.pipeline import Request, compile_request
+from tissuec.script.fit_problem import Adjust, Data, Fit
+from tissuec.script.measures import MEASURES, Subject
 
 #: A sheet of four by three nodes, held at its left side.
 SHEET = """language 1

@@ -9,12 +9,12 @@ from tests.explorer.vocabularies import vocabulary
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER, show
 from tissuec.lang.words import RESERVED
-from tissuec.learn.words.model import WordsModel
-from tissuec.lesson import WORDS, Adjust
+from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import load
 from tissuec.scene.model import Scene
 from tissuec.scene.resolve import resolve
+from tissuec.script.fit_problem import WORDS, Adjust
 
 LETTERS = "PQRS"
 BODY = """

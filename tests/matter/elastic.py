@@ -6,10 +6,10 @@ from scipy.sparse.linalg import spsolve
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
-from tissuec.network import Network
+from tissuec.model.network import Network
 from tissuec.pipeline import Request, compile_request
-from tissuec.plan import Plan
-from tissuec.verbs.preserve import Preserve
+from tissuec.script.plan import Plan
+from tissuec.script.verbs.preserve import Preserve
 
 
 def scene(tissue: str, body: str) -> tuple[Network, Plan]:

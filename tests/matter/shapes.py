@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import Delaunay
 
-from tissuec.meshes.lattice import Lattice
+from tissuec.meshes.generators.lattice import Lattice
 
 SIDES = np.array([40.0, 20.0, 20.0])  # of a bar
 

@@ -14,7 +14,7 @@ import tissuec
 from tests.matter.elastic import moved, stiffness
 from tests.matter.shapes import SIDES, as_vtk, tetrahedra
 from tests.test_cli import tissuec as command
-from tissuec import bodies
+from tissuec.analysis import bodies
 
 MATTER = "Young's modulus = 5 kPa; density = 1060 kg/m^3; retardation time = 2 ms"
 SPRINGS = "spring constant = 40 N/m; viscosity = 20 mN*s/m; mass = 10 mg"

@@ -6,7 +6,7 @@ import pytest
 from tests.matter.elastic import findings
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.learn.changing import Place, recompiled
+from tissuec.learn.parameters.substitution import Place, recompiled
 from tissuec.pipeline import Request, compile_request
 
 GEL = "density = 1000 kg/m^3; retardation time = 5 ms"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.matter.elastic import drawn_out
-from tissuec.learn.learning import learn
+from tissuec.learn.fit.learning import learn
 from tissuec.pipeline import Request, compile_request
 
 COUPON = """language 1

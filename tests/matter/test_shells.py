@@ -8,7 +8,7 @@ from tests.hand_net import start
 from tests.matter.elastic import scene
 from tests.validate.scenes import validated
 from tissuec.core.errors import CompileError
-from tissuec.statics.settling import settle
+from tissuec.mechanics.settling import settle
 
 YOUNG, DENSITY, THICKNESS = 50e3, 1000.0, 2e-3
 RIGIDITY = YOUNG * THICKNESS**3 / (12.0 * (1.0 - 1.0 / 9.0))

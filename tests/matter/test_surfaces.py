@@ -9,7 +9,7 @@ from scipy.spatial import Delaunay
 from tests.matter.elastic import drawn_out, scene, stiffness
 from tissuec.core.source import Source
 from tissuec.matter.surface import surface
-from tissuec.meshes.tube import Tube
+from tissuec.meshes.generators.tube import Tube
 from tissuec.pipeline import Request, compile_request
 
 YOUNG, DENSITY, THICKNESS = 5e3, 1060.0, 1e-3

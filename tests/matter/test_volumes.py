@@ -15,15 +15,15 @@ from tests.hand_net import span
 from tests.matter.elastic import drawn_out, moved, quarters, stiffness, volumes
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
 from tests.validate.scenes import quantity, silent
-from tissuec import mechanics
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.courses import Course
 from tissuec.forces.volume import Enclosure
+from tissuec.mechanics import observables
+from tissuec.model.profiles import Course
 from tissuec.pipeline import Request, compile_request
+from tissuec.script.verbs.preserve import Preserve
 from tissuec.validate.validation import validate
-from tissuec.verbs.preserve import Preserve
 
 YOUNG = 5e3
 SIDES = np.array([40.0, 20.0, 20.0])
@@ -194,7 +194,7 @@ def test_kernels_and_energy_ledger_agree_while_it_swells(tier):
     ran = bench.run(0.004)
     energies = np.array(
         [
-            float(mechanics.energies(bench.situation, t, x, v).total)
+            float(observables.energies(bench.situation, t, x, v).total)
             for t, x, v in zip(ran.time, ran.position, ran.velocity, strict=True)
         ]
     )

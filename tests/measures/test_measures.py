@@ -5,9 +5,9 @@ import pytest
 from msgspec.structs import replace
 
 from tests.hand_net import chain, make_net, start
-from tissuec.measures import MEASURES, Subject
-from tissuec.measures.gap import smallest_gap
-from tissuec.measures.moment import Ledger, Moment
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.gap import smallest_gap
+from tissuec.script.measures.moment import Ledger, Moment
 
 NOTHING = np.zeros(0, dtype=np.int64)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.meshes.explicit import Explicit, TableError
+from tissuec.meshes.generators.explicit import Explicit, TableError
 
 POSITION = np.arange(12.0).reshape(4, 3)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.meshes.lattice import CRYSTALS, Lattice
+from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 
 REACH = ("nearest neighbours", "second neighbours", "third neighbours")
 

@@ -7,8 +7,8 @@ import pytest
 
 from tissuec.core.fields import LocatedFile
 from tissuec.core.resources import library
-from tissuec.meshes import MESHES
-from tissuec.topology import pieces
+from tissuec.meshes.generators import MESHES
+from tissuec.model.topology import pieces
 
 SHEET = {
     "corner": np.array([0.01, 0.02, 0.03]),

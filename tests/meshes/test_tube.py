@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.meshes.tube import Tube, perpendicular_frame
+from tissuec.meshes.generators.tube import Tube, perpendicular_frame
 
 AXIS = (np.zeros(3), np.array([0.064, 0.0, 0.0]))
 

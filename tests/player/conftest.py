@@ -8,7 +8,7 @@ import pytest
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from tissuec.network import Network
+from tissuec.model.network import Network
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
@@ -24,7 +24,7 @@ def grid(rows: int, columns: int, *, size: float = 0.1) -> Network:
     """A flat sheet of one body, with one diagonal in each cell, and its skin."""
     from tests.hand_net import span
     from tissuec.laws import LINEAR
-    from tissuec.network import BodyPart
+    from tissuec.model.network import BodyPart
 
     node = np.arange(rows * columns).reshape(rows, columns)
     pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:]), (node[:-1, :-1], node[1:, 1:])]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.player.conftest import Show, grid, without_springs
-from tissuec.player.camera import ANGLE, MARGIN, Camera, fitted, framing, viewpoint
-from tissuec.player.options import Options
-from tissuec.player.reading import read_film
+from tissuec.view.player.camera import ANGLE, MARGIN, Camera, fitted, framing, viewpoint
+from tissuec.view.player.options import Options
+from tissuec.view.player.reading import read_film
 
 POINTS = np.random.default_rng(5).normal(size=(60, 3)) * [3.0, 1.0, 0.4] + [7.0, -2.0, 1.0]
 

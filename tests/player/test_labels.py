@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from tissuec.player.page import WEB
+from tissuec.view.player.page import WEB
 
 LETTER = 6.0  # [px]: of the stub of a canvas
 #: A chart on a stub of the page: texts that are written, from where to where.

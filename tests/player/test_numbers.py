@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from tests.player.conftest import Show, grid
-from tissuec.player.curves import outline
-from tissuec.player.events import BREAKING, SIGNS, marks
-from tissuec.player.lives import FOREVER, Register, Timeline, lives
-from tissuec.player.options import Options
-from tissuec.player.pace import near, pace, scaled
-from tissuec.player.packing import ORDERS, Pack, box_scale, to_bytes
-from tissuec.player.reading import choose_frames, read_film
 from tissuec.results.recording import Event
+from tissuec.view.player.curves import outline
+from tissuec.view.player.events import BREAKING, SIGNS, marks
+from tissuec.view.player.lifetimes import FOREVER, Register, Timeline, lives
+from tissuec.view.player.options import Options
+from tissuec.view.player.pace import near, pace, scaled
+from tissuec.view.player.packing import ORDERS, Pack, box_scale, to_bytes
+from tissuec.view.player.reading import choose_frames, read_film
 
 
 def unpacked(pack: Pack, name: str) -> np.ndarray:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.player.conftest import Show, grid, without_springs
-from tissuec.core import looks
+from tissuec.core import palette
 from tissuec.core.errors import TissueError
 from tissuec.core.printable import printable
-from tissuec.player.curves import read_curves
-from tissuec.player.options import Options
-from tissuec.player.page import SCRIPTS, WEB, as_script, fragment, render
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.curves import read_curves
+from tissuec.view.player.options import Options
+from tissuec.view.player.page import SCRIPTS, WEB, as_script, fragment, render
 
 EVIL = 'a </script><script>alert("x")</script> & <b>é</b> \u2028 ${none} $none'
 
@@ -52,7 +52,7 @@ def test_a_page_needs_nothing_else(shown):
 
 def test_colours_are_those_of_all_pictures(shown):
     page = render(shown(Show(grid(3, 3))))
-    assert film_of(page)["looks"]["tension"] == list(looks.TENSION)
+    assert film_of(page)["looks"]["tension"] == list(palette.TENSION)
     for name in ("player.css", "shell.html", *SCRIPTS):
         text = (WEB / name).read_text(encoding="utf-8")
         assert not re.findall(r"#[0-9a-f]{6}\b", text), f"{name} has colours of its own"

@@ -7,9 +7,9 @@ import pytest
 from msgspec.structs import replace
 
 from tests.player.conftest import Show, grid, without_springs
-from tissuec.core import looks
+from tissuec.core import palette
 from tissuec.core.errors import TissueError
-from tissuec.player.animation import (
+from tissuec.view.player.animation import (
     GIF_RATE,
     VIDEO_RATE,
     moments,
@@ -17,14 +17,14 @@ from tissuec.player.animation import (
     write_gif,
     write_video,
 )
-from tissuec.player.bodies import arrows, boxes, capsules, smooth_mesh
-from tissuec.player.camera import Camera
-from tissuec.player.moment import Moment
-from tissuec.player.options import Options
-from tissuec.player.picture import Painter, need_matplotlib
-from tissuec.player.raster import Raster
-from tissuec.player.reading import read_film
-from tissuec.player.strokes import dashed, ramp, rgb
+from tissuec.view.player.bodies import arrows, boxes, capsules, smooth_mesh
+from tissuec.view.player.camera import Camera
+from tissuec.view.player.moment import Moment
+from tissuec.view.player.options import Options
+from tissuec.view.player.picture import Painter, need_matplotlib
+from tissuec.view.player.raster import Raster
+from tissuec.view.player.reading import read_film
+from tissuec.view.player.strokes import dashed, ramp, rgb
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")
 SIZE = (160, 90)
@@ -110,8 +110,8 @@ def test_dashes_cover_their_part_of_a_line():
 
 
 def test_colours_run_from_pressure_to_tension():
-    assert ramp(looks.TENSION, np.array([-1.0, 0.0, 1.0])) == pytest.approx(
-        np.array([rgb(looks.TENSION[k]) for k in (0, 2, 4)])
+    assert ramp(palette.TENSION, np.array([-1.0, 0.0, 1.0])) == pytest.approx(
+        np.array([rgb(palette.TENSION[k]) for k in (0, 2, 4)])
     )
 
 

@@ -9,12 +9,12 @@ from msgspec.structs import replace
 from tests.player.conftest import Show, grid, without_springs
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.player.camera import fitted, framing
-from tissuec.player.options import Options
-from tissuec.player.page import fragment, render
-from tissuec.player.picture import Painter
-from tissuec.player.reading import read_film
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.camera import fitted, framing
+from tissuec.view.player.options import Options
+from tissuec.view.player.page import fragment, render
+from tissuec.view.player.picture import Painter
+from tissuec.view.player.reading import read_film
 
 pytest.importorskip("playwright", reason="a browser is driven by playwright")
 CUT = 0.7  # s

@@ -9,8 +9,8 @@ from matplotlib.colors import to_hex
 from benchmarks.stability.grid import SIGNS
 from tests.plots.conftest import BENCH, STRESS
 from tissuec.core.errors import TissueError
-from tissuec.plots import draw
-from tissuec.plots.stability import COLOURS, UNKNOWN
+from tissuec.view.plots import draw
+from tissuec.view.plots.stability import COLOURS, UNKNOWN
 
 
 def test_every_point_stands_at_its_error_and_time():

@@ -6,12 +6,11 @@ from matplotlib.colors import to_hex
 
 from tests.plots.conftest import carry_out
 from tissuec.core.errors import TissueError
-from tissuec.core.looks import TENSION
-from tissuec.drawing import net
-from tissuec.drawing.view import View
-from tissuec.plots import draw
-from tissuec.plots.frames import moments, telling_frames
+from tissuec.core.palette import TENSION
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.plots import draw, net
+from tissuec.view.plots.frames import moments, telling_frames
+from tissuec.view.plots.projection import View
 
 PRESS = """language 1
 tissue flesh { spring constant = 200 N/m; viscosity = 50 mN*s/m; mass = 0.2 g }
@@ -185,7 +184,7 @@ def test_what_cannot_be_shown_is_said(folder, tmp_path, monkeypatch):
     with pytest.raises(TissueError, match='"bones" cannot be shown; there are: springs'):
         draw("frames", folder / "strip.vtkhdf", show="bones")
     with Trajectory.open(folder / "strip.vtkhdf") as run:
-        monkeypatch.setattr("tissuec.plots.frames.MOST", 3)
+        monkeypatch.setattr("tissuec.view.plots.frames.MOST", 3)
         with pytest.raises(TissueError, match="4 moments are too many for a page; it holds 3"):
             moments(run, (0.0, 0.01, 0.02, 0.03))
     path = carry_out(PRESS, tmp_path / "press.vtkhdf")

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.stability.__main__ import main as stability
 from tissuec.cli import group
-from tissuec.plots import PLOTS
+from tissuec.view.plots import PLOTS
 
 #: What an option or a file says without --kind.
 MEANT = {

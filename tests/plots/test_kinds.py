@@ -11,10 +11,10 @@ import pytest
 from matplotlib.text import Annotation
 from msgspec.structs import fields
 
-from tissuec.core import looks
-from tissuec.drawing.page import FORMATS, save
-from tissuec.plots import PLOTS, USUAL, draw
-from tissuec.plots.options import options_of
+from tissuec.core import palette
+from tissuec.view.plots import PLOTS, USUAL, draw
+from tissuec.view.plots.options import options_of
+from tissuec.view.plots.page import FORMATS, save
 
 FILES = {
     "result": "strip.vtkhdf", "words": "fuzzy/soft_tissue", "bench": "bench.json",
@@ -168,7 +168,7 @@ def test_users_keep_their_own_style(kind, folder):
         mine = matplotlib.rcParams.copy()
         figure = draw(kind, subject(kind, folder))
         assert matplotlib.rcParams == mine
-    assert matplotlib.colors.to_hex(figure.get_facecolor()) == looks.PAPER
+    assert matplotlib.colors.to_hex(figure.get_facecolor()) == palette.PAPER
     assert max(text.get_fontsize() for text in texts(figure)) < 15
 
 
@@ -203,7 +203,7 @@ def test_each_subject_has_a_usual_kind():
 
 
 def test_neighbouring_series_differ_in_lightness_or_dashes():
-    from tissuec.drawing.curves import DASHES, look
+    from tissuec.view.plots.curves import DASHES, look
 
     for first, second in ((n, n + 1) for n in range(6)):
         assert look(first)["color"] != look(second)["color"]

@@ -7,16 +7,16 @@ from matplotlib.colors import to_hex
 from tests.plots.conftest import STRIP, carry_out
 from tests.whole_runs import AfterAsking
 from tissuec.core.errors import CompileError, TissueError
-from tissuec.core.looks import SERIES
+from tissuec.core.palette import SERIES
 from tissuec.core.source import Source
-from tissuec.drawing.over_time import Curve, Panel, draw_panels
-from tissuec.drawing.page import new_sheet
+from tissuec.engine.execution.recorder import Recorder, wishes
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.plots import draw
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
-from tissuec.running.recording import Recorder, wishes
-from tissuec.running.run import run
+from tissuec.view.plots import draw
+from tissuec.view.plots.over_time import Curve, Panel, draw_panels
+from tissuec.view.plots.page import new_sheet
 
 
 def lines_of(axes):

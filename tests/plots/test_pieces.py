@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from tissuec.core.units import DIMENSION_NAMES, parse_unit
-from tissuec.drawing.curves import spread, thinned, thinned_band
-from tissuec.drawing.marks import MOST, clusters
-from tissuec.drawing.scale import readable, scale_of
-from tissuec.drawing.view import View, suiting
-from tissuec.measures import MEASURES
 from tissuec.results.recording import Event
+from tissuec.script.measures import MEASURES
+from tissuec.view.plots.curves import spread, thinned, thinned_band
+from tissuec.view.plots.marks import MOST, clusters
+from tissuec.view.plots.projection import View, suiting
+from tissuec.view.plots.scale import readable, scale_of
 
 UNITS = sorted({unit for _, unit in DIMENSION_NAMES.values()} - {"1/s"})  # which has no symbol
 

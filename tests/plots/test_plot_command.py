@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
-from tissuec.plots import PLOTS, draw
+from tissuec.view.plots import PLOTS, draw
 
 
 @pytest.fixture
@@ -150,7 +150,8 @@ def test_wrong_text_ends_with_two_and_shows_its_place(call, tmp_path):
 
 def test_help_and_kinds_need_neither_matplotlib_nor_files(repository):
     code = (
-        "import sys\nfrom tissuec.plots import PLOTS\nimport tissuec.cli.plot\nlist(PLOTS)\n"
+        "import sys\nimport tissuec.cli.plot\nfrom tissuec.view.plots import PLOTS\n"
+        "list(PLOTS)\n"
         "print([n for n in ('matplotlib', 'h5py', 'scipy', 'numba') if n in sys.modules])"
     )
     run = subprocess.run(

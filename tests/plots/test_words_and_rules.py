@@ -6,9 +6,9 @@ import pytest
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, read_words
-from tissuec.plots import draw
-from tissuec.plots import rules as drawn_rules
-from tissuec.plots.rules import POINTS
+from tissuec.view.plots import draw
+from tissuec.view.plots import rules as drawn_rules
+from tissuec.view.plots.rules import POINTS
 
 SHAPES = """language 1
 property wetness from 0 to 10 { dry = points(0, 1, 2, 1, 4, 0); damp = gaussian(5, 1)

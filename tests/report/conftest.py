@@ -3,7 +3,7 @@
 import pytest
 
 from tests.results.conftest import example
-from tissuec.report import pictures
+from tissuec.view.report import pictures
 
 __all__ = ["example"]
 

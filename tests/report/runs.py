@@ -6,9 +6,9 @@ from pathlib import Path
 from msgspec import Struct, field
 
 from tissuec.pipeline import Request, compile_request, simulate
-from tissuec.report.page import render
-from tissuec.report.story import Story
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.report.content import Story
+from tissuec.view.report.page import render
 
 WORDS = """language 1
 about "Words that a <b>vocabulary</b> of its own explains & more."

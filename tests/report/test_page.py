@@ -14,13 +14,13 @@ from tests.whole_runs import AfterAsking
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
-from tissuec.player.options import Options
-from tissuec.report import pictures
-from tissuec.report.sections import again
-from tissuec.report.sections.listing import stretches
-from tissuec.report.sections.motion import chosen
+from tissuec.engine.execution.signals import Stop
 from tissuec.results.trajectory import Trajectory
-from tissuec.running.interrupting import Stop
+from tissuec.view.player.options import Options
+from tissuec.view.report import pictures
+from tissuec.view.report.sections import again
+from tissuec.view.report.sections.listing import stretches
+from tissuec.view.report.sections.motion import chosen
 
 
 @pytest.fixture(scope="module")
@@ -244,8 +244,8 @@ def test_an_older_result_tells_what_it_has(tmp_path, result, monkeypatch):
         for name in ("expectations", "begun", "libraries"):
             del trajectory.manifest[name]
         trajectory.manifest["versions"]["tissuec"] = "0.0.1"
-        from tissuec.report.page import render
-        from tissuec.report.story import Story
+        from tissuec.view.report.content import Story
+        from tissuec.view.report.page import render
 
         page = Page(render(Story(trajectory)))
     assert "does not tell which" in page.section("expectations").text
@@ -258,8 +258,8 @@ def test_an_older_result_tells_what_it_has(tmp_path, result, monkeypatch):
 def test_a_changed_text_is_told(result):
     with Trajectory.open(result) as trajectory:
         trajectory.__dict__["text"] = trajectory.text.replace("20 0 0", "21 0 0")
-        from tissuec.report.page import render
-        from tissuec.report.story import Story
+        from tissuec.view.report.content import Story
+        from tissuec.view.report.page import render
 
         page = Page(render(Story(trajectory)))
     doubts = page.root.all("div", "doubts")[0].text
@@ -381,8 +381,8 @@ def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
 
 @pytest.mark.usefixtures("without_pictures")
 def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkeypatch):
+    from tissuec.engine.execution import run as running
     from tissuec.pipeline import Request, compile_request, simulate
-    from tissuec.running import run as running
 
     whole = Page(page_of(run(tmp_path, ROD, "whole")))
     stop = Stop(AfterAsking(3))

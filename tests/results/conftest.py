@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from tissuec.core.source import Source, Span
 from tissuec.laws import LINEAR, C, E, Law
 from tissuec.laws.formula import ZERO, Choice
-from tissuec.network import BodyPart, Network
+from tissuec.model.network import BodyPart, Network
 from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.results.writer import ResultWriter
 

@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from tissuec.results.errors import ResultError
-from tissuec.results.export import (
-    export_csv,
-    export_obj,
-    export_vtu,
-    table_data,
-    table_names,
-)
+from tissuec.results.export import export_csv, export_obj, export_vtu, table_data, table_names
 from tissuec.results.info import summary
 from tissuec.results.trajectory import Trajectory
 

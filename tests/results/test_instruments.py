@@ -7,12 +7,12 @@ from tests.running.test_run_to_file import write
 from tests.whole_runs import AfterAsking
 from tissuec.core.resources import library
 from tissuec.core.source import Source
+from tissuec.engine.execution.recorder import Recorder, wishes
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.recording import Recording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
-from tissuec.running.recording import Recorder, wishes
-from tissuec.running.run import run
 
 SCENE = """language 1
 use "tissues/fat"

@@ -19,7 +19,7 @@ CHILD = """if True:
     import pathlib, sys
     import numpy as np
     from tissuec.laws import LINEAR
-    from tissuec.network import Network
+    from tissuec.model.network import Network
     from tissuec.results.errors import ResultError
     from tissuec.results.recording import LogChannel, Recording
     from tissuec.results.writer import ResultWriter

@@ -8,16 +8,16 @@ import pytest
 
 from tests.results.conftest import CUT, FRAMES, RUPTURE, SURFACES
 from tissuec.core.source import Source
+from tissuec.geometry.surfaces import SURFACES as FAMILY
+from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.export import export_surface, surface_shape
 from tissuec.results.info import summary
+from tissuec.results.paraview import view_paths
 from tissuec.results.recording import SurfaceChannel
 from tissuec.results.shapes import write_obj, write_ply, write_vtu
 from tissuec.results.trajectory import Trajectory
-from tissuec.results.views import view_paths
-from tissuec.surfaces import SURFACES as FAMILY
-from tissuec.surfaces.skin import BodySkin
 
 SCENE = """language 1
 tissue gum { spring constant = 20 N/m; viscosity = 20 mN*s/m; mass = 10 mg; prestress = 5 % }
@@ -331,7 +331,7 @@ def test_a_net_goes_into_ply_with_its_springs(read, tmp_path):
 
 def test_a_surface_of_a_grid_is_gone_on_with_to_the_same_bytes(result, tmp_path, monkeypatch):
     """Interrupt the scene in each of its parts, and resume it."""
-    monkeypatch.setattr("tissuec.running.run.CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
     request = Request(Source("scene.tis", SCENE))
     compiled, _ = compile_request(request)
     path = tmp_path / "b.vtkhdf"

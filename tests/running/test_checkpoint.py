@@ -10,8 +10,8 @@ from msgspec import Struct
 
 from tests.examples import examples
 from tests.hand_net import chain, order, span, start, table
-from tissuec.running.checkpoint import read_state, write_state
-from tissuec.verbs.motion import EndMotion
+from tissuec.engine.execution.checkpoint import read_state, write_state
+from tissuec.script.verbs.motion import EndMotion
 
 
 @settings(max_examples=examples(100))
@@ -87,9 +87,9 @@ def test_only_values_of_this_package_go_in():
     "text",
     [
         {"record": "subprocess:Popen", "fields": {"args": "ls"}},
-        {"record": "tissuec.running.checkpoint:json", "fields": {}},
-        {"record": "tissuec.running.checkpoint:write_state", "fields": {}},
-        {"record": "tissuec.verbs.fix:nothing", "fields": {}},
+        {"record": "tissuec.engine.execution.checkpoint:json", "fields": {}},
+        {"record": "tissuec.engine.execution.checkpoint:write_state", "fields": {}},
+        {"record": "tissuec.script.verbs.fix:nothing", "fields": {}},
         {"something": 1},
     ],
 )

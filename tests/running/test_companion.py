@@ -14,14 +14,14 @@ from tests.running.test_run import OMEGA, oscillator
 from tissuec import pipeline
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.source import Source
+from tissuec.engine.execution import companion
+from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
-from tissuec.running import companion
-from tissuec.running.companion import Companion
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 
 def accompany(network, plan):

@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 
 from tests.hand_net import chain, event_action, start
 from tests.hand_plan import carry_out, event, log, make_plan, subject
+from tissuec.engine.execution import recorder as recording_module
+from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder, wishes
+from tissuec.engine.execution.sampling import join_times, rows_at, rows_within
 from tissuec.engine.method import Samples
-from tissuec.measures.moment import Ledger
-from tissuec.plan import RELAXATION, Event
-from tissuec.running import recording as recording_module
-from tissuec.running.agenda import Timetable
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder, wishes
-from tissuec.running.sampling import join_times, rows_at, rows_within
+from tissuec.script.measures.moment import Ledger
+from tissuec.script.plan import RELAXATION, Event
 
 NEAR = 1e-12
 

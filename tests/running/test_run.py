@@ -11,11 +11,11 @@ from msgspec.structs import replace
 from tests.hand_net import chain, make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tests.whole_runs import AfterAsking, every_array
-from tissuec.integrators.procedures import PropagationChoices
-from tissuec.running.interrupting import SIGNALS, Terminated, asked_to_stop, exit_code
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.engine.execution.signals import SIGNALS, Terminated, asked_to_stop, exit_code
+from tissuec.engine.integrators.procedures import PropagationChoices
 
 # Two masses 1 and 3 kg on a spring of 12 N/m: reduced mass 3/4, ω = 4.
 OMEGA = 4.0
@@ -423,7 +423,7 @@ def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(uninterrupte
 def test_checkpoints_on_the_way_change_nothing(monkeypatch):
     network, plan = eventful()
     _, undisturbed = carry_out(network, plan)
-    monkeypatch.setattr("tissuec.running.run.CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
     outcome, recording = carry_out(network, plan)
     assert outcome.kind == "done"
     assert recording.state is not None

@@ -5,10 +5,10 @@ import pytest
 
 from tests.hand_net import make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
+from tissuec.engine.execution.recorder import Recorder, wishes
+from tissuec.engine.execution.run import run
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
-from tissuec.running.recording import Recorder, wishes
-from tissuec.running.run import run
 
 
 @pytest.fixture

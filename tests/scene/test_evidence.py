@@ -2,10 +2,10 @@
 
 import pytest
 
+from tissuec.compiler.provenance import as_dict, cited, tissue_rows
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, read_words
-from tissuec.provenance import as_dict, cited, tissue_rows
 
 LIVER = """
   Young's modulus = 5.5 kPa

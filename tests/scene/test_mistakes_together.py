@@ -12,7 +12,7 @@ import pytest
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.meshes.tube import Tube
+from tissuec.meshes.generators.tube import Tube
 from tissuec.pipeline import Request, check_request
 
 SCENE = """language 1

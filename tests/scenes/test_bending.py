@@ -9,15 +9,15 @@ from scipy.optimize import minimize
 from tests.engine.running import EVERLASTING
 from tests.hand_net import span
 from tests.validate.scenes import compiled_scene
-from tissuec import mechanics
-from tissuec.checks import floppy
+from tissuec.compiler.checks import floppy
+from tissuec.engine.execution.recorder import wishes
 from tissuec.forces.load import Load, Term
-from tissuec.meshes import MESHES
-from tissuec.meshes.bending import across_edges
-from tissuec.running.recording import wishes
-from tissuec.situation import Situation
-from tissuec.statics.balance import Balance
-from tissuec.statics.settling import settle
+from tissuec.mechanics import observables
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.settling import settle
+from tissuec.mechanics.situation import Situation
+from tissuec.meshes.generators import MESHES
+from tissuec.meshes.generators.bending import across_edges
 
 FRAME = """language 1
 tissue gum {{ spring constant = {constant}; viscosity = 0.01 N*s/m; mass = 10 mg; {tissue} }}
@@ -193,12 +193,13 @@ def rolled(net, angle):
 def test_energy_of_a_flat_strip_that_is_rolled_up():
     net = network()
     for angle in (0.5, 0.1):
-        found = mechanics.elastic_energy(start(net), rolled(net, angle), net.velocity)
+        found = observables.elastic_energy(start(net), rolled(net, angle), net.velocity)
         shorter = 2e-3 * (1.0 - np.cos(angle / 2.0))
         # The diagonals of its cells lie in one plane each and are not strained.
         assert found == pytest.approx(2 * 7 * 0.5 * 8.0 * shorter**2, rel=1e-9)
     small = [
-        mechanics.elastic_energy(start(net), rolled(net, a), net.velocity) for a in (0.02, 0.01)
+        observables.elastic_energy(start(net), rolled(net, a), net.velocity)
+        for a in (0.02, 0.01)
     ]
     assert small[0] / small[1] == pytest.approx(16.0, rel=1e-3)
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tissuec.compiler.provenance import explain_tissue
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request, read_words
-from tissuec.provenance import explain_tissue
 from tissuec.results.trajectory import Trajectory
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 # Two masses of 5 g on a spring of 40 N/m that is drawn 2 mm too long: the pressure reaches
 # 60 mN where cos(w t) = -0.75, with w² = 2 c / m.

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene, validated
-from tissuec import mechanics
 from tissuec.core.errors import CompileError
 from tissuec.laws import LINEAR
-from tissuec.situation import Situation
+from tissuec.mechanics import observables
+from tissuec.mechanics.situation import Situation
 
 SCENE = """language 1
 {laws}
@@ -42,7 +42,7 @@ def pulls(compiled):
     """Return the tensions at rest: each spring is drawn 1 mm too long [N]."""
     net = compiled.network
     situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    return mechanics.tension(situation, net.position, np.zeros_like(net.position))
+    return observables.tension(situation, net.position, np.zeros_like(net.position))
 
 
 def finding(text):

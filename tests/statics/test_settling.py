@@ -8,15 +8,15 @@ from scipy.spatial.transform import Rotation
 from tests.engine.running import EVERLASTING, Bench, block, tube
 from tests.hand_net import chain, make_net, span, start
 from tests.validate.scenes import compiled_scene
-from tissuec.checks import situation_at_start
+from tissuec.compiler.checks import situation_at_start
 from tissuec.forces.load import Load, Term
-from tissuec.situation import Situation
-from tissuec.statics import newton
-from tissuec.statics.balance import Balance
-from tissuec.statics.newton import greatest
-from tissuec.statics.relaxation import Layers, relax
-from tissuec.statics.rigid import NeutralMotions
-from tissuec.statics.settling import Unsettled, settle
+from tissuec.mechanics import newton
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.newton import greatest
+from tissuec.mechanics.relaxation import Layers, relax
+from tissuec.mechanics.rigid import NeutralMotions
+from tissuec.mechanics.settling import Unsettled, settle
+from tissuec.mechanics.situation import Situation
 from tissuec.validate.resting import rest
 
 DOWN = (0.0, 0.0, -9.81)

@@ -5,8 +5,8 @@ import pytest
 
 import tissuec
 from tests.hand_net import make_net, start
-from tissuec.statics.rest import rests_pressed
-from tissuec.statics.stability import unstable_node
+from tissuec.mechanics.rest import rests_pressed
+from tissuec.mechanics.stability import unstable_node
 
 COLUMN = """language 1
 tissue gum { spring constant = 100 N/m; viscosity = 0.5 N*s/m; mass = 1 g }

@@ -3,10 +3,10 @@
 import numpy as np
 
 from tissuec.core.source import Source, Span
+from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.laws import LINEAR
-from tissuec.meshes import MESHES
-from tissuec.network import BodyPart, Network
-from tissuec.surfaces.skin import BodySkin
+from tissuec.meshes.generators import MESHES
+from tissuec.model.network import BodyPart, Network
 
 SHEET = {
     "corner": np.zeros(3),

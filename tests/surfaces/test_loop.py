@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.surfaces.conftest import area, build, order, skin_of, volume
-from tissuec.surfaces import SURFACES
-from tissuec.surfaces.loop_subdivision import Net
-from tissuec.surfaces.skin import Skin
+from tissuec.geometry.surfaces import SURFACES
+from tissuec.geometry.surfaces.loop_subdivision import Net
+from tissuec.geometry.surfaces.skin import Skin
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 CORNERS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)

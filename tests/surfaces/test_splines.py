@@ -5,8 +5,8 @@ import pytest
 from scipy.interpolate import BSpline, make_interp_spline
 
 from tests.surfaces.conftest import area, build, order, skin_of
-from tissuec.surfaces import SURFACES
-from tissuec.surfaces.interpolating_spline import through_nodes
+from tissuec.geometry.surfaces import SURFACES
+from tissuec.geometry.surfaces.interpolating_spline import through_nodes
 
 SPLINES = ("interpolating spline", "approximating spline")
 

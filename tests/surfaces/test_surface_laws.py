@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.surfaces.conftest import build, skin_of
-from tissuec.surfaces import SURFACES
-from tissuec.topology import pieces
+from tissuec.geometry.surfaces import SURFACES
+from tissuec.model.topology import pieces
 
 MESHES = {
     "tube": build("tube", rings=6, sides=7),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.surfaces.conftest import across, build, skin_of
-from tissuec.surfaces import SURFACES
+from tissuec.geometry.surfaces import SURFACES
 
 SPLINES = ("interpolating spline", "approximating spline")
 DIAGONALS = ("none", "one", "both")

@@ -24,17 +24,17 @@ import click
 from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene, silent
-from tissuec.compiled.bundles import FLAGS
-from tissuec.compiler import Compiled
-from tissuec.engine import engine, layout, operations, tiers
+from tissuec.compiler.compile import Compiled
+from tissuec.engine import backends, engine, kernel_inputs, operations
 from tissuec.engine.binding import Binder
+from tissuec.engine.integrators import banded, iterative
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces.runs_kernel import springs_in_runs
-from tissuec.integrators import banded, iterative
+from tissuec.kernels.bundles import FLAGS
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
 from tissuec.validate import validation
-from tissuec.validate.observing import output_times, thinned
+from tissuec.validate.engine_run import output_times, thinned
 from tissuec.validate.uncertainty import Known, known_reference
 
 FACTOR = 1.01
@@ -65,7 +65,7 @@ SCENES = {
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.accelerations": ("force", "count_powers", "accelerate"),
     "tissuec.forces.springs_kernel": ("springs", "pull_nodes", "reeled", "pull_at", "pull_of"),
-    "tissuec.kernels.acts": None,
+    "tissuec.kernels.boundary_conditions": None,
     "tissuec.forces.bending": ("fold",),
     "tissuec.forces.foundation": ("hold",),
     "tissuec.forces.volume": ("press", "spans"),
@@ -264,7 +264,7 @@ def as_python() -> None:
             for module in (accelerations, springs_kernel)
             for name, each in inspect.getmembers(module, inspect.isfunction)
         }
-        return Binder(names | tiers.method_names(integrator) | plain_operations(features))
+        return Binder(names | backends.method_names(integrator) | plain_operations(features))
 
     def bound(integrator, function):
         def call(*arguments):
@@ -283,11 +283,11 @@ def as_python() -> None:
         kernel, given = tables[table]
         kernel(time, x, v, f, power, given.record)
 
-    layout.kernel_address, accelerations.add_field = kernel_address, add_field
+    kernel_inputs.kernel_address, accelerations.add_field = kernel_address, add_field
     engine.loop_operations = found
-    engine.bound_drive = lambda integrator, tier: bound(integrator, tiers.loop.drive)
-    engine.bound_inside = lambda integrator: tiers.Inside(
-        bound(integrator, tiers.loop.look), bound(integrator, integrator.prepare)
+    engine.bound_drive = lambda integrator, tier: bound(integrator, backends.loop.drive)
+    engine.bound_inside = lambda integrator: backends.Inside(
+        bound(integrator, backends.loop.look), bound(integrator, integrator.prepare)
     )
     engine.Engine._table = lambda self, record: record
 

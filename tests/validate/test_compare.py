@@ -5,8 +5,8 @@ import pytest
 
 from tests.validate.scenes import compiled_scene, rod, silent
 from tissuec.validate.compare import force_groups, support_forces
+from tissuec.validate.engine_run import observe
 from tissuec.validate.events import Miss, between_events, match, missed
-from tissuec.validate.observing import observe
 from tissuec.validate.reference import reference
 from tissuec.validate.uncertainty import known_reference, relative_positions
 

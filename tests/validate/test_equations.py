@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.hand_net import chain, make_net, order, start
-from tissuec import mechanics
+from tissuec.mechanics import observables
 from tissuec.validate.equations import Equations, incidence_matrix
 
 RNG = np.random.default_rng(7)
@@ -76,11 +76,13 @@ def test_independent_formulas_agree_with_those_of_logs():
     equations = Equations(situation, 1.0)
     moved = situation.position - situation.network.position
     springs = equations.pull(0.0, moved, situation.velocity)
-    theirs = mechanics.inner_forces(situation, 0.0, situation.position, situation.velocity).node
+    theirs = observables.inner_forces(
+        situation, 0.0, situation.position, situation.velocity
+    ).node
     assert equations.node_forces(springs) == pytest.approx(theirs, rel=1e-12, abs=1e-12)
     ours = equations.energies(situation.time, moved, situation.velocity)
     assert ours == pytest.approx(
-        mechanics.energies(situation, situation.time, situation.position, situation.velocity),
+        observables.energies(situation, situation.time, situation.position, situation.velocity),
         rel=1e-12,
     )
 

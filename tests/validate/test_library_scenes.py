@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from tests.validate.scenes import quantity, silent
 from tissuec.pipeline import Request, compile_request
-from tissuec.plan import Output
-from tissuec.validate import observing
+from tissuec.script.plan import Output
+from tissuec.validate import engine_run
 from tissuec.validate.validation import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
@@ -60,7 +60,7 @@ def assert_as_good_as_can_be_known(found):
 )
 def test_beginning_of_a_shipped_scene_keeps_its_promise(name, monkeypatch):
     # Steps that land on a hundred output times would be shorter than their errors ask for.
-    monkeypatch.setattr(observing, "WITHOUT_OUTPUT", 21)
+    monkeypatch.setattr(engine_run, "WITHOUT_OUTPUT", 21)
     found = validate(
         beginning(shipped(name), PARTS.get(name, 0.1)),
         method="DOP853",

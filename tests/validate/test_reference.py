@@ -177,7 +177,7 @@ def test_springs_above_a_lowered_fraction_force_break_at_once():
 
 def test_forced_node_follows_the_closed_form():
     """m a = F sin Ωt gives x = F / (m Ω²) (Ωt - sin Ωt)."""
-    from tissuec.courses import Course
+    from tissuec.model.profiles import Course
 
     network, times, angular = lonely(), times_until(1.0), 2.0 * np.pi * 3.0
     sine = (Course("sine", 0.0, np.inf, frequency=3.0),)

@@ -11,7 +11,7 @@ from tissuec.cli import group
 from tissuec.cli import validate as command
 from tissuec.validate import stepping
 from tissuec.validate import validation as module
-from tissuec.validate.observing import observe
+from tissuec.validate.engine_run import observe
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from msgspec.structs import replace
 from tests.hand_net import make_net
 from tests.hand_plan import event, make_plan
 from tests.validate.scenes import compiled_scene, quantity, rod, silent, validated
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.validate import validation as module
-from tissuec.validate.observing import MOST_ROWS, observe, output_times, thinned
+from tissuec.validate.engine_run import MOST_ROWS, observe, output_times, thinned
 from tissuec.validate.uncertainty import known_reference, shaken
 from tissuec.validate.validation import validate
 from tissuec.validate.wording import MOST
@@ -295,12 +295,12 @@ def test_long_lists_of_differences_are_cut_short(monkeypatch):
 
 
 def test_ctrl_c_during_the_run_ends_it(monkeypatch):
-    from tissuec.validate import observing
+    from tissuec.validate import engine_run
 
     class Interrupted:
         kind = "interrupted"
         signal = signal.SIGINT
 
-    monkeypatch.setattr(observing, "run", lambda *args, **options: Interrupted())
+    monkeypatch.setattr(engine_run, "run", lambda *args, **options: Interrupted())
     with pytest.raises(KeyboardInterrupt):
         validated(rod())

@@ -5,7 +5,7 @@ import pytest
 
 from tests.hand_net import Diary, Refused, chain, make_net, order, start
 from tissuec.forces.branches import NAMES
-from tissuec.verbs.change import PARAMETERS
+from tissuec.script.verbs.change import PARAMETERS
 
 SETS = {"part": [1, 2]}
 

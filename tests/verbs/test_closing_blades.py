@@ -5,10 +5,10 @@ import pytest
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
 from tissuec.pipeline import Request, compile_request
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder
-from tissuec.running.run import run
 
 SHEET = """language 1
 tissue skin {{ spring constant = 100 N/m; viscosity = 0 N*s/m; mass = 1 g }}

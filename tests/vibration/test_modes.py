@@ -8,13 +8,14 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 
 from tests.hand_net import chain, make_net, span, start
-from tissuec import mechanics, topology
+from tissuec.analysis.vibration import eigen, operator
+from tissuec.analysis.vibration.modes import modes_of
+from tissuec.analysis.vibration.ordering import dissected
 from tissuec.forces import volume
 from tissuec.forces.volume import Enclosure
-from tissuec.statics.balance import Balance
-from tissuec.vibration import eigen, operator
-from tissuec.vibration.modes import modes_of
-from tissuec.vibration.ordering import dissected
+from tissuec.mechanics import observables
+from tissuec.mechanics.balance import Balance
+from tissuec.model import topology
 
 ROUNDING = 1e-9  # relative, of eigenvalues no smaller than a millionth of the largest
 
@@ -83,9 +84,9 @@ def test_a_free_body_has_three_translations_and_three_rotations(solver):
     momentum = [np.linalg.norm(situation.mass @ mode.shape) for mode in found]
     whole = np.sqrt(situation.mass.sum())  # of a translation with φᵀ M φ = 1
     assert momentum == pytest.approx([whole] * 3 + [0.0] * 5, abs=1e-6)
-    lengths = mechanics.lengths(situation.network.ends, situation.position)
+    lengths = observables.lengths(situation.network.ends, situation.position)
     for mode in found[:6]:
-        moved = mechanics.lengths(
+        moved = observables.lengths(
             situation.network.ends, situation.position + 1e-6 * mode.shape
         )
         assert moved == pytest.approx(lengths, abs=1e-10)  # the square of the motion
@@ -187,7 +188,9 @@ def differentiated(situation):
         step = np.zeros(situation.position.size)
         step[entry] = 1e-5
         forces = [
-            mechanics.inner_forces(situation, 0.0, situation.position + way, still).node.ravel()
+            observables.inner_forces(
+                situation, 0.0, situation.position + way, still
+            ).node.ravel()
             for way in (step.reshape(-1, 3), -step.reshape(-1, 3))
         ]
         matrix[:, column] = (forces[1] - forces[0])[free] / 2e-5

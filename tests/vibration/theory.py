@@ -3,7 +3,7 @@
 import numpy as np
 
 import tissuec
-from tissuec.vibration.modes import Mode, Modes
+from tissuec.analysis.vibration.modes import Mode, Modes
 
 YOUNG, DENSITY = 10e3, 1000.0
 

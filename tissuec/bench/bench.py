@@ -13,10 +13,10 @@ from tissuec.bench.rivals import rivals
 from tissuec.bench.scales import Scales
 from tissuec.bench.trial import Solver
 from tissuec.bench.truth import Truth, find_truth
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError, alternatives
-from tissuec.integrators import INTEGRATORS
-from tissuec.plan import AUTOMATIC
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.script.plan import AUTOMATIC
 
 LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
 

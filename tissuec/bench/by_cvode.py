@@ -11,7 +11,7 @@ import numpy as np
 from tissuec.bench.driven import DrivenSolver
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.trial import Deadline, Failed
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 METHODS = ("BDF", "Adams")
 LARGEST_BAND = 2e7  # numbers in a band up to which it is kept; above, solving iterates

@@ -14,9 +14,9 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.bench.problem import Problem
-from tissuec.bench.starting import situation_at_start
+from tissuec.bench.start import situation_at_start
 from tissuec.bench.trial import Deadline, Failed, Trial
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
 ORDERS = {"Euler": 1.0, "implicitfast": 1.0, "RK4": 4.0}

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from tissuec.bench.driven import DrivenSolver
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.trial import Deadline, Failed
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 EXPLICIT = ("RK23", "RK45", "DOP853")
 IMPLICIT = ("Radau", "BDF", "LSODA")

@@ -5,11 +5,11 @@ from typing import ClassVar
 from msgspec import Struct
 
 from tissuec.bench.kernel import Kernel
+from tissuec.bench.player import walk
 from tissuec.bench.problem import Problem
 from tissuec.bench.scales import Scales
 from tissuec.bench.trial import Deadline, Trial
-from tissuec.bench.walking import walk
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 FINEST = 1e-13
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from tissuec.bench.problem import Problem
-from tissuec.network import Floats
-from tissuec.running.memory import MemoryRecording
-from tissuec.running.recording import Recorder, Samples
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder, Samples
+from tissuec.model.network import Floats
 
 
 class Frames(Recorder):

@@ -13,14 +13,14 @@ from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.bench.trial import Deadline
-from tissuec.compiled.loading import address
-from tissuec.compiled.tables import RecordTable
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.engine.operations import operations
 from tissuec.engine.rate import Unknowns
-from tissuec.integrators import INTEGRATORS
+from tissuec.kernels.loading import address
+from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Floats, Integers
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
 
 Rate = Callable[[float, int, int], None]
 OPERATIONS = ("force", "place")

@@ -7,8 +7,8 @@ from msgspec import Struct
 from tissuec.bench.frames import Frames
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Trial
-from tissuec.plan import AUTOMATIC
-from tissuec.running.run import run
+from tissuec.engine.execution.run import run
+from tissuec.script.plan import AUTOMATIC
 
 
 class EngineSolver(Struct, frozen=True, eq=False):

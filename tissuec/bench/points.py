@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.bench.problem import Problem
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
 from tissuec.core.errors import counted
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 Tell = Callable[[str], None]
 

@@ -4,10 +4,10 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.compiler import Compiled
-from tissuec.network import Floats, Network
-from tissuec.plan import Output, Plan
-from tissuec.validate.observing import output_times, thinned
+from tissuec.compiler.compile import Compiled
+from tissuec.model.network import Floats, Network
+from tissuec.script.plan import Output, Plan
+from tissuec.validate.engine_run import output_times, thinned
 from tissuec.validate.uncertainty import relative_positions
 
 

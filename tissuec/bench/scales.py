@@ -5,7 +5,7 @@ from msgspec import Struct
 
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.problem import Problem
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 
 class Scales(Struct, frozen=True):

@@ -5,9 +5,9 @@ from typing import Protocol
 
 from msgspec import Struct
 
-from tissuec.compiled import loading
 from tissuec.core.errors import TissueError
-from tissuec.network import Floats
+from tissuec.kernels import loading
+from tissuec.model.network import Floats
 
 
 class Failed(TissueError):

@@ -13,8 +13,8 @@ from tissuec.bench.problem import Problem
 from tissuec.bench.scales import Scales
 from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
 from tissuec.core.errors import TissueError
-from tissuec.network import Floats
-from tissuec.plan import AUTOMATIC
+from tissuec.model.network import Floats
+from tissuec.script.plan import AUTOMATIC
 
 METHODS = ("dop853", "esdirk43")
 OTHERS = ("DOP853", "Radau")  # of SciPy, for a second opinion

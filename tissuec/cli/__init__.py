@@ -7,10 +7,10 @@ from importlib import import_module
 
 import click
 
-from tissuec import __version__
 from tissuec.cli.common import Group, Settings
 from tissuec.cli.guard import run_guarded
 from tissuec.core.errors import alternatives
+from tissuec.core.version import __version__
 
 # Matrices are small or sparse: threads of BLAS, which start with NumPy, cost more than they
 # bring, and their sums would depend on how many processors there are.

@@ -100,7 +100,7 @@ def command(
     """
     use_one_thread()
     if plot is not None:
-        from tissuec.drawing.page import check_suffix, need_matplotlib
+        from tissuec.view.plots.page import check_suffix, need_matplotlib
 
         need_matplotlib()  # before all the work
         check_suffix(plot)
@@ -152,8 +152,8 @@ def _bench(
     else:
         echo("\n".join(as_text(found)))
     if plot is not None:
-        from tissuec.drawing.page import save
-        from tissuec.plots import draw
+        from tissuec.view.plots import draw
+        from tissuec.view.plots.page import save
 
         save(draw(None, document), plot)
     return DONE

@@ -16,7 +16,7 @@ from tissuec.cli.common import (
     summary,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, Diagnostic, counted
-from tissuec.progress import compiling
+from tissuec.core.progress import compiling
 
 
 @click.command(cls=Command)
@@ -54,7 +54,7 @@ def _check(
     path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]
 ) -> tuple[list[Diagnostic], str]:
     """Return what is to be said about a file, and how large its scene is."""
-    from tissuec.checks import uncounted
+    from tissuec.compiler.checks import uncounted
     from tissuec.pipeline import Request, check_request
 
     try:

@@ -9,7 +9,7 @@ import click
 from tissuec.cli.common import DONE, FAILED, Command, Settings, echo, library_option, print_json
 
 if TYPE_CHECKING:
-    from tissuec.comparing.comparison import Comparison
+    from tissuec.view.compare.comparison import Comparison
 
 
 @click.command(cls=Command)
@@ -37,10 +37,10 @@ def command(
     where something differs; 1 with --within, where the motions differ by more or not all of
     them can be compared; 2 something cannot be read.
     """
-    from tissuec.comparing.comparison import compare
-    from tissuec.comparing.data import as_dict
-    from tissuec.comparing.sides import open_side
-    from tissuec.comparing.wording import as_text
+    from tissuec.view.compare.comparison import compare
+    from tissuec.view.compare.data import as_dict
+    from tissuec.view.compare.sides import open_side
+    from tissuec.view.compare.text import as_text
 
     with ExitStack() as open_files:
         sides = []

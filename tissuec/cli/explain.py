@@ -22,10 +22,10 @@ from tissuec.core.data import as_data
 from tissuec.core.errors import TissueError, did_you_mean
 
 if TYPE_CHECKING:
-    from tissuec.bodies import BodyProperties
-    from tissuec.compiler import Compiled
-    from tissuec.prediction import Prediction
-    from tissuec.provenance import Row
+    from tissuec.analysis.bodies import BodyProperties
+    from tissuec.compiler.compile import Compiled
+    from tissuec.compiler.prediction import Prediction
+    from tissuec.compiler.provenance import Row
     from tissuec.scene.model import Tissue
     from tissuec.scene.resolve import Words
 
@@ -95,13 +95,13 @@ def command(
 
 
 def _plan_of(compiled: "Compiled") -> "Prediction":
-    from tissuec.prediction import predict  # late: it looks at the engine
+    from tissuec.compiler.prediction import predict  # late: it looks at the engine
 
     return predict(compiled)
 
 
 def _bodies_of(compiled: "Compiled") -> "tuple[BodyProperties, ...]":
-    from tissuec.bodies import properties_of  # late: it needs SciPy
+    from tissuec.analysis.bodies import properties_of  # late: it needs SciPy
 
     return properties_of(compiled)
 
@@ -113,13 +113,13 @@ def _document(
     bodies: "tuple[BodyProperties, ...] | None",
 ) -> dict[str, Any]:
     """Return all that is asked for as plain data."""
-    from tissuec.provenance import as_dict
+    from tissuec.compiler.provenance import as_dict
 
     document = as_dict(words, tissues)
     if plan is not None:
         document["plan"] = as_data(plan)
     if bodies is not None:
-        from tissuec.wording import bodies as wording
+        from tissuec.view.summaries import bodies as wording
 
         document["bodies"] = [wording.as_dict(body) for body in bodies]
     return document
@@ -127,8 +127,8 @@ def _document(
 
 def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
     """Return the tissue asked for; otherwise those that are used, or all where none is."""
+    from tissuec.compiler.provenance import used_tissues
     from tissuec.core.names import key_of
-    from tissuec.provenance import used_tissues
 
     if name is None:
         return used_tissues(words)
@@ -140,7 +140,7 @@ def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
 
 
 def _print_params(words: "Words") -> None:
-    from tissuec.provenance import SET
+    from tissuec.compiler.provenance import SET
 
     for parameter in words.constants.parameters():
         mark = f" ({SET})" if parameter.overridden else ""
@@ -149,7 +149,7 @@ def _print_params(words: "Words") -> None:
 
 
 def _print_tissue(tissue: "Tissue") -> None:
-    from tissuec.provenance import tissue_rows
+    from tissuec.compiler.provenance import tissue_rows
 
     cells = [line for row in tissue_rows(tissue) for line in _cells(row)]
     echo(f"\n{tissue.name:<40}{tissue.span.place}")
@@ -172,7 +172,7 @@ def _cells(row: "Row") -> Iterator[tuple[str, ...]]:
 
 
 def _print_body(body: "BodyProperties") -> None:
-    from tissuec.wording import bodies as wording
+    from tissuec.view.summaries import bodies as wording
 
     echo(f"\n{wording.head(body)}")
     for line in aligned(list(wording.rows(body)), COLUMNS[:2]):
@@ -182,7 +182,7 @@ def _print_body(body: "BodyProperties") -> None:
 
 
 def _print_plan(plan: "Prediction") -> None:
-    from tissuec.wording import plan as wording
+    from tissuec.view.summaries import plan as wording
 
     echo("\narrays")
     for line in aligned(wording.arrays(plan), (12, 16)):

@@ -12,7 +12,7 @@ from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
 from tissuec.core.errors import TissueError, alternatives, counted
 
 if TYPE_CHECKING:
-    from tissuec.network import Floats
+    from tissuec.model.network import Floats
     from tissuec.results.shapes import Shape
     from tissuec.results.trajectory import Trajectory
 

@@ -8,7 +8,7 @@ import click
 from tissuec.cli.common import DONE, INTERRUPTED, STOPPED, WRONG_TEXT, echo, print_json
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.printable import printable
-from tissuec.running.interrupting import SIGNALLED, Terminated, ending, exit_code
+from tissuec.engine.execution.signals import SIGNALLED, Terminated, ending, exit_code
 
 DEBUG = "TISSUEC_DEBUG"  # environment variable: show tracebacks
 

@@ -14,7 +14,7 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.core.fields import LocatedFile
 
 if TYPE_CHECKING:
-    from tissuec.shapes.repair import Shape
+    from tissuec.meshes.repair import Shape
 
 _MOST_GROUPS = 20  # that are listed in a scene; --json has all of them
 _CELLS_ACROSS = 8  # of a proposed filling, along the shortest side
@@ -52,7 +52,7 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     \b
     tissuec import liver.stl --unit mm > liver.tis
     """
-    from tissuec.meshes.imported import Imported, MeshFileError
+    from tissuec.meshes.generators.imported import Imported, MeshFileError
 
     mesh = Imported(LocatedFile(file.name, file, _factor(unit)))
     try:
@@ -79,7 +79,7 @@ def _factor(unit: str) -> float:
 
 def _facts(shape: "Shape") -> dict:
     """Return what is in a mesh file, repaired, in SI units."""
-    from tissuec.shapes.edges import Edges, volume
+    from tissuec.geometry.edges import Edges, volume
 
     is_closed = Edges.among(shape.skin).is_closed
     return {

@@ -20,10 +20,10 @@ from tissuec.cli.common import (
 from tissuec.cli.plot import Reading
 from tissuec.core.errors import TissueError
 from tissuec.core.units import LENGTH
-from tissuec.plots.options import reader
+from tissuec.view.plots.options import reader
 
 if TYPE_CHECKING:
-    from tissuec.lab.laboratory import Examination, Row
+    from tissuec.analysis.lab.laboratory import Examination, Row
 
 HEADS = ("test", "quantity", "coarse", "fine", "given", "known", "verdict")
 LEAST = (14, 18, 12, 12, 12, 12)
@@ -76,7 +76,7 @@ def command(
     tissuec lab liver
     tissuec lab my_tissues.tis --tissue scar --out measured
     """
-    from tissuec.lab.laboratory import chosen, examine
+    from tissuec.analysis.lab.laboratory import chosen, examine
     from tissuec.pipeline import Request, read_words
     from tissuec.scene.library import find_tissues
 
@@ -100,9 +100,9 @@ def command(
 
 def _write(found: "list[Examination]", folder: Path) -> "Iterator[Path]":
     """Write tables, and with matplotlib a picture of the curves; yield the files."""
-    from tissuec.drawing.page import need_matplotlib, save
-    from tissuec.lab.tables import write_tables
-    from tissuec.plots import draw
+    from tissuec.analysis.lab.tables import write_tables
+    from tissuec.view.plots import draw
+    from tissuec.view.plots.page import need_matplotlib, save
 
     yield from write_tables(found, folder)
     try:

@@ -24,14 +24,14 @@ from tissuec.cli.common import (
     tell_mistakes,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, did_you_mean
-from tissuec.running.interrupting import SIGNALLED, exit_code
-from tissuec.wording import run as wording
+from tissuec.engine.execution.signals import SIGNALLED, exit_code
+from tissuec.view.summaries import run as wording
 
 if TYPE_CHECKING:
-    from tissuec.compiler import Compiled
-    from tissuec.learn.outcome import Learnt
-    from tissuec.lesson import Lesson
+    from tissuec.compiler.compile import Compiled
+    from tissuec.learn.fit.outcome import Learnt
     from tissuec.pipeline import Request
+    from tissuec.script.fit_problem import Lesson
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
 KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
@@ -164,7 +164,7 @@ def _carry_out(
     settings: Settings,
 ) -> tuple[int, dict[str, Any]]:
     """Learn one block, or check its derivatives; returns the exit code and the document."""
-    from tissuec.learn.learning import Unlearnable
+    from tissuec.learn.fit.learning import Unlearnable
 
     try:
         if wishes.gradient:
@@ -199,13 +199,13 @@ def _learn(
     wishes: Wishes,
     settings: Settings,
 ) -> tuple[int, dict[str, Any]]:
-    from tissuec.learn.judging_demands import judged
-    from tissuec.learn.learning import learn, rehearsal
-    from tissuec.learn.report import as_dict, is_identified
-    from tissuec.learn.telling.passes import Passes
-    from tissuec.learn.telling.words import differences, drifts
-    from tissuec.learn.writing.placing import refuse_others
-    from tissuec.learn.writing.preset import compose
+    from tissuec.learn.fit.expectations import judged
+    from tissuec.learn.fit.learning import learn, rehearsal
+    from tissuec.learn.presets.placing import refuse_others
+    from tissuec.learn.presets.preset import compose
+    from tissuec.learn.report.data import as_dict, is_identified
+    from tissuec.learn.report.passes import Passes
+    from tissuec.learn.report.words import differences, drifts
 
     target = wishes.output or lesson.write
     if target is not None:
@@ -254,7 +254,7 @@ def _learn(
 
 def _keep_others(target: Path, compiled: "Compiled", *, force: bool) -> None:
     """Refuse to lose a text of the scene, or another file, before time is spent."""
-    from tissuec.learn.writing.placing import refuse_others
+    from tissuec.learn.presets.placing import refuse_others
 
     for source in (*compiled.scene.imports, compiled.scene.source):
         if source.path is not None:
@@ -282,8 +282,8 @@ def _write(
     """Write the preset, if it goes anywhere; returns the names of the files."""
     if target is None:
         return []
-    from tissuec.learn.writing.placing import place
-    from tissuec.learn.writing.preset import compose
+    from tissuec.learn.presets.placing import place
+    from tissuec.learn.presets.preset import compose
 
     files = place(compose(learnt, compiled, request, target), force=wishes.force)
     for file in files if not settings.json else ():
@@ -293,8 +293,8 @@ def _write(
 
 def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
     """Say what came out, and which expectations fail."""
-    from tissuec.learn.judging_demands import judged
-    from tissuec.learn.telling.text import as_text
+    from tissuec.learn.fit.expectations import judged
+    from tissuec.learn.report.text import as_text
 
     echo("\n".join(as_text(learnt, moved)))
     verdicts = judged(learnt)
@@ -318,8 +318,8 @@ def _check_gradient(
     compiled: "Compiled", lesson: "Lesson", request: "Request", settings: Settings
 ) -> tuple[int, dict[str, Any]]:
     """Tell how far exact derivatives are from differences; FAILED if too far."""
-    from tissuec.learn.learning import check_gradient
-    from tissuec.learn.telling.gradient import as_lines, is_good
+    from tissuec.learn.fit.learning import check_gradient
+    from tissuec.learn.report.gradient import as_lines, is_good
 
     found = check_gradient(compiled, lesson, request)
     worst = max((row.apart for row in found), default=0.0)

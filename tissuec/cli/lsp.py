@@ -23,7 +23,7 @@ def command(settings: Settings, libraries: tuple[Path, ...], stdio: bool) -> int
         raise TissueError(
             'the language server needs pygls: pip install "tissuec[lsp]"'
         ) from None
-    from tissuec.editor.server import make_server
+    from tissuec.lsp.server import make_server
 
     make_server(libraries).start_io()
     return DONE

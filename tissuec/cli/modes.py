@@ -17,7 +17,7 @@ from tissuec.cli.common import (
 )
 from tissuec.cli.plot import Reading
 from tissuec.core.units import FREQUENCY
-from tissuec.plots.options import reader
+from tissuec.view.plots.options import reader
 
 LARGEST = 1000
 COLUMNS = (6, 12, 10, 15)  # least widths
@@ -65,9 +65,9 @@ def command(
     tissuec modes scene.tis --body tube --count 20 --json
     tissuec modes scene.tis --above 0 --out modes.vtkhdf
     """
+    from tissuec.analysis.vibration.scene import scene_modes
     from tissuec.pipeline import Request, compile_request, manifest_of
-    from tissuec.vibration.scene import scene_modes
-    from tissuec.wording import modes as wording
+    from tissuec.view.summaries import modes as wording
 
     if above is not None and above < 0.0:
         raise click.BadParameter("a frequency is 0 or above", param_hint="'--above'")
@@ -80,7 +80,7 @@ def command(
     found = scene_modes(compiled, body=body, count=count, above=above)
     file = None
     if out is not None and len(found):
-        from tissuec.vibration.frames import write_modes
+        from tissuec.analysis.vibration.frames import write_modes
 
         file = write_modes(found, compiled, out, manifest_of(compiled, request))
     if settings.json:

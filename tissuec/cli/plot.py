@@ -9,8 +9,8 @@ from msgspec.structs import fields
 
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
 from tissuec.core.errors import alternatives
-from tissuec.plots import PLOTS, USUAL
-from tissuec.plots.options import Option, options_of
+from tissuec.view.plots import PLOTS, USUAL
+from tissuec.view.plots.options import Option, options_of
 
 SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
 
@@ -127,8 +127,8 @@ def command(
     tissuec plot a.vtkhdf b.vtkhdf --kind logs --log "force of forceps A" -o both.pdf
     tissuec plot fuzzy/soft_tissue --kind rules --x hardness --y elasticity
     """
-    from tissuec.drawing.page import check_suffix, need_matplotlib, save
-    from tissuec.plots import WrongOption, draw
+    from tissuec.view.plots import WrongOption, draw
+    from tissuec.view.plots.page import check_suffix, need_matplotlib, save
 
     need_matplotlib()  # before all the work
     given = {name: value for name, value in options.items() if value not in (None, ())}

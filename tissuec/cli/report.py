@@ -18,8 +18,8 @@ from tissuec.cli.common import (
 from tissuec.core.errors import TissueError
 
 if TYPE_CHECKING:
-    from tissuec.report.story import Story
     from tissuec.results.trajectory import Trajectory
+    from tissuec.view.report.content import Story
 
 SUFFIX = ".report.html"
 
@@ -109,10 +109,10 @@ def _write(
     settings: Settings, *, validates: bool,
 ) -> "tuple[Story, int]":  # fmt: skip
     """Write one page; return what it tells, and the exit code."""
-    from tissuec.report.page import render
-    from tissuec.report.retelling import retell
-    from tissuec.report.story import Story
     from tissuec.results.trajectory import Trajectory
+    from tissuec.view.report.content import Story
+    from tissuec.view.report.page import render
+    from tissuec.view.report.recompiled import retell
 
     with Trajectory.open(result) as trajectory:
         retelling, document, code = retell(trajectory, libraries), None, DONE
@@ -135,7 +135,7 @@ def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     """Return what ``validate --json`` printed of the scene of a run; TissueError if not."""
     import json
 
-    from tissuec.report.validations import misfit
+    from tissuec.view.report.validations import misfit
 
     try:
         document = json.loads(path.read_text(encoding="utf-8"))

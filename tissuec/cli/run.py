@@ -26,14 +26,14 @@ from tissuec.cli.common import (
 from tissuec.core.data import as_data
 from tissuec.core.errors import CompileError, TissueError, counted
 from tissuec.core.units import TIME, show
-from tissuec.running.interrupting import SIGNALLED, exit_code
-from tissuec.wording import run as wording
+from tissuec.engine.execution.signals import SIGNALLED, exit_code
+from tissuec.view.summaries import run as wording
 
 if TYPE_CHECKING:
-    from tissuec.compiler import Compiled
-    from tissuec.network import Network
+    from tissuec.compiler.compile import Compiled
+    from tissuec.engine.execution.companion import ErrorEstimate, Mode
+    from tissuec.model.network import Network
     from tissuec.pipeline import Request, Result
-    from tissuec.running.companion import ErrorEstimate, Mode
 
 MOST_SPRINGS_NAMED = 6
 # Springs from which memory counts more than the time of searching for cycles of objects.
@@ -153,8 +153,8 @@ def _run_one(
     resume: bool, companion: "Mode", threads: int | None, overrides: tuple[str, ...],
     libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
+    from tissuec.core.progress import compiling
     from tissuec.pipeline import Request, compile_request
-    from tissuec.progress import compiling
     from tissuec.results.errors import PlaceError
     from tissuec.results.places import make_folder
 
@@ -210,8 +210,8 @@ def _with_progress(
     compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
     resume: bool, companion: "Mode", threads: int | None,
 ) -> "Result":  # fmt: skip
+    from tissuec.core.progress import Progress
     from tissuec.pipeline import simulate
-    from tissuec.progress import Progress
 
     duration = compiled.plan.simulation.duration
     name, shown = request.source.name, settings.shows_progress

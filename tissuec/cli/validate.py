@@ -21,10 +21,10 @@ from tissuec.cli.common import (
     tell_mistakes,
 )
 from tissuec.core.errors import CompileError
-from tissuec.progress import Progress
+from tissuec.core.progress import Progress
 
 if TYPE_CHECKING:
-    from tissuec.compiler import Compiled
+    from tissuec.compiler.compile import Compiled
 
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 CODES = {
@@ -105,7 +105,7 @@ def validated(
 
 
 def _tell(document: dict[str, Any]) -> None:
-    from tissuec.validate.telling import as_text
+    from tissuec.validate.summary import as_text
 
     if "run" in document:
         echo("\n".join(as_text(document)))

@@ -13,11 +13,11 @@ from tissuec.cli.arguments import Moment, Pair
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.units import TIME, show
-from tissuec.player.options import COLOURS, Options
+from tissuec.view.player.options import COLOURS, Options
 
 if TYPE_CHECKING:
-    from tissuec.player.film import Film
     from tissuec.results.trajectory import Trajectory
+    from tissuec.view.player.film import Film
 
 PAGES = (".html", ".htm")
 #: Options that draw pictures -> the end of their files.
@@ -190,8 +190,8 @@ class Wish(Struct, frozen=True):
 
 def _show(result: Path, page: Path | None, wish: Wish, settings: Settings) -> dict[str, Any]:
     """Write what is asked for of one result, and return what there is to say of it."""
-    from tissuec.player.reading import read_film
     from tissuec.results.trajectory import Trajectory
+    from tissuec.view.player.reading import read_film
 
     _check_extras(wish.pictures)
     with Trajectory.open(result) as trajectory:
@@ -212,11 +212,11 @@ def _show(result: Path, page: Path | None, wish: Wish, settings: Settings) -> di
 def _check_extras(pictures: dict[str, Path]) -> None:
     """Say what is not installed before any work is done; TissueError."""
     if "mp4" in pictures:  # first: the extra that brings it brings what the others need
-        from tissuec.player.animation import need_ffmpeg
+        from tissuec.view.player.animation import need_ffmpeg
 
         need_ffmpeg()
     if pictures:
-        from tissuec.player.picture import need_matplotlib
+        from tissuec.view.player.picture import need_matplotlib
 
         need_matplotlib()
 
@@ -224,7 +224,7 @@ def _check_extras(pictures: dict[str, Path]) -> None:
 def _write_page(
     page: Path, film: "Film", trajectory: "Trajectory", options: Options, settings: Settings
 ) -> dict[str, Any]:
-    from tissuec.player.page import render_film
+    from tissuec.view.player.page import render_film
 
     data = render_film(film, trajectory, options).encode("utf-8")
     # Written aside: who looks at the former page meanwhile never sees half of one.
@@ -249,10 +249,10 @@ def _draw(
     wish: Wish,
     settings: Settings,
 ) -> dict[str, Any]:
-    from tissuec.player.animation import write_gif, write_video
-    from tissuec.player.facts import title
-    from tissuec.player.lives import Timeline
-    from tissuec.player.picture import Painter
+    from tissuec.view.player.animation import write_gif, write_video
+    from tissuec.view.player.facts import title
+    from tissuec.view.player.lifetimes import Timeline
+    from tissuec.view.player.picture import Painter
 
     width, height = map(int, wish.size or SIZES[kind])
     options = wish.options

@@ -80,7 +80,7 @@ def _explore(
     request: "Request", path: Path, target: Path, settings: Settings, opens: bool
 ) -> int:
     """Write the page that explores a vocabulary, and show it if so wished."""
-    from tissuec.explorer.page import document, render
+    from tissuec.view.explorer.page import document, render
 
     keep_input(target, path)
     page = document(request)

@@ -7,9 +7,9 @@ the order of the chunks. So sums depend neither on the number of threads nor on 
 
 import numpy as np
 
-from tissuec.engine.runs import Places
+from tissuec.engine.spring_runs import Places
 from tissuec.kernels.records import Chunks
-from tissuec.kernels.teams import PIECE
+from tissuec.kernels.thread_loops import PIECE
 
 NODES = 4096  # of a chunk, at least
 MOST = 64  # chunks

@@ -11,12 +11,14 @@ from typing import Any, cast
 import numpy as np
 from msgspec.structs import astuple
 
-from tissuec import mechanics
-from tissuec.compiled.calls import raise_failure
-from tissuec.compiled.tables import RecordTable
 from tissuec.engine import failures
-from tissuec.engine.choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
-from tissuec.engine.contest import (
+from tissuec.engine.backends import bound_drive, bound_inside, default_tier, loop_operations
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.procedures import PropagationChoices
+from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
+from tissuec.engine.method_choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
+from tissuec.engine.method_trial import (
     PATIENT,
     Contest,
     candidate_for,
@@ -24,9 +26,7 @@ from tissuec.engine.contest import (
     evaluation_time,
     trial_cost,
 )
-from tissuec.engine.layout import Layout
-from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
-from tissuec.engine.outbox import Outbox
+from tissuec.engine.sample_buffer import Outbox
 from tissuec.engine.state import (
     arrays_of,
     first_step,
@@ -35,15 +35,9 @@ from tissuec.engine.state import (
     new_task,
     new_work,
 )
-from tissuec.engine.tiers import (
-    bound_drive,
-    bound_inside,
-    default_tier,
-    loop_operations,
-)
-from tissuec.engine.within import RESOLUTION, Survey, Watch, Within, bisect
-from tissuec.integrators import INTEGRATORS
-from tissuec.integrators.procedures import PropagationChoices
+from tissuec.engine.step_events import RESOLUTION, Survey, Watch, Within, bisect
+from tissuec.kernels.calls import raise_failure
+from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import (
     FULL,
     GLANCES,
@@ -58,9 +52,10 @@ from tissuec.kernels.records import (
     UNSOLVED,
     Progress,
 )
-from tissuec.network import Floats, Network
-from tissuec.plan import AUTOMATIC
-from tissuec.situation import Situation
+from tissuec.mechanics import observables
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Network
+from tissuec.script.plan import AUTOMATIC
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 # Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
@@ -77,7 +72,7 @@ class Engine:
     ``restart`` takes over a situation, ``advance`` steps it to a time and comes back early when
     springs rupture, a watched condition becomes true, or the motion cannot go on. On a rupture
     the situation stands at its exact time with the springs still alive: the caller marks them
-    dead in ``situation.alive`` and calls ``restart``, as after every other change.
+    dead in ``mechanics.situation.alive`` and calls ``restart``, as after every other change.
 
     Args:
         network: The network of the run.
@@ -158,7 +153,7 @@ class Engine:
         if self.method.ledger:
             least = max(self._task.least, least_pressure(situation, self._task.floor))
             self._task = self._task._replace(least=least)
-            present = mechanics.energies(
+            present = observables.energies(
                 situation, situation.time, situation.position, situation.velocity
             )
             energy = float(present.kinetic + present.elastic)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tissuec.engine.layout import Layout, Springs
+from tissuec.engine.kernel_inputs import Layout, Springs
 from tissuec.engine.method import Interruption
 from tissuec.forces.branches import flat, tightened
 from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
-from tissuec.network import Floats, Indices
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices
 
 MONSTROUS = 1e6  # lengths of a spring over the size of the drawing that no tissue reaches
 

@@ -5,8 +5,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from msgspec import Struct, field
 
-from tissuec.integrators.procedures import Choices
-from tissuec.network import Floats, Indices
+from tissuec.engine.integrators.procedures import Choices
+from tissuec.model.network import Floats, Indices
 
 Tier = Literal["interpreted", "compiled"]
 Kind = Literal["reached", "paused", "ruptured", "triggered", "diverged", "stuck"]

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.runs import places_of
-from tissuec.network import Floats, Indices
+from tissuec.engine.spring_runs import places_of
+from tissuec.model.network import Floats, Indices
 
 SMALL = 2000  # nodes; below, everything stays in the cache in any order
 BITS = 21

@@ -15,18 +15,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tissuec import mechanics
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
+from tissuec.engine.integrators.procedures import RelaxationChoices
 from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics
-from tissuec.engine.within import Survey, Watch
-from tissuec.integrators.procedures import RelaxationChoices
-from tissuec.network import Floats, Network
-from tissuec.plan import RELAXATION
-from tissuec.situation import Situation
-from tissuec.statics.balance import Balance
-from tissuec.statics.relaxation import relax
-from tissuec.statics.settling import Unsettled, refuse_falling
+from tissuec.engine.step_events import Survey, Watch
+from tissuec.mechanics import observables
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.relaxation import relax
+from tissuec.mechanics.settling import Unsettled, refuse_falling
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Network
+from tissuec.script.plan import RELAXATION
 
 THRESHOLD = 1e-9  # of the largest force: the change of a force that counts
 SWEEPS = 20_000
@@ -197,15 +197,15 @@ class QuasiStatic:
         force = np.zeros_like(position)
         for load in situation.loads.values():
             load.add_forces(situation.time, position, still, force)
-        inner = mechanics.inner_forces(situation, situation.time, position, still)
+        inner = observables.inner_forces(situation, situation.time, position, still)
         force[held] = -inner.node[held]
         for jet in situation.jets.values():
             jet.add_forces(situation.time, position, still, force)
         moving = situation.velocity if self._moves else still
-        energy = float(mechanics.energies(situation, situation.time, position, moving).total)
+        energy = float(observables.energies(situation, situation.time, position, moving).total)
         reeled = [reeling.springs for reeling in situation.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
-        pull = mechanics.tension(situation, position, still, drawn)
+        pull = observables.tension(situation, position, still, drawn)
         return _Look(position.copy(), force, situation.rest[drawn], -pull, energy)
 
     def _book(self, before: "_Look", after: "_Look") -> None:

@@ -9,10 +9,10 @@ from math import sqrt
 
 import numpy as np
 
+from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.forces import Resisting
-from tissuec.integrators.verlet import VelocityVerlet
-from tissuec.network import Floats
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats
 
 MARGIN = 1.05  # an iteration that stops early lies a little low
 LEAST_ROUNDS, ROUNDS = 5, 50

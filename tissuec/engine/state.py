@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.layout import Layout
+from tissuec.engine.integrators import Integrator
+from tissuec.engine.integrators.procedures import PropagationChoices
+from tissuec.engine.kernel_inputs import Layout
 from tissuec.engine.unknowns import no_solver
-from tissuec.integrators import Integrator
-from tissuec.integrators.procedures import PropagationChoices
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Team, Work
-from tissuec.network import Floats, Network
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Network
 
 BUFFER_BYTES = 32_000_000
 FLOOR = 1e-6  # of the drawing: displacements below are no measure of errors

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.kernels.records import Integers, Solver
-from tissuec.network import Indices
+from tissuec.model.network import Indices
 
 # Multiplications for the factor of a band, and numbers in it, up to which it is used. Above,
 # conjugate gradients of some fifty rounds are faster.

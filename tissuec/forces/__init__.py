@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
-from tissuec.courses import Course, tabulated
 from tissuec.kernels.records import Acts
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
+from tissuec.model.profiles import Course, tabulated
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -243,7 +243,7 @@ class Field(Effect, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats
     ) -> Iterator[tuple[tuple[int, ...], Floats, Floats]]:
         """Yield the index of each state, with forces of shape (node, 3), and powers."""
-        from tissuec.compiled.calls import kernel_on
+        from tissuec.kernels.calls import kernel_on
 
         shape, place = position.shape[:-2], np.arange(position.shape[-2])
         times = np.broadcast_to(np.asarray(time, dtype=float), shape)

@@ -1,7 +1,7 @@
 """The sum of all forces, and the accelerations that it makes, as scalar loops to be translated.
 
 They also run, slowly, as plain Python. What other modules do is compiled by itself and called
-by its address: ``tissuec.compiled``.
+by its address: ``tissuec.kernels``.
 """
 
 from math import sqrt
@@ -9,9 +9,9 @@ from math import sqrt
 from tissuec.forces.branches_kernel import put_home, remember
 from tissuec.forces.rest_length_kernel import reel
 from tissuec.forces.springs_kernel import reeled, springs
-from tissuec.kernels.acts import pull_free, put_driven
+from tissuec.kernels.boundary_conditions import pull_free, put_driven
 from tissuec.kernels.records import Floats, Net
-from tissuec.kernels.teams import PIECE, part_of, pieces_of, share
+from tissuec.kernels.thread_loops import PIECE, part_of, pieces_of, share
 
 
 def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net) -> bool:

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from tissuec.core.vectors import cross
 from tissuec.forces import Field, Resisting
 from tissuec.kernels.records import Acts, Floats, IntegerRows, Rows
-from tissuec.network import Indices
+from tissuec.model.network import Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix

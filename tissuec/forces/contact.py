@@ -2,7 +2,7 @@
 
 A node is looked up in *shapes*: capsules, planes, and surfaces made of triangles. Where shapes
 are faces of one surface, or pieces of one thread, the elements that they share are looked up
-too, with the weights W of ``shapes.inclusion``, so that what a surface does depends on where
+too, with the weights W of ``geometry.inclusion``, so that what a surface does depends on where
 it is and not on how it is divided. At the depth δ below the surface of a shape with the normal
 n a node is pressed by
 
@@ -41,11 +41,11 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.contact_kernel import COLUMNS, touch
+from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.inclusion import weights
+from tissuec.geometry.nearest import PLANE, TRIANGLE, Place, places
 from tissuec.kernels.records import Acts, Touches
-from tissuec.network import Floats, Indices
-from tissuec.shapes.inclusion import weights
-from tissuec.shapes.nearest import PLANE, TRIANGLE, Place, places
-from tissuec.strands import Edges
+from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -88,7 +88,7 @@ class Contact(Field, frozen=True):
         points: Nodes that carry each shape, shape (shape, 3): both ends of a capsule, a point
             of a plane and one straight in front of it, with the second one again; corners.
         surface: To which surface or line each belongs, shape (shape,).
-        parts: Elements of each shape, see ``shapes.inclusion.Shared``, shape (shape, 6).
+        parts: Elements of each shape, see ``geometry.inclusion.Shared``, shape (shape, 6).
         radius: Around the line of a capsule or a triangle [m], shape (face,); a triangle
             touches nodes of a thread at the radius of the thread, if that is more.
         spared: Body whose nodes a face does not touch, -1 without one, shape (face,).

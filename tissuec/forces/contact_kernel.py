@@ -5,8 +5,8 @@ Of each pair that touches, a row of ``met`` keeps what is needed of it more than
 
 from math import sqrt
 
+from tissuec.geometry.nearest import CAPSULE, PLANE
 from tissuec.kernels.records import Floats, Touches
-from tissuec.shapes.nearest import CAPSULE, PLANE
 
 SHARPNESS = 8  # power of r with which a bristle slips
 LARGEST = 2.0  # r that counts

@@ -19,7 +19,7 @@ from tissuec.core import units
 from tissuec.core.fields import Measure
 from tissuec.forces import FORCES, Acted, Field, Resisting, diagonal
 from tissuec.kernels.records import Acts, Floats, Rows
-from tissuec.network import Indices
+from tissuec.model.network import Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix

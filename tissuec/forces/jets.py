@@ -38,7 +38,6 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.courses import Course
 from tissuec.forces import Field
 from tissuec.forces.jets_kernel import (
     CUT,
@@ -55,9 +54,10 @@ from tissuec.forces.jets_kernel import (
     blow,
 )  # fmt: skip
 from tissuec.forces.volume import open_edges
+from tissuec.geometry.edge_supports import Edges
 from tissuec.kernels.records import Acts
-from tissuec.network import BodyPart, Floats, Indices, Network
-from tissuec.strands import Edges
+from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.model.profiles import Course
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -171,7 +171,7 @@ def buried_in(network: Network, position: Floats, point: Floats) -> str:
     Args:
         position: Of all nodes [m], shape (node, 3).
     """
-    from tissuec.shapes.inside import winding_numbers
+    from tissuec.geometry.inside import winding_numbers
 
     corners = network.skin.astype(np.int64)
     for body, own in _closed(network, corners):

@@ -9,7 +9,7 @@ an element (``points``): 0 its place, 3 distance ahead, 4 where it is in ξ, 6 f
 from math import exp, inf, pi, sqrt
 from typing import NamedTuple
 
-from tissuec.kernels.acts import total
+from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import Acts, Floats, IntegerRows, Integers, Rows
 
 CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding

@@ -4,9 +4,9 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.courses import Course
 from tissuec.forces import Nodal
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
+from tissuec.model.profiles import Course
 
 
 class Term(Struct, frozen=True, eq=False):

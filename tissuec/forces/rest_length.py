@@ -14,9 +14,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
-from tissuec.courses import Course
 from tissuec.kernels.records import Reels
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
+from tissuec.model.profiles import Course
 
 
 class Reeling(Struct, frozen=True, eq=False):

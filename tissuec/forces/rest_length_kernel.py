@@ -1,6 +1,6 @@
 """Rest lengths that change in time, as scalar loops; why they do stands in ``threads``."""
 
-from tissuec.kernels.acts import total
+from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import Acts, Floats, Reels
 
 

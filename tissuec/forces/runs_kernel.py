@@ -1,4 +1,4 @@
-"""Forces of linear springs in runs, many at a time; see ``engine.runs``.
+"""Forces of linear springs in runs, many at a time; see ``engine.spring_runs``.
 
 Coordinates are taken apart first, as vector instructions want them, and put together again
 behind all springs. What is summed up, or only looked for, is stored for each spring before:
@@ -8,7 +8,7 @@ loops that do both would not be vectorised, because sums of numbers depend on th
 from math import sqrt
 
 from tissuec.kernels.records import Floats, Net, Rows, Runs
-from tissuec.kernels.teams import part_of, share
+from tissuec.kernels.thread_loops import part_of, share
 from tissuec.kernels.vectors import TINY
 
 VISCOUS = True  # springs have dashpots

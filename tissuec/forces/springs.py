@@ -17,7 +17,7 @@ from tissuec.core.vectors import dot, norm
 from tissuec.forces import Resisting
 from tissuec.forces.branches import Inelastic, elongated, flat, pulled, tightened
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
 
 
 class Pull(NamedTuple):

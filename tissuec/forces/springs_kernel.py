@@ -3,7 +3,7 @@
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
 T = c e + d w with e = L - L0 and w = r·(v_j - v_i) / L, or what laws say instead, and what
 branches add; force T r / L. Flags in capitals are constants of a variant. Laws are compiled by
-themselves and called by their address: ``tissuec.compiled``.
+themselves and called by their address: ``tissuec.kernels``.
 """
 
 from math import inf, sqrt
@@ -14,7 +14,7 @@ from tissuec.forces.branches_kernel import flowed, give_way, pull_of_branches
 from tissuec.forces.rest_length_kernel import reel, reel_rate
 from tissuec.kernels.chunks import add_sums, clear_sums
 from tissuec.kernels.records import Floats, Net, Rows
-from tissuec.kernels.teams import share
+from tissuec.kernels.thread_loops import share
 from tissuec.kernels.vectors import TINY
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions

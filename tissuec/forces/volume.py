@@ -33,13 +33,13 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.courses import Course
 from tissuec.forces import Field, Resisting
-from tissuec.kernels.acts import total
+from tissuec.geometry.parallelograms import parallelograms
+from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import Acts, IntegerRows, Integers
-from tissuec.network import BodyPart, Floats, Indices, Network
-from tissuec.shapes.parallelograms import parallelograms
-from tissuec.topology import springs_between
+from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.model.profiles import Course
+from tissuec.model.topology import springs_between
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tissuec.forces import Nodal
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 
 class Weight(Nodal, frozen=True):

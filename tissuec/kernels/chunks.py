@@ -3,7 +3,7 @@
 import numpy as np
 
 from tissuec.kernels.records import Chunks, Floats
-from tissuec.kernels.teams import part_of
+from tissuec.kernels.thread_loops import part_of
 
 # Unsigned, so that no index has to be tested for being negative.
 ONE, TWO = np.uint64(1), np.uint64(2)

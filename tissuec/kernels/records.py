@@ -1,4 +1,4 @@
-"""The records that travel into the stepping code; ``compiled.tables`` has them in memory.
+"""The records that travel into the stepping code; ``kernels.record_tables`` has them in memory.
 
 Vectors of all nodes are flat, shape (3 node,): x0 y0 z0 x1 …, so that kernels index scalars.
 Held nodes are part of them and keep still because their inverse mass is zero.
@@ -19,7 +19,7 @@ IntegerRows = Annotated[Integers, 2]
 
 
 class Team(NamedTuple):
-    """Threads that share loops, and room for what each of them finds; see ``engine.team``."""
+    """Threads that share loops, and room for what each finds; see ``engine.threads``."""
 
     threads: int  # the one of the loop over steps included
     words: Integers  # by which they tell each other what to do, shape (32,)
@@ -108,7 +108,8 @@ class Internal(NamedTuple):
 
 
 class Runs(NamedTuple):
-    """Springs in runs between nodes (i, i + k), (i + 1, i + 1 + k), …; see ``engine.runs``.
+    """Springs in runs between nodes (i, i + k), (i + 1, i + 1 + k), …; see
+    ``engine.spring_runs``.
 
     What springs have is shape (spring,), with springs of no strength in gaps, or (0,).
     """

@@ -19,7 +19,7 @@ from tissuec.kernels.sensitivity import (
     pull_back,
     push_forward,
 )
-from tissuec.kernels.teams import PIECE
+from tissuec.kernels.thread_loops import PIECE
 from tissuec.kernels.vectors import accumulate, scale
 
 

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from tissuec.kernels.records import Buffer, Floats, Rows, Team
-from tissuec.kernels.teams import PIECE, part_of, share
+from tissuec.kernels.thread_loops import PIECE, part_of, share
 
 # Added to a length before dividing, which leaves any that is not squared to zero what it is.
 TINY = 1e-200

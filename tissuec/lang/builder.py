@@ -18,8 +18,8 @@ from tissuec.core.source import Source, Span
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.layout import Layout
-from tissuec.lang.plain import shown
 from tissuec.lang.rows import Rows, canonical_rows
+from tissuec.lang.token_names import shown
 from tissuec.lang.words import RESERVED
 
 _NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")

@@ -14,7 +14,7 @@ from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
-from tissuec.lang.plain import expected, shown
+from tissuec.lang.token_names import expected, shown
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
 
 _TIMES = frozenset(word.upper() for word in TIME_WORDS)

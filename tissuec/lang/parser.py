@@ -22,11 +22,11 @@ from tissuec.core.source import Source, Span
 from tissuec.lang.builder import Builder
 from tissuec.lang.classify import classify
 from tissuec.lang.grammar import load_parser
-from tissuec.lang.heading import check_heading
 from tissuec.lang.layout import MOST_PROBLEMS, Layout, in_order, lay_out
 from tissuec.lang.mistake import mistake_of
 from tissuec.lang.recovery import Statement, resume_after
 from tissuec.lang.syntax import Module
+from tissuec.lang.version import check_heading
 
 # The one parser has one builder, which holds the text that is being parsed.
 _LOCK = Lock()

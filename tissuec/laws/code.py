@@ -1,7 +1,7 @@
 """What kernels ask of laws: as formulas, and as functions of plain numbers in Python.
 
-Compiled code gets its functions from ``compiled.formulas``; those here are for kernels that run
-as Python.
+Compiled code gets its functions from ``kernels.compiled_laws``; those here are for kernels
+that run as Python.
 """
 
 import ast

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.patch import fitted
 from tissuec.matter.solid import Solid
-from tissuec.meshes import Mesh
-from tissuec.meshes.lattice import CRYSTALS, Lattice
-from tissuec.network import Floats, Indices
+from tissuec.meshes.generators import Mesh
+from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
+from tissuec.model.network import Floats, Indices
 
 BESIDE = 3  # cells at either end of a side that differ from those between them
 POISSON_OF_BRACED = 1.0 / 3.0

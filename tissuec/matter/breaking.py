@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.laws.evaluation import Behaviour
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 _FURTHEST = 2.0**20  # times the rest length: what has not broken there never does
 _HALVINGS = 48

@@ -39,7 +39,7 @@ from tissuec.matter.traction import (
     forces_of_stresses,
     measured,
 )
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 ROUNDS = 3
 BENDING = 0.75  # power of the ratio by which a net is too stiff in bending that is corrected

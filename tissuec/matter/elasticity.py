@@ -20,9 +20,9 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.geometry.edges import Edges
 from tissuec.matter.linear import elongations, solution, stiffness
-from tissuec.network import Floats, Grid
-from tissuec.shapes.edges import Edges
+from tissuec.model.network import Floats, Grid
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.matter.elasticity import IN_PLANE, VOIGT
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 
 class Fibres(Struct, frozen=True, eq=False):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.solid import Solid
 from tissuec.matter.traction import POISSON
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

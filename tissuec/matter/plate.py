@@ -23,9 +23,9 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.matter.surface import STEPS, cell_sides, in_plane, isotropic
-from tissuec.meshes import Mesh
-from tissuec.meshes.bending import around_edges
-from tissuec.network import Floats, Grid, Indices
+from tissuec.meshes.generators import Mesh
+from tissuec.meshes.generators.bending import around_edges
+from tissuec.model.network import Floats, Grid, Indices
 
 RIGIDITY = 3.0 / 32.0  # D / (E t³)
 

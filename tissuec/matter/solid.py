@@ -6,8 +6,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.network import Floats
-from tissuec.shapes.parallelograms import parallelograms
+from tissuec.geometry.parallelograms import parallelograms
+from tissuec.model.network import Floats
 
 
 class Solid(Struct, frozen=True, eq=False):

@@ -11,7 +11,7 @@ In a grid all cells are alike. The springs of a cell, of length L along n, have 
 
 which are not negative up to a = √3 b. Springs through the inside of a tube count by how they
 lengthen as it widens, is drawn out and twisted; so the whole tube is as stiff as its wall.
-Other triangles follow the area rule (see ``shapes.sharing``), which is exact for even
+Other triangles follow the area rule (see ``meshes.stiffness_sharing``), which is exact for even
 stretching, and for all strains on average.
 """
 
@@ -23,9 +23,9 @@ from msgspec import Struct
 from tissuec.matter.elasticity import evenly_as_tube, range_of_wall, young_around
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.linear import elongations
-from tissuec.meshes import Mesh
-from tissuec.network import Floats, Grid
-from tissuec.shapes.sharing import area_shares, grid_areas, node_areas
+from tissuec.meshes.generators import Mesh
+from tissuec.meshes.stiffness_sharing import area_shares, grid_areas, node_areas
+from tissuec.model.network import Floats, Grid
 
 #: From a node of a grid to others of the same cell, as rows and columns.
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))

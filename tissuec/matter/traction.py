@@ -15,7 +15,7 @@ from tissuec.matter.elasticity import VOIGT
 from tissuec.matter.fibres import Fibres
 from tissuec.matter.linear import elongations, solution, stiffness
 from tissuec.matter.solid import Solid
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 
 POISSON = 0.25  # of a solid of central springs
 #: Axes along which stresses of bending act, and along which they grow.

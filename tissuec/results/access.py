@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tissuec.results.checksums import SUMS, Sum, crc_of, sums_of_text
 from tissuec.results.errors import ResultError
-from tissuec.results.numbers import all_numbers
+from tissuec.results.finite import all_numbers
 
 T = TypeVar("T", str, int, float, bool)
 #: What h5py raises where a file is not as HDF5 demands.

@@ -10,7 +10,7 @@ from tissuec.core.source import Source, Span
 from tissuec.forces.branches import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.code import parse
-from tissuec.network import (
+from tissuec.model.network import (
     BodyPart,
     Grid,
     JointPart,

@@ -12,8 +12,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec import __version__
-from tissuec.network import Network
+from tissuec.core.version import __version__
+from tissuec.model.network import Network
 from tissuec.results import access
 from tissuec.results.access import Dataset, Group
 from tissuec.results.arrays import ARRAYS

@@ -8,9 +8,9 @@ from pathlib import Path
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.journal import has_journal
 from tissuec.results.layout import check_replaceable
+from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place
 from tissuec.results.surface_series import SurfaceSeries
-from tissuec.results.views import check_views, write_views
 
 
 def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries]) -> Path:

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from tissuec.core.errors import alternatives
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.logs import Log
 from tissuec.results.shapes import Shape, cannot_write, write_obj, write_vtu

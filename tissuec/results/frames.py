@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.network import Network
-from tissuec.results.instruments import ToolTable
+from tissuec.model.network import Network
+from tissuec.results.finite import check_finite, check_shape, check_times
 from tissuec.results.mesh import RecordedMesh
-from tissuec.results.numbers import check_finite, check_shape, check_times
 from tissuec.results.polydata import PolyDataFrames
+from tissuec.results.tools import ToolTable
 
 
 class FrameRecorder:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import h5py
 
-from tissuec.core.nearby import nearby
+from tissuec.core.suggestions import nearby
 from tissuec.results import access
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.journal import JournaledFile, has_journal

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tissuec.core.errors import counted
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.tables import JUMPS, read_channel, read_channels

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from tissuec import __version__
 from tissuec.core.printable import printable
+from tissuec.core.version import __version__
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.store import Store

@@ -6,8 +6,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.network import Indices, Network
-from tissuec.strands import Edges
+from tissuec.geometry.edge_supports import Edges
+from tissuec.model.network import Indices, Network
 
 
 class Cells(NamedTuple):
@@ -44,7 +44,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     """The part of a network that frames show.
 
     A triangle of the skin vanishes with the first of its edges that tears: a cut opens the skin
-    along the cut springs (see ``tissuec/strands.py`` for edges without springs).
+    along the cut springs (see ``tissuec/geometry/edge_supports.py`` for edges without springs).
 
     Attributes:
         nodes: Network numbers of the nodes shown, shape (node,).

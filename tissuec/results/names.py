@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.core.errors import alternatives
 from tissuec.core.names import key_of
-from tissuec.network import Indices, Network
+from tissuec.model.network import Indices, Network
 from tissuec.results.recording import NamedGroup
 
 NODES, SPRINGS = "nodes", "springs"

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tissuec.core.source import Source, Span
-from tissuec.network import Origin, Provenance
+from tissuec.model.network import Origin, Provenance
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.store import Store

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.network import Indices
+from tissuec.model.network import Indices
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.mesh import Cells

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.network import Floats, Network
+from tissuec.model.network import Floats, Network
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.parts import ROOT, Parts
 from tissuec.results.store import Column, Store

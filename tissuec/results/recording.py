@@ -5,7 +5,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from tissuec.network import Indices, Network
+from tissuec.model.network import Indices, Network
 
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
 MOST_JUMPING = 1024

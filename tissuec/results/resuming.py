@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from tissuec.network import Network
+from tissuec.model.network import Network
 from tissuec.results.checkpoint import Checkpoint, scene_digest
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import partial_path

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.network import Indices
+from tissuec.model.network import Indices
 from tissuec.results.errors import ResultError
 
 _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}

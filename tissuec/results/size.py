@@ -7,14 +7,14 @@ and cuts add to it, and compression takes away: only what is known before the ru
 from collections.abc import Iterator
 from math import ceil, floor
 
-from tissuec.network import Network
-from tissuec.plan import Output, SurfaceOutput
-from tissuec.results.instruments import TOOL_CHUNK
+from tissuec.model.network import Network
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.polydata import FRAME_ROWS, frames_of_a_chunk
 from tissuec.results.recording import ENERGIES, MOST_JUMPING, Recording
 from tissuec.results.store import CHUNK, LARGE
 from tissuec.results.tables import rows_of_a_chunk
+from tissuec.results.tools import TOOL_CHUNK
+from tissuec.script.plan import Output, SurfaceOutput
 
 EMPTY_FILE = 145_000  # bytes of groups, attributes and first rows, measured
 NODE, SPRING, TRIANGLE = 100, 84, 12  # bytes of the network

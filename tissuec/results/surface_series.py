@@ -6,7 +6,7 @@ from functools import cached_property
 import h5py
 from numpy.typing import NDArray
 
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.surface_table import read_surfaces, read_triangles

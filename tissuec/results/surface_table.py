@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.network import Indices, Network
+from tissuec.geometry.surfaces import SURFACES
+from tissuec.geometry.surfaces.refinement import Refinement
+from tissuec.geometry.surfaces.skin import BodySkin, Skin
+from tissuec.model.network import Indices, Network
 from tissuec.results import access
 from tissuec.results.access import Group
-from tissuec.results.numbers import check_finite, check_shape, check_times
+from tissuec.results.finite import check_finite, check_shape, check_times
 from tissuec.results.parts import CellTables, read_table
 from tissuec.results.polydata import step_columns, write_head
 from tissuec.results.recording import SurfaceChannel
 from tissuec.results.store import Column, Store, member_name
-from tissuec.surfaces import SURFACES
-from tissuec.surfaces.refinement import Refinement
-from tissuec.surfaces.skin import BodySkin, Skin
 
 SURFACE_ROOT = "/tissuec/surfaces"
 _MOST_AT_ONCE = 1 << 17  # points: 3 MB of positions

@@ -12,26 +12,26 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from tissuec.core.source import Source
-from tissuec.network import BodyPart, Floats, Indices, Network, Provenance
+from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.errors import ResultError
+from tissuec.results.frame_arrays import Frames, Tensions
 from tissuec.results.groups import read_groups
-from tissuec.results.instruments import TOOL_FRAMES, Hold, read_holds
 from tissuec.results.layout import open_result
 from tissuec.results.logs import Log, Logs
 from tissuec.results.manifest import SCENE, read_manifest
 from tissuec.results.mesh import Cells
 from tissuec.results.names import members
 from tissuec.results.origins import read_origins
-from tissuec.results.over_frames import Frames, Tensions
 from tissuec.results.parts import read_cells
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, Judged, NamedGroup
 from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
+from tissuec.results.tools import TOOL_FRAMES, Hold, read_holds
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports]
@@ -81,8 +81,8 @@ class Trajectory:
     def __reduce__(self) -> tuple[Callable[..., "Trajectory"], tuple[object, ...]]:
         """Pickle a result as its path; a temporary one, which nobody else keeps, by content."""
         if self._is_temporary:
-            return _received, (self.path.name, self.path.read_bytes())
-        return Trajectory, (self.path.absolute(),)
+            return _received, (type(self), self.path.name, self.path.read_bytes())
+        return type(self), (self.path.absolute(),)
 
     def close(self) -> None:
         """Close the file; what was not read yet can no longer be."""
@@ -92,17 +92,6 @@ class Trajectory:
     def is_open(self) -> bool:
         """Return whether something can still be read."""
         return bool(self._opened.raw)
-
-    def __repr__(self) -> str:
-        from tissuec.results.showing import as_text
-
-        return as_text(self)
-
-    def _repr_html_(self) -> str:
-        """Show it in a notebook: the motion, and what else there is."""
-        from tissuec.results.showing import as_html
-
-        return as_html(self)
 
     def __enter__(self) -> Self:
         return self
@@ -425,8 +414,8 @@ def temporary_folder() -> Path:
     return Path(mkdtemp(prefix="tissuec-"))
 
 
-def _received(name: str, content: bytes) -> Trajectory:
+def _received(kind: type[Trajectory], name: str, content: bytes) -> Trajectory:
     """Return a temporary result that came from another process."""
     path = temporary_folder() / name
     path.write_bytes(content)
-    return Trajectory.temporary(path)
+    return kind.temporary(path)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tissuec.core.source import Source
-from tissuec.network import Indices, Network
+from tissuec.model.network import Indices, Network
 from tissuec.results import access
 from tissuec.results.arrays import read_network, read_recording, write_network, write_recording
 from tissuec.results.checkpoint import (
@@ -26,7 +26,6 @@ from tissuec.results.errors import ResultError
 from tissuec.results.frames import FrameRecorder
 from tissuec.results.groups import write_groups
 from tissuec.results.h5md import add_views, remove_views
-from tissuec.results.instruments import HoldTable, ToolTable
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
@@ -37,6 +36,7 @@ from tissuec.results.manifest import (
 )
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.origins import write_origins
+from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames
 from tissuec.results.recording import Event, NamedGroup, Recording
@@ -53,7 +53,7 @@ from tissuec.results.tables import (
     jump_tables,
     log_tables,
 )
-from tissuec.results.views import check_views, write_views
+from tissuec.results.tools import HoldTable, ToolTable
 
 _MOST_WAITING = 8 << 20  # [byte]
 _LONGEST_WAIT = 2.0  # [s]: what a kill may cost at most

@@ -11,13 +11,12 @@ from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
-from tissuec.meshes import MESHES, Generator
-from tissuec.network import Floats
+from tissuec.meshes.generators import MESHES, Generator
+from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
-from tissuec.scene.given import read_given
 from tissuec.scene.model import (
     Bending,
     Body,
@@ -29,6 +28,7 @@ from tissuec.scene.model import (
     WrittenLaws,
 )
 from tissuec.scene.tables import explicit_tables, tables_of
+from tissuec.scene.written_numbers import read_given
 
 EXPLICIT = "explicit"
 INTERFACES = ("mean", "softer", "stiffer")

@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from tissuec.core.errors import Edit, Hint, Note, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
-from tissuec.lang.heading import first_line
+from tissuec.lang.version import first_line
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.library import Library

@@ -16,9 +16,9 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
-from tissuec.scene.given import limits_of
 from tissuec.scene.model import Given, Known
 from tissuec.scene.quantities import KNOWABLE, OF_MATTER, POISSONS_RATIO, QUANTITIES, Quantity
+from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
 _SOURCE = 'by "AUTHOR YEAR"'

@@ -5,8 +5,8 @@ from pathlib import Path, PurePosixPath
 
 from tissuec.core.errors import Hint, Note, insertion
 from tissuec.core.fields import FileIn, LocatedFile
-from tissuec.core.nearby import nearby
 from tissuec.core.source import Span
+from tissuec.core.suggestions import nearby
 from tissuec.core.units import UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope

@@ -8,9 +8,9 @@ from msgspec import Struct
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.files import read_bytes
-from tissuec.core.nearby import nearby
 from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
+from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import WrongNumbers

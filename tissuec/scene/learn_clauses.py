@@ -7,11 +7,11 @@ from tissuec.core.errors import Edit, Hint, Note
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
-from tissuec.lesson import Column
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.learn_entries import SENTENCES
 from tissuec.scene.values import unit_vector
+from tissuec.script.fit_problem import Column
 
 COLUMN, COLUMNS = "column", "columns"
 

@@ -8,14 +8,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.errors import Edit, Hint, Note, alternatives
-from tissuec.core.nearby import nearby
 from tissuec.core.source import Source, Span
+from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s
-from tissuec.lesson import Data
 from tissuec.scene.declarations import without
 from tissuec.scene.learn_entries import SENTENCES
 from tissuec.scene.library import LINK, LINKED, SUFFIX, Library
 from tissuec.scene.parameters import Constants
+from tissuec.script.fit_problem import Data
 
 DATA = "data"
 

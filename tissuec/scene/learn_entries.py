@@ -6,11 +6,11 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf, Whole
-from tissuec.integrators import INTEGRATORS, Integrator
-from tissuec.lesson import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
-from tissuec.plan import AUTOMATIC
+from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.scene.quantities import FIBRE_MODULUS, POISSONS_RATIO, QUANTITIES
 from tissuec.scene.schema import Entry, with_choices
+from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
+from tissuec.script.plan import AUTOMATIC
 
 METHODS = ("automatic", "least squares", "l-bfgs-b")
 SCALED, ABSOLUTE = "scaled", "absolute"

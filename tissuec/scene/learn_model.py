@@ -7,8 +7,8 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.lesson import Data
 from tissuec.scene.learn_entries import LearnSettings
+from tissuec.script.fit_problem import Data
 
 FIT, AGAINST, ADJUST = "fit", "against column", "adjust"
 AXES = ("time", "displacement")

@@ -11,8 +11,8 @@ from msgspec import Struct
 from tissuec.core import resources
 from tissuec.core.errors import CompileError, Edit, Hint, TissueError, did_you_mean
 from tissuec.core.files import leads_out, read_bytes
-from tissuec.core.nearby import nearby
 from tissuec.core.source import Source
+from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse

@@ -4,12 +4,12 @@ from collections.abc import Collection, Sequence
 
 from tissuec.core.errors import Note, alternatives
 from tissuec.forces import FORCES
-from tissuec.instruments import INSTRUMENTS
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool, WrittenForce
+from tissuec.script.tools import INSTRUMENTS
 
 HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
 

@@ -8,18 +8,18 @@ from msgspec import Struct
 from tissuec.core.source import Source, Span
 from tissuec.core.units import show
 from tissuec.forces import Force
-from tissuec.instruments import Instrument, Shape
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
-from tissuec.meshes import Generator
-from tissuec.network import Floats
-from tissuec.plan import Simulation
+from tissuec.meshes.generators import Generator
+from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.learn_model import WrittenLesson
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import Quantity, Spread
 from tissuec.scene.vocabulary import Vocabulary
+from tissuec.script.plan import Simulation
+from tissuec.script.tools import Instrument, Shape
 
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05

@@ -12,9 +12,9 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.walk import names_in
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.dependency_order import Definitions
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
-from tissuec.scene.order import Definitions
 from tissuec.scene.values import Value
 
 #: Names that every scene knows; its own ones win.

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
-from tissuec.plan import AUTOMATIC, Simulation
 from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
 from tissuec.scene.findings import Findings
@@ -21,6 +20,7 @@ from tissuec.scene.settings import read_environment, read_simulation
 from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
+from tissuec.script.plan import AUTOMATIC, Simulation
 
 
 class Words(Struct, frozen=True):

@@ -11,18 +11,18 @@ from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, Note, insertion
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
-from tissuec.integrators import INTEGRATORS
-from tissuec.integrators.procedures import PROCEDURES, Choices
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.procedures import PROCEDURES, Choices
 from tissuec.lang import syntax as s
-from tissuec.lang.heading import last_line
-from tissuec.network import Floats
-from tissuec.plan import AUTOMATIC, RELAXATION, Simulation
+from tissuec.lang.version import last_line
+from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import whole
 from tissuec.scene.model import ContactLaw, Environment
+from tissuec.script.plan import AUTOMATIC, RELAXATION, Simulation
 
 DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger

@@ -26,12 +26,12 @@ from tissuec.scene.evidence import (
     warn_of_contradictions,
 )
 from tissuec.scene.expressions import Scope
-from tissuec.scene.given import read_given
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import Fact, Fired, Given, Known, Tissue, WrittenLaw, WrittenLaws
 from tissuec.scene.quantities import LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
 from tissuec.scene.vocabulary import Rules, Vocabulary
 from tissuec.scene.words import NamedScale, read_word, reading
+from tissuec.scene.written_numbers import read_given
 
 MOST_PARENTS = 50
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function

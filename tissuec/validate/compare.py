@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.units import Dimension
-from tissuec.measures import MEASURES
-from tissuec.network import Floats, Indices, Network
-from tissuec.plan import Plan
-from tissuec.situation import Situation
-from tissuec.validate.observing import Observed
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.measures import MEASURES
+from tissuec.script.plan import Plan
+from tissuec.script.verbs.holding import FIX
+from tissuec.validate.engine_run import Observed
 from tissuec.validate.solution import Reference
 from tissuec.validate.uncertainty import floor_of, relative, relative_positions
-from tissuec.verbs.holding import FIX
 
 FLOOR = 1e-6  # of the largest energy of the run: below, rounding is not told from errors
 

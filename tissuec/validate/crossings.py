@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from scipy.optimize import brentq, minimize_scalar
 
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
 from tissuec.validate.equations import Equations
 from tissuec.validate.stepping import Step
 

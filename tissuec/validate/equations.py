@@ -20,16 +20,16 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.validate.contact_search import Vicinity
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import Laws
 from tissuec.validate.forces.volumes import Volume
-from tissuec.validate.vicinity import Vicinity
 from tissuec.validate.yielding import Yielding
 
 if TYPE_CHECKING:
-    from tissuec.situation import Situation
+    from tissuec.mechanics.situation import Situation
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

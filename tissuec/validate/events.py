@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.network import Floats, Network
+from tissuec.model.network import Floats, Network
 from tissuec.validate.crossings import Break
 from tissuec.validate.solution import Firing
 

@@ -13,9 +13,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.validate import compare
 from tissuec.validate.compare import Quantity
+from tissuec.validate.engine_run import Observed
 from tissuec.validate.events import (
     Matching,
     between_events,
@@ -25,7 +26,6 @@ from tissuec.validate.events import (
     missed,
     near_ties,
 )
-from tissuec.validate.observing import Observed
 from tissuec.validate.uncertainty import Known
 
 Verdict = Literal["kept", "broken", "undecided", "nothing promised", "diverged"]

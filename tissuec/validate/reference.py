@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tissuec.network import Floats, Network
-from tissuec.plan import Plan
+from tissuec.model.network import Floats, Network
+from tissuec.script.plan import Plan
+from tissuec.validate.player import Walk
 from tissuec.validate.solution import Reference, Track
-from tissuec.validate.walking import Walk
 
 FINEST = 1e-13  # the smallest error per step that rounding leaves room for
 WITHOUT_PROMISE = 1e-4  # stands in for the tolerance where a scene has a fixed step

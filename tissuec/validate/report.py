@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from tissuec.core.data import as_data
-from tissuec.network import Network
+from tissuec.model.network import Network
 from tissuec.validate.compare import Quantity
 from tissuec.validate.validation import Comparison, Validation
 

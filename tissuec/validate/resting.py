@@ -16,8 +16,8 @@ from scipy.optimize import minimize
 from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
-from tissuec.network import Floats, Indices
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices
 from tissuec.validate.equations import Equations, Springs
 from tissuec.validate.stepping import ReferenceFailure
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from msgspec import Struct
 
-from tissuec.network import Floats, Indices
-from tissuec.situation import Situation
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices
 from tissuec.validate.crossings import Break
 from tissuec.validate.equations import Energies, Equations, Scales, Springs
 from tissuec.validate.stepping import Effort

@@ -9,7 +9,7 @@ from msgspec import Struct
 from scipy import integrate
 
 from tissuec.core.errors import TissueError
-from tissuec.network import Floats
+from tissuec.model.network import Floats
 from tissuec.validate.equations import Equations, Scales
 
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")

@@ -12,8 +12,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.network import Floats, Network
-from tissuec.plan import Plan
+from tissuec.model.network import Floats, Network
+from tissuec.script.plan import Plan
 from tissuec.validate.equations import largest
 from tissuec.validate.reference import FINEST, default_rtol, reference
 from tissuec.validate.solution import Reference

@@ -4,12 +4,12 @@ import time as clock
 
 from msgspec import Struct
 
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.validate.compare import Quantity
+from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict
-from tissuec.validate.observing import Observed, observe, output_times, thinned
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import Known, Progress, known_reference
 from tissuec.validate.wording import reasons

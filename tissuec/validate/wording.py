@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from tissuec.compiler import Compiled
+from tissuec.compiler.compile import Compiled
 from tissuec.core.units import TIME, show
-from tissuec.running.failing import describe_spring
+from tissuec.engine.execution.failure_messages import describe_spring
 from tissuec.validate.compare import Quantity
+from tissuec.validate.engine_run import Observed
 from tissuec.validate.events import Miss
 from tissuec.validate.judge import Judge
-from tissuec.validate.observing import Observed
 from tissuec.validate.reference import FINEST
 from tissuec.validate.uncertainty import BETTER, Known
 

@@ -6,15 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.learn.data.dialect import (
-    BLANK,
-    Dialect,
-    as_number,
-    cells_of,
-    is_row,
-    lines_of,
-)
-from tissuec.network import Floats
+from tissuec.learn.data.dialect import BLANK, Dialect, as_number, cells_of, is_row, lines_of
+from tissuec.model.network import Floats
 
 #: Characters that are converted at a time, so that memory holds numbers rather than cells.
 _BLOCK = 1 << 23

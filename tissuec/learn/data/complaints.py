@@ -8,7 +8,7 @@ from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Span
-from tissuec.lesson import Data
+from tissuec.script.fit_problem import Data
 
 #: More names would hide the message.
 _MOST_NAMED = 30

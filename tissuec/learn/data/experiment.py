@@ -5,8 +5,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.lesson import Data, Fit
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
+from tissuec.script.fit_problem import Data, Fit
 
 
 class Series(Struct, frozen=True, eq=False):

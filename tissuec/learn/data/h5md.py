@@ -15,10 +15,10 @@ from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of
 from tissuec.learn.data.nodes import nodes_of, owners
 from tissuec.learn.data.thinning import nearest_rows
-from tissuec.lesson import Fit
-from tissuec.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network
 from tissuec.results import access
 from tissuec.results.access import Dataset, Group
+from tissuec.script.fit_problem import Fit
 
 PARTICLES, OBSERVABLES = "particles", "observables"
 GROUPS = (PARTICLES, OBSERVABLES)

@@ -9,11 +9,11 @@ from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.h5md import GROUPS, read_h5md
 from tissuec.learn.data.results import read_result
-from tissuec.lesson import Fit
-from tissuec.network import Network
+from tissuec.model.network import Network
 from tissuec.results.access import FAULTS, Group
 from tissuec.results.errors import ResultError
 from tissuec.results.trajectory import Trajectory
+from tissuec.script.fit_problem import Fit
 
 
 def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> list[Series]:

@@ -11,7 +11,7 @@ from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.dialect import Dialect
 from tissuec.learn.data.naming import unit_of
-from tissuec.lesson import Axis, Column, Fit
+from tissuec.script.fit_problem import Axis, Column, Fit
 
 
 class Wanted(Struct, frozen=True, eq=False):

@@ -3,9 +3,9 @@
 import re
 from collections.abc import Iterable
 
-from tissuec.lesson import Fit
-from tissuec.measures import MEASURES
-from tissuec.network import Floats
+from tissuec.model.network import Floats
+from tissuec.script.fit_problem import Fit
+from tissuec.script.measures import MEASURES
 
 POSITION = "position"
 _SIGNS = re.compile(r"[\W_]+")

@@ -9,8 +9,8 @@ from tissuec.learn.data.complaints import first_few
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.nodes import nodes_of, owners
 from tissuec.learn.data.rows import Rows
-from tissuec.lesson import Fit
-from tissuec.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.fit_problem import Fit
 
 #: How the columns of a long table are written.
 LONG = "node x y z"

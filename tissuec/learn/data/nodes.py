@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tissuec.measures import Subject
-from tissuec.network import BodyPart, Indices, Network
+from tissuec.model.network import BodyPart, Indices, Network
+from tissuec.script.measures import Subject
 
 
 def nodes_of(subjects: Sequence[Subject]) -> Indices:

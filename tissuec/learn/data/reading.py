@@ -5,14 +5,14 @@ from pathlib import Path
 
 from tissuec.core.errors import Diagnostic
 from tissuec.core.files import open_regular
-from tissuec.core.nearby import nearby
+from tissuec.core.suggestions import nearby
 from tissuec.core.units import TIME, show
 from tissuec.learn.data.complaints import Complaints
+from tissuec.learn.data.digest import digest_of
 from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.data.tables import read_table
-from tissuec.learn.digest import digest_of
-from tissuec.lesson import Axis, Data, Fit, Lesson
-from tissuec.network import Network
+from tissuec.model.network import Network
+from tissuec.script.fit_problem import Axis, Data, Fit, Lesson
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 #: Where its mark may stand: at the start, or behind a block of the user.

@@ -11,9 +11,9 @@ from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of
 from tissuec.learn.data.nodes import nodes_of, owners
 from tissuec.learn.data.thinning import nearest_rows
-from tissuec.lesson import Fit
-from tissuec.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.trajectory import Trajectory
+from tissuec.script.fit_problem import Fit
 
 
 def read_result(

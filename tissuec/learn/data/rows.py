@@ -11,8 +11,8 @@ from tissuec.core.units import LENGTH, TIME, show
 from tissuec.learn.data.columns import line_number
 from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.dialect import Dialect
-from tissuec.lesson import Fit
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
+from tissuec.script.fit_problem import Fit
 
 
 class Text(Struct, frozen=True, eq=False):

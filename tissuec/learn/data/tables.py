@@ -15,8 +15,8 @@ from tissuec.learn.data.long import LONG, is_long, read_long
 from tissuec.learn.data.nodes import nodes_of
 from tissuec.learn.data.rows import Rows, Text
 from tissuec.learn.data.thinning import nearest_rows
-from tissuec.lesson import Axis, Fit
-from tissuec.network import Floats, Network
+from tissuec.model.network import Floats, Network
+from tissuec.script.fit_problem import Axis, Fit
 
 LARGEST_TABLE = 1 << 30  # bytes
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)

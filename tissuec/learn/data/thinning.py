@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tissuec.network import Floats, Indices
+from tissuec.model.network import Floats, Indices
 
 #: Longer runs of multiples than whole numbers can count are those of a wrong unit.
 _MOST = 2.0**62

@@ -12,7 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
-from tissuec.shapes.nearest import CAPSULE, PLANE, TRIANGLE
+from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:
     from tissuec.forces.contact import Contact, Pairs

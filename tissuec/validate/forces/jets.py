@@ -17,7 +17,7 @@ from tissuec.core.vectors import cross
 
 if TYPE_CHECKING:
     from tissuec.forces.jets import Jet
-    from tissuec.network import Network
+    from tissuec.model.network import Network
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -1,0 +1,298 @@
+"""What the language consists of, as Markdown, part by part."""
+
+from collections.abc import Iterable, Mapping
+from math import isfinite
+
+from tissuec.compiler.profiles import PROFILES
+from tissuec.compiler.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
+from tissuec.core import units
+from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
+from tissuec.core.units import Dimension, describe
+from tissuec.engine.integrators import INTEGRATORS, Integrator
+from tissuec.engine.integrators.procedures import PROCEDURES
+from tissuec.forces import FORCES
+from tissuec.fuzzy.operators import CHOICES, Operators
+from tissuec.geometry.surfaces import SURFACES
+from tissuec.lang import words
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.meshes.generators import MESHES
+from tissuec.scene import meanings, settings
+from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
+from tissuec.scene.declarations import TOP_LEVEL
+from tissuec.scene.entries import entry_table
+from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.joints import JOINT_ENTRIES
+from tissuec.scene.learn_entries import (
+    ADJUSTED,
+    DIMENSIONS,
+    PARTED,
+    PLACED,
+    SENTENCES,
+    learn_schema,
+)
+from tissuec.scene.parameters import CONSTANTS
+from tissuec.scene.quantities import QUANTITIES, Quantity
+from tissuec.scene.schema import entries_of
+from tissuec.script.measures import MEASURES
+from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.verbs import VERBS
+
+
+def parts() -> dict[str, str]:
+    """Return every generated part of the language reference by its name."""
+    return {
+        "parts": part_table(),
+        "reserved words": reserved_words(),
+        "units": unit_table(),
+        "prefixes": prefix_table(),
+        "dimensions": dimension_table(),
+        "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
+        "operators": operator_table(),
+        "quantities": quantity_table(),
+        "spring laws": member_sections("spring law", SPRING_LAWS),
+        "viscosity laws": member_sections("viscosity law", VISCOSITY_LAWS),
+        "body entries": entry_table(BODY_ENTRIES),
+        "meshes": mesh_sections(),
+        "joint entries": entry_table(JOINT_ENTRIES),
+        "node columns": column_table(NODE_COLUMNS),
+        "spring columns": column_table(SPRING_COLUMNS),
+        "tools": member_sections("kind", INSTRUMENTS),
+        "forces": member_sections("kind", FORCES),
+        "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
+        "simulate entries": entry_table(settings.simulate_schema()),
+        "procedures": procedure_sections(),
+        "verbs": verb_sections(),
+        "profiles": _listed(PROFILES),
+        "surfaces": member_sections("kind", SURFACES),
+        "measures": measure_table(),
+        "integrators": integrator_table(),
+        "learn sentences": sentence_sections(),
+        "learn settings": entry_table(learn_schema()),
+        "adjusted": adjusted_table(),
+    }
+
+
+def _listed(names: Iterable[str]) -> str:
+    return f"{', '.join(map(code, names))}."
+
+
+def part_table() -> str:
+    """Return what a text is made of."""
+    rows = [(code(part), meanings.PARTS[part]) for part in TOP_LEVEL]
+    return table(("part", "what it is"), rows)
+
+
+def reserved_words() -> str:
+    """Return the reserved words by what they are for."""
+    groups = {
+        "times": words.TIME_WORDS,
+        "joining": words.JOINING_WORDS,
+        "logic": words.LOGIC_WORDS,
+        "beginning a sentence": words.DECLARING_WORDS,
+    }
+    rows = [(name, " ".join(map(code, group))) for name, group in groups.items()]
+    continuing = " ".join(map(code, words.CONTINUING))
+    return table(("for", "words"), rows) + (
+        f"\n\nA line that begins with one of these goes on with the line above: {continuing}."
+    )
+
+
+def unit_table() -> str:
+    """Return the units without prefixes, with what one of them is."""
+    rows = [
+        (code(symbol), _in_si(factor, dimension), describe(dimension), _mark(symbol))
+        for symbol, (factor, dimension) in units.SYMBOLS.items()
+        if _takes_prefix(symbol) or not _has_prefix(symbol)
+    ]
+    return table(("unit", "is", "measures", "prefixes"), rows)
+
+
+def prefix_table() -> str:
+    """Return the prefixes; micro has three spellings."""
+    sizes: dict[float, list[str]] = {}
+    for prefix, size in _prefixes().items():
+        sizes.setdefault(size, []).append(code(prefix))
+    rows = [(" or ".join(spellings), f"{size:g}") for size, spellings in sizes.items()]
+    return table(("prefix", "factor"), rows)
+
+
+def dimension_table() -> str:
+    """Return what the compiler calls dimensions, and their SI units."""
+    rows = [(name, code(unit) if unit else "") for name, unit in units.DIMENSION_NAMES.values()]
+    return table(("dimension", "SI unit"), rows)
+
+
+def _prefixes() -> dict[str, float]:
+    """Return each prefix and its factor, as they stand before the unit of frequency."""
+    return {
+        symbol.removesuffix("Hz"): factor
+        for symbol, (factor, _) in units.SYMBOLS.items()
+        if symbol.endswith("Hz") and symbol != "Hz"
+    }
+
+
+def _takes_prefix(symbol: str) -> bool:
+    return all(prefix + symbol in units.SYMBOLS for prefix in _prefixes())
+
+
+def _has_prefix(symbol: str) -> bool:
+    return symbol[:1] in _prefixes() and _takes_prefix(symbol[1:])
+
+
+def _mark(symbol: str) -> str:
+    return "yes" if _takes_prefix(symbol) else "no"
+
+
+def _in_si(factor: float, dimension: Dimension) -> str:
+    unit = units.si_unit(dimension)
+    return (
+        f"{factor:.6g}{unit[1:]}" if unit.startswith("1/") else f"{factor:.6g} {unit}".strip()
+    )
+
+
+def operator_table() -> str:
+    """Return the choices of a rules block; the first of each is the default."""
+    rows = [
+        (code(f"{entry} is …"), ", ".join(map(code, names)), code(getattr(Operators(), entry)))
+        for entry, names in CHOICES.items()
+    ]
+    return table(("entry", "choices", "without it"), rows)
+
+
+def quantity_table() -> str:
+    """Return the physical quantities of a tissue."""
+    rows = [
+        (
+            code(q.name),
+            describe(q.dimension),
+            _spreads(q),
+            "yes" if q.scales else "no",
+            _rest(q),
+        )
+        for q in QUANTITIES.values()
+        if not q.is_of_matter
+    ]
+    return table(("quantity", "is", "applies to", "per length", "without it"), rows)
+
+
+def _spreads(quantity: Quantity) -> str:
+    return " or ".join(map(code, quantity.spreads))
+
+
+def _rest(quantity: Quantity) -> str:
+    if quantity.default is None:
+        return "an error"
+    return code("none" if quantity.default == quantity.none else f"{quantity.default:g}")
+
+
+def mesh_sections() -> str:
+    """Return a section for each mesh."""
+    sections = []
+    for name, mesh in MESHES.items():
+        section = f"#### `mesh is {name}`\n\n{described(mesh)}"
+        if name != EXPLICIT:
+            section += f"\n\n{entry_table(entries_of(mesh))}"
+        sections.append(section)
+    return "\n\n".join(sections)
+
+
+def member_sections(word: str, family: Mapping[str, type]) -> str:
+    """Return a section for each member of a family, which a scene chooses behind a word."""
+    sections = []
+    for name, member in family.items():
+        entries = entries_of(member)
+        table_of = f"\n\n{entry_table(entries)}" if entries else ""
+        sections.append(f"#### `{word} is {name}`\n\n{described(member)}{table_of}")
+    return "\n\n".join(sections)
+
+
+def procedure_sections() -> str:
+    """Return a section for each published procedure with what can be chosen of it."""
+    return "\n\n".join(
+        f"#### `integrator is {name}`\n\n{entry_table(entries_of(choices))}"
+        for name, choices in PROCEDURES.items()
+    )
+
+
+def column_table(columns: Mapping[str, Dimension | None]) -> str:
+    """Return the columns of a table of nodes or springs."""
+    rows = [(code(name), _cells(name, dimension)) for name, dimension in columns.items()]
+    return table(("column", "is"), rows)
+
+
+def _cells(name: str, dimension: Dimension | None) -> str:
+    """Return what the cells of a column hold."""
+    if name == LAW:
+        return "the name of a [law](#laws)"
+    return "a whole number" if dimension is None else describe(dimension)
+
+
+def verb_sections() -> str:
+    """Return a section for each verb."""
+    return "\n\n".join(
+        f"#### `{name}`\n\n{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}"
+        for name, verb in VERBS.items()
+    )
+
+
+def sentence_sections() -> str:
+    """Return a section for each kind of sentence of a learn block."""
+    sections = []
+    for name, entry in SENTENCES.items():
+        needed = " Needed." if entry.is_needed else ""
+        forms, about = fenced("\n".join(entry.forms)), paragraphs(entry.about)
+        sections.append(f"#### `{name}` of learning\n\n{forms}\n\n{about}{needed}")
+    return "\n\n".join(sections)
+
+
+def adjusted_table() -> str:
+    """Return what of tissues and what of nodes and springs can be adjusted."""
+    rows = [
+        (
+            code(name),
+            describe(DIMENSIONS[name]),
+            "no" if name in PLACED else "yes",
+            " or ".join(code(f"per {one}") for one in PARTED.get(name, ())),
+        )
+        for name in ADJUSTED
+        if name in DIMENSIONS
+    ]
+    return table(("quantity", "is", "of a tissue", "of a set, body or region"), rows)
+
+
+def measure_table() -> str:
+    """Return what can be measured."""
+    subjects = {"any": "nodes or springs"}
+    rows = [
+        (
+            code(measure.form),
+            describe(measure.dimension),
+            subjects.get(measure.takes, measure.takes) if measure.subjects else "the scene",
+            described(measure),
+        )
+        for measure in MEASURES.values()
+    ]
+    return table(("measure", "is", "taken of", "meaning"), rows)
+
+
+def _limit(method: type[Integrator]) -> str:
+    """Return the largest stable step of a method for the angular frequency ω, in words."""
+    limit = method.stability_limit(1.0, 0.0)
+    return f"{limit:.3g} / ω" if isfinite(limit) else "none"
+
+
+def integrator_table() -> str:
+    """Return the methods that can be named."""
+    rows = [
+        (
+            code(name),
+            str(method.order),
+            str(method.evaluations),
+            _limit(method),
+            "yes" if method.symplectic else "no",
+            summary(method),
+        )
+        for name, method in INTEGRATORS.items()
+    ]
+    heads = ("name", "order", "forces per step", "stable up to", "symplectic", "what it is")
+    return table(heads, rows)

@@ -1,0 +1,360 @@
+"""What each body of a scene is as matter: stiffness, mass, waves, frequencies, what it bears.
+
+Everything is found from the net itself, whether its tissue is given in pascals or for each
+spring and node. Elastic constants are those of the body as it is drawn (``matter.elasticity``),
+prestress aside; frequencies those about its state at 0 s, after the events of that time.
+"""
+
+from collections.abc import Iterator
+from math import inf, pi, sqrt
+from typing import Literal, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.analysis.vibration.modes import modes_of
+from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.core.errors import SimulationError, TissueError, alternatives, counted
+from tissuec.core.names import key_of
+from tissuec.matter.breaking import breaking_strains
+from tissuec.matter.elasticity import Elasticity, Unit, of_solid, of_wall, wall_springs
+from tissuec.mechanics.situation import Situation
+from tissuec.meshes.stiffness_sharing import node_areas
+from tissuec.model.network import BodyPart, Indices
+
+Kind: TypeAlias = Literal["solid", "wall", "thread", "bars", "points"]
+LARGEST = 300_000  # springs of a body whose elastic constants are computed: some seconds
+LARGEST_TO_VIBRATE = 5_000  # free nodes of a body whose frequencies are computed: likewise
+FREQUENCIES = 3
+_SLIGHT = 1e-6  # strain
+_ALIKE = 1e-9  # of bars: rounding
+_ABOUT = 0.1  # of breaking strains and moduli that make one stress
+
+
+class Breaking(Struct, frozen=True):
+    """What springs bear that may rupture.
+
+    Attributes:
+        stretch: Length at which they break over their rest length: the least, the median and
+            the largest of the body.
+        stress: That of a body drawn along one direction, when they break: Young's modulus times
+            strain [unit of the elasticity]. None if springs or directions differ by more than
+            a tenth, or laws are not linear.
+    """
+
+    stretch: tuple[float, float, float]
+    stress: float | None
+
+
+class Vibration(Struct, frozen=True):
+    """A natural motion of a body about its state at 0 s; what it is joined to stays in place.
+
+    Attributes:
+        frequency: Without damping [Hz].
+        damping_ratio: 1 is critical.
+    """
+
+    frequency: float
+    damping_ratio: float
+
+    @property
+    def decay_time(self) -> float:
+        """Return the time in which it decays to 1/e [s]; infinite without damping."""
+        omega, ratio = 2.0 * pi * self.frequency, self.damping_ratio
+        if ratio <= 1.0:
+            return 1.0 / (ratio * omega) if ratio > 0.0 else inf
+        return (ratio + sqrt(ratio * ratio - 1.0)) / omega
+
+
+class BodyProperties(Struct, frozen=True):
+    """What a body is, found from its net. What does not apply is None.
+
+    Attributes:
+        kind: "solid" with a volume; "wall": a surface; "thread"; "bars": a net typed in as
+            tables; "points" without springs.
+        tissues: What it is made of.
+        nodes, springs: Their numbers.
+        mass: [kg].
+        volume: Of a solid [m³]; of a wall with a thickness, area times that; likewise with the
+            section of a thread or of bars.
+        area: Of a wall [m²].
+        length: Of a thread, or of all bars together [m].
+        elasticity: None where it could not be found.
+        retardation_time: Median of viscosity over spring constant [s].
+        breaking: None where rupture is not allowed.
+        vibrations: The lowest ones that something resists.
+        notes: What is left out, and why, as sentences.
+    """
+
+    name: str
+    kind: Kind
+    tissues: tuple[str, ...]
+    nodes: int
+    springs: int
+    mass: float
+    volume: float | None = None
+    area: float | None = None
+    length: float | None = None
+    elasticity: Elasticity | None = None
+    retardation_time: float | None = None
+    breaking: Breaking | None = None
+    vibrations: tuple[Vibration, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def density(self) -> float | None:
+        """Return mass over volume [kg/m³]."""
+        return self.mass / self.volume if self.volume else None
+
+    @property
+    def wave_speeds(self) -> tuple[float, ...]:
+        """Return √(E/ρ) for each direction of the elasticity [m/s]; none of bars.
+
+        This is the speed of waves that stretch a bar and are longer than it is thick.
+        """
+        if self.elasticity is None:
+            return ()
+        return tuple(v for v in map(self._speed, self.elasticity.young) if v is not None)
+
+    @property
+    def shear_wave_speed(self) -> float | None:
+        """Return √(G/ρ) [m/s]."""
+        if self.elasticity is None or not self.elasticity.shear:
+            return None
+        return self._speed(sum(self.elasticity.shear) / len(self.elasticity.shear))
+
+    def _speed(self, modulus: float) -> float | None:
+        """Return √(modulus / density), the density being one in the unit of the modulus."""
+        assert self.elasticity is not None
+        if self.kind == "bars":  # masses of nodes need not be those of bars
+            return None
+        sizes = {"Pa": self.volume, "N/m": self.area, "N": self.length}
+        size = sizes[self.elasticity.unit]
+        return sqrt(modulus * size / self.mass) if size else None
+
+
+def properties_of(
+    compiled: Compiled, *, body: str | None = None, frequencies: int = FREQUENCIES
+) -> tuple[BodyProperties, ...]:
+    """Return what the bodies of a scene are.
+
+    Args:
+        body: The only one that is asked for.
+        frequencies: How many of each.
+
+    Raises:
+        TissueError: There is no such body.
+    """
+    parts = {key_of(part.name): part for part in compiled.network.bodies}
+    if body is not None:
+        if key_of(body) not in parts:
+            names = [part.name for part in compiled.network.bodies]
+            hint = alternatives(body, names, what="bodies")
+            raise TissueError(f'there is no body "{body}"; {hint}')
+        parts = {key_of(body): parts[key_of(body)]}
+    drawn = situation_at_start(compiled)
+    rest: Situation | str
+    try:
+        rest = situation_at_start(compiled, settles=True)
+        rest.place_held()
+    except SimulationError as error:
+        rest = str(error)
+    bodies = compiled.groups.bodies
+    return tuple(
+        _Examined(part, bodies[key].drawing, drawn).properties(rest, frequencies)
+        for key, part in parts.items()
+    )
+
+
+class _Examined:
+    """One body.
+
+    Args:
+        situation: As it is drawn, after the events at 0 s.
+    """
+
+    def __init__(self, part: BodyPart, drawing: Drawing, situation: Situation):
+        self.part, self.drawing, self.situation = part, drawing, situation
+        self.mesh, self.notes = drawing.mesh, list[str]()
+        is_there = situation.alive[part.springs] & (drawing.length > 0.0)
+        self.own = np.flatnonzero(is_there)  # springs, numbered within the body
+        self.ends, self.length = self.mesh.ends[self.own], drawing.length[self.own]
+        self.springs = part.springs.start + self.own
+        self.behaviour = situation.behaviour(self.springs)
+        # A little longer than drawn, so that springs count which resist tension only.
+        stretched = self.length * (1.0 + _SLIGHT) - self.behaviour.rest
+        self.constant = self.behaviour.steepness(stretched)
+        self.kind: Kind = self._kind()
+
+    def _kind(self) -> Kind:
+        volume = self.mesh.volume
+        if not len(self.own):
+            return "points"
+        if self.drawing.thread is not None:
+            return "thread"
+        if volume is not None and np.all(volume > 0.0):
+            return "solid"
+        return "wall" if len(self.mesh.skin) else "bars"
+
+    def properties(self, rest: Situation | str, frequencies: int) -> BodyProperties:
+        """Return all there is to say.
+
+        Args:
+            rest: After what settles at 0 s, or why that could not be found.
+        """
+        part = self.part
+        volume, area, length = self._sizes()
+        elasticity = self._elasticity()
+        return BodyProperties(
+            name=part.name,
+            kind=self.kind,
+            tissues=tuple(self._tissues()),
+            nodes=part.nodes.stop - part.nodes.start,
+            springs=part.springs.stop - part.springs.start,
+            mass=float(self.situation.mass[part.nodes].sum()),
+            volume=volume,
+            area=area,
+            length=length,
+            elasticity=elasticity,
+            retardation_time=self._retardation_time(),
+            breaking=self._breaking(elasticity),
+            vibrations=tuple(self._vibrations(rest, frequencies)),
+            notes=tuple(self.notes),
+        )
+
+    def _tissues(self) -> Iterator[str]:
+        body = self.drawing.body
+        tissues = [body.tissue, *(region.tissue or body.tissue for region in body.regions)]
+        used = (tissues[number] for number in np.unique(self.drawing.part))
+        own = (part.tissue for part in body.spring_parts)
+        yield from dict.fromkeys(one.name for one in (*used, *own) if one is not None)
+
+    def _sizes(self) -> tuple[float | None, float | None, float | None]:
+        """Return volume [m³], area [m²] and length [m], as far as there are any."""
+        across = self._across()
+        match self.kind:
+            case "solid":
+                assert self.mesh.volume is not None
+                return float(self.mesh.volume.sum()), None, None
+            case "wall":
+                area = float(
+                    node_areas(self.mesh.position, self.mesh.skin.astype(np.int64)).sum()
+                )
+                return across and across * area, area, None
+            case "thread" | "bars":
+                length = float(self.drawing.length[self._bars()].sum())
+                return across and across * length, None, length
+        return None, None, None
+
+    def _across(self) -> float | None:
+        """Return the thickness of a wall [m], or the section of bars [m²]."""
+        body, thread = self.drawing.body, self.drawing.thread
+        return body.thickness or body.section or (thread and pi * thread.radius**2)
+
+    def _bars(self) -> Indices:
+        """Return the springs that are no knots, numbered within the body."""
+        thread = self.drawing.thread
+        count = len(self.drawing.length)
+        return np.arange(count)[slice(None) if thread is None else thread.pieces]
+
+    # --- springs ------------------------------------------------------------------------------
+
+    def _elasticity(self) -> Elasticity | None:
+        if self.kind == "points":
+            return None
+        if len(self.own) > LARGEST:
+            self.notes.append(f"elastic constants are left out above {LARGEST} springs")
+            return None
+        match self.kind:
+            case "solid":
+                return self._of_solid()
+            case "wall":
+                return self._of_wall()
+        return self._of_bars()
+
+    def _of_solid(self) -> Elasticity:
+        mesh, part = self.mesh, self.part
+        assert mesh.volume is not None
+        cells = None
+        if (enclosure := self.situation.enclosure(part.name)) is not None:
+            number = np.full(self.situation.network.node_count, -1)
+            size = part.nodes.stop - part.nodes.start
+            number[part.nodes] = np.arange(size)
+            cells = enclosure.resistance(self.situation.network.position, number, size)
+        volume, boundary = float(mesh.volume.sum()), np.unique(mesh.skin)
+        return of_solid(mesh.position, self.ends, self.constant, cells, boundary, volume)
+
+    def _of_wall(self) -> Elasticity:
+        grid = self.mesh.grid
+        within = wall_springs(self.mesh.skin, self.ends) | self.drawing.bends[self.own]
+        if grid is not None and grid.closed:  # springs through the inside of a tube take part
+            within[:] = True
+        if others := int((~within).sum()):
+            springs = counted(others, "spring")
+            self.notes.append(f"elastic constants leave out {springs} outside of the wall")
+        return of_wall(
+            self.mesh.position, self.ends[within], self.constant[within], self.mesh.skin,
+            grid, self._across(),
+        )  # fmt: skip
+
+    def _of_bars(self) -> Elasticity:
+        chosen = np.isin(self.own, self._bars())
+        pull = self.constant[chosen] * self.length[chosen]
+        across = self._across()
+        low, high = (float(one) / (across or 1.0) for one in (pull.min(), pull.max()))
+        unit: Unit = "N" if across is None else "Pa"
+        if high - low <= _ALIKE * high:
+            return Elasticity(unit, ("along",), (high,))
+        return Elasticity(unit, ("least", "largest"), (low, high))
+
+    def _retardation_time(self) -> float | None:
+        elongation = self.length - self.behaviour.rest
+        viscosity = self.behaviour.sluggishness(elongation, 0.0 * elongation)
+        resists = (self.constant > 0.0) & (viscosity > 0.0)
+        if not resists.any():
+            return None
+        return float(np.median(viscosity[resists] / self.constant[resists]))
+
+    def _breaking(self, elasticity: Elasticity | None) -> Breaking | None:
+        chosen = np.isin(self.own, self._bars()) & ~self.drawing.bends[self.own]
+        strain = breaking_strains(self.behaviour, self.situation.strength[self.springs])[chosen]
+        strain = strain[np.isfinite(strain)]
+        if not len(strain):
+            return None
+        median = float(np.median(strain))
+        stretch = 1.0 + float(strain.min()), 1.0 + median, 1.0 + float(strain.max())
+        stress = None
+        if elasticity is not None and self.behaviour.is_linear:
+            spreads = (strain, np.array(elasticity.young))
+            if all(np.ptp(one) <= _ABOUT * one.max() for one in spreads):
+                stress = elasticity.mean * median
+        return Breaking(stretch, stress)
+
+    # --- motion -------------------------------------------------------------------------------
+
+    def _vibrations(self, rest: Situation | str, count: int) -> Iterator[Vibration]:
+        if not isinstance(rest, Situation):
+            self.notes.append(f"frequencies are left out: {rest}")
+            return
+        chosen = np.zeros(len(rest.position), dtype=bool)
+        chosen[self.part.nodes] = True
+        free = int((chosen & ~rest.held).sum())
+        if not free or not count:
+            return
+        if free > LARGEST_TO_VIBRATE:
+            self.notes.append(
+                f"frequencies are left out above {LARGEST_TO_VIBRATE} free nodes; "
+                "tissuec modes computes them"
+            )
+            return
+        try:
+            found = modes_of(rest, chosen, count=count, above=0.0)
+        except SimulationError as error:
+            self.notes.append(f"frequencies are left out: {error}")
+            return
+        self.notes += found.notes
+        for mode in found:
+            if mode.frequency and mode.damping_ratio is not None:
+                yield Vibration(mode.frequency, mode.damping_ratio)

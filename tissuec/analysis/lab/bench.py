@@ -1,0 +1,247 @@
+"""The bench on which coupons of one tissue are tested: scenes are written, run and read."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Protocol
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.analysis.lab.coupon import BODY, Coupon
+from tissuec.core.source import Source
+from tissuec.engine.execution.signals import interruption
+from tissuec.forces.branches import TIMES
+from tissuec.lang import syntax as s
+from tissuec.lang.parser import parse
+from tissuec.lang.words import written_name
+from tissuec.model.network import Floats, Network
+from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.results.trajectory import Trajectory
+from tissuec.scene.library import belongs_to_scenes
+from tissuec.scene.model import Tissue
+from tissuec.scene.quantities import FIBRE_MODULUS, OF_MATTER, YOUNGS_MODULUS
+
+TISSUE, TABS = "lab tissue", "lab tab tissue"
+#: What a body needs beside springs, and what stands in where the tissue does not say it.
+_NEEDED = {
+    "mass": ("density = 1000 kg/m^3", "mass = 1 mg"),
+    "viscosity": ("retardation time = 0 s", "viscosity = 0 N*s/m"),
+}
+#: Between two states of rest; so short that nothing moves in it.
+TICK = "ns"
+
+
+class Unmeasured(Exception):
+    """A test gives no number; says why."""
+
+
+class Reading(Struct, frozen=True):
+    """What was read off during a test.
+
+    Attributes:
+        logs: By name, shape (moment, column).
+        time: Of the moments of all logs [s], shape (moment,).
+        network: What the coupon was.
+        stopped: Why the run could not go on to the end; empty if it did.
+    """
+
+    logs: Mapping[str, Floats]
+    time: Floats
+    network: Network
+    stopped: str
+
+
+class Specimen(Protocol):
+    """What is tested, as text."""
+
+    def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
+        """Yield the body and what belongs to it."""
+        ...
+
+    def faces(self, *names: str) -> Iterator[str]:
+        """Yield sets for faces."""
+        ...
+
+
+class Bench:
+    """Tests coupons of one tissue.
+
+    Args:
+        request: The text that declares the tissue; what else it holds of a scene is left out.
+        spacing: Length of cells where quantities belong to springs [m].
+        thickness: Of strips [m]; None for bars.
+    """
+
+    def __init__(
+        self,
+        request: Request,
+        tissue: Tissue,
+        *,
+        spacing: float,
+        thickness: float | None = None,
+    ):
+        self.request, self.tissue = request, tissue
+        self.spacing, self.thickness = spacing, thickness
+        self._text = _without_scene(request.source)
+
+    @property
+    def is_of_matter(self) -> bool:
+        """Return whether the tissue means the same on every mesh."""
+        return YOUNGS_MODULUS in self.tissue.given
+
+    @property
+    def stiffness(self) -> float:
+        """Return about which modulus the tissue has along x, to choose loads by [Pa]."""
+        given = {key: one.value for key, one in self.tissue.given.items()}
+        of_springs = given.get("spring constant", 1.0) / self.spacing
+        matter = given.get(FIBRE_MODULUS) or given.get(YOUNGS_MODULUS)
+        return matter or of_springs or 1.0
+
+    @property
+    def relaxes(self) -> bool:
+        """Return whether springs have branches that relax."""
+        return any(key in self.tissue.given for key in TIMES)
+
+    def lacks(self, what: str) -> bool:
+        """Return whether the tissue does not say its mass, or viscosity, in any way."""
+        return not any(key in self.tissue.given for key in (what, *OF_MATTER[what]))
+
+    @property
+    def has_fibres(self) -> bool:
+        """Return whether the tissue is stiffer in one direction."""
+        return FIBRE_MODULUS in self.tissue.given
+
+    def coupons(self, width: float = 0.02, along: str = "x") -> tuple[Coupon, Coupon]:
+        """Return a coarse coupon and a fine one.
+
+        Where quantities belong to springs, the finer one is larger.
+
+        Args:
+            width: Of coupons of matter [m].
+            along: How fibres run in them, if the tissue has any.
+        """
+        sizes = (width, width) if self.is_of_matter else (2 * self.spacing, 4 * self.spacing)
+        coarse, fine = (
+            Coupon(cells, size, self.thickness, along if self.has_fibres else "")
+            for cells, size in zip((2, 4), sizes, strict=True)
+        )
+        return coarse, fine
+
+    # --- running ------------------------------------------------------------------------------
+
+    def rest(
+        self,
+        coupon: Coupon,
+        levels: Sequence[Iterable[str]],
+        faces: Sequence[str],
+        watched: Sequence[str],
+        *,
+        rupture: bool = False,
+    ) -> Reading:
+        """Return what is read in states of rest, one after the other.
+
+        Args:
+            levels: Orders before each of them.
+            faces: Which faces orders are about.
+            watched: What is logged, such as "position of lab x0".
+        """
+        script = [
+            f"at {number} {TICK}: {order}"
+            for number, orders in enumerate(levels)
+            for order in (*orders, "settle")
+        ]
+        if rupture:  # what is broken need not find any rest
+            script.append(f"when ruptured({BODY}): fix {BODY}")
+        return self.still(coupon, script, faces, watched, len(levels) - 0.5, rupture=rupture)
+
+    def still(
+        self,
+        coupon: Coupon,
+        script: Iterable[str],
+        faces: Sequence[str],
+        watched: Sequence[str],
+        ticks: float,
+        *,
+        rupture: bool = False,
+    ) -> Reading:
+        """Return what is read at each of so many ticks, in which nothing moves by itself."""
+        simulation = f"duration = {ticks} {TICK}; integrator is dop853"
+        return self.run(
+            coupon, script, faces, watched, simulation, interval=f"1 {TICK}", rupture=rupture
+        )
+
+    def run(
+        self,
+        specimen: Specimen,
+        script: Iterable[str],
+        faces: Sequence[str],
+        watched: Sequence[str],
+        simulation: str,
+        *,
+        interval: str,
+        more: Iterable[str] = (),
+        environment: str = "",
+        rupture: bool = False,
+    ) -> Reading:
+        """Return what is read in a test.
+
+        Args:
+            script: Orders with their times.
+            faces: Which faces there are sets of.
+            watched: What is logged, each ``interval``.
+            simulation: How it is run.
+            more: Further sets.
+            environment: What acts beside the script; there is no gravity.
+            rupture: Whether the coupon can break between its gauges.
+        """
+        lines = [
+            *self._tissues(),
+            *specimen.body(TISSUE, tabs=TABS if rupture else "", rupture=rupture),
+            *specimen.faces(*faces),
+            *more,
+            f"environment {{ gravity = (0, 0, 0) m/s^2; {environment} }}",
+            "script {", *script, "}",
+            f"simulate {{ {simulation} }}",
+            "output {", *(f"{name} every {interval}" for name in watched), "}",
+        ]  # fmt: skip
+        source = self.request.source
+        text = f"{self._text}\n" + "\n".join(lines) + "\n"
+        request = replace(self.request, source=replace(source, text=text), strict=False)
+        compiled, _ = compile_request(request)
+        with TemporaryDirectory(prefix="tissuec-lab-") as folder:
+            path = Path(folder) / "coupon.vtkhdf"
+            finished = simulate(compiled, path, request=request, companion="off")
+            with Trajectory(finished.path) as result:
+                logs = {name: result.logs[name] for name in watched}
+                values = {name: np.array(log.value) for name, log in logs.items()}
+                time = np.array(next(iter(logs.values())).time)
+        outcome = finished.outcome
+        if outcome.kind == "interrupted":
+            raise interruption(outcome.signal)
+        stopped = "" if outcome.kind == "done" else outcome.message
+        return Reading(values, time, compiled.network, stopped)
+
+    def _tissues(self) -> Iterator[str]:
+        """Yield what coupons and their tabs are made of."""
+        standing_in = [
+            texts[not self.is_of_matter] for what, texts in _NEEDED.items() if self.lacks(what)
+        ]
+        name = written_name(self.tissue.name)
+        yield f"tissue {TISSUE} like {name} {{ {'; '.join(standing_in)} }}"
+        unbreakable = "fraction force is none; crushing force is none"
+        yield f"tissue {TABS} like {TISSUE} {{ {unbreakable} }}"
+
+
+def _without_scene(source: Source) -> str:
+    """Return a text with blanks in place of what belongs to its scene, and not to its words."""
+    text = source.text
+    for item in parse(source).items:
+        if belongs_to_scenes(item) or (
+            isinstance(item, s.Block) and item.name.key.split(" ")[0] == "learn"
+        ):
+            start, end = item.span.start, item.span.end
+            blank = "".join(sign if sign == "\n" else " " for sign in text[start:end])
+            text = text[:start] + blank + text[end:]
+    return text

@@ -1,0 +1,111 @@
+"""Modes in motion: a result file that plays one period of each after another.
+
+Mode k plays from k-1 s to k s, however long its period is: the positions are those at rest and
+A sin(2π t) times its shape, A being such that the node that moves most moves by 5 % of the size
+of the body that has most of the energy. Forces and tensions change linearly with it.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.analysis.vibration.modes import Mode, Modes
+from tissuec.compiler.compile import Compiled
+from tissuec.core.units import TIME, show
+from tissuec.mechanics import observables
+from tissuec.mechanics.situation import Situation
+from tissuec.model import topology
+from tissuec.model.network import Floats, Network
+from tissuec.results.recording import Recording
+from tissuec.results.writer import ResultWriter
+
+AMPLITUDE = 0.05  # of the diagonal of the body
+STEPS = 24  # frames of a mode
+SLIGHT = 1e-5  # of A: by this forces and tensions are differentiated
+
+
+def write_modes(
+    modes: Modes, compiled: Compiled, path: Path, manifest: Mapping[str, Any]
+) -> Path:
+    """Write modes as a result file and return its path.
+
+    Args:
+        path: Of the file.
+        manifest: Where the scene comes from.
+
+    Raises:
+        PlaceError: The file cannot be written there.
+        ResultError: Writing failed later on.
+    """
+    network, text = compiled.network, compiled.scene.source.text
+    facts = {**manifest, "method": "modes", "duration": float(len(modes))}
+    recording = _recording(network, single=compiled.plan.output.single)
+    groups = tuple(compiled.named_groups())
+    place = compiled.plan.simulation.span.place
+    with ResultWriter(path, network, recording, facts, text, groups) as writer:
+        writer.topology(modes.situation.alive)
+        writer.holds(0.0, modes.situation.holders)
+        for mode in modes:
+            start = mode.number - 1.0
+            writer.event(start, "note", (), f"mode {mode.number}: {in_words(mode)}", place)
+            for times, *arrays in _batches(modes, mode):
+                writer.frames(times, *arrays)
+        return writer.close("all modes are written", finished=True, facts={"kind": "done"})
+
+
+def in_words(mode: Mode) -> str:
+    """Return what a mode is, such as "12.3 Hz" or "rigid"."""
+    if mode.frequency:
+        return f"{mode.frequency:.4g} Hz"
+    if mode.growth is not None:
+        return f"unstable, grows e-fold in {show(1.0 / mode.growth, TIME)}"
+    return "rigid" if mode.kind == "rigid" else "no spring resists"
+
+
+def _recording(network: Network, *, single: bool) -> Recording:
+    """Return that frames show everything and nothing is logged."""
+    springs = np.flatnonzero(~network.bends)
+    nodes = np.arange(network.shown_nodes)
+    return Recording(nodes=nodes, springs=springs, single=single, logs=(), energies=False)
+
+
+def _batches(modes: Modes, mode: Mode) -> Iterator[tuple[Floats, ...]]:
+    """Yield times, positions, velocities, forces and tensions of frames."""
+    # The last mode comes to its end, others to where the next one begins.
+    count = STEPS + (mode.number == len(modes))
+    situation = replace(modes.situation, contact=None)
+    way = _amplitude(situation.network, mode) * mode.shape
+    before, after = (_pulled(situation, sign * SLIGHT * way) for sign in (-1.0, 1.0))
+    here = _pulled(situation, 0.0 * way)
+    changes = [(b - a) / (2.0 * SLIGHT) for a, b in zip(before, after, strict=True)]
+    for step in range(count):
+        phase = 2.0 * np.pi * step / STEPS
+        sine = np.sin(phase)
+        yield (
+            np.array([mode.number - 1.0 + step / STEPS]),
+            (situation.position + sine * way)[None],
+            (2.0 * np.pi * np.cos(phase) * way)[None],
+            (here[0] + sine * changes[0])[None],
+            (here[1] + sine * changes[1])[None],
+        )
+
+
+def _amplitude(network: Network, mode: Mode) -> float:
+    """Return A for a shape [m kg^½]."""
+    most = max(mode.shares, key=lambda name: mode.shares[name])
+    body = next(body for body in network.bodies if body.name == most)
+    size = topology.extents(network.position[body.nodes]).diagonal
+    size = size or network.extent or 1.0  # a node alone has none
+    return AMPLITUDE * size / float(np.sqrt((mode.shape**2).sum(axis=1).max()))
+
+
+def _pulled(situation: Situation, shift: Floats) -> observables.Forces:
+    """Return what springs and fields do beside the place of a situation."""
+    still = np.zeros_like(situation.velocity)
+    memory = situation.network.memory
+    still[memory] = situation.velocity[memory]
+    place = situation.position + shift
+    return observables.inner_forces(situation, situation.time, place, still)

@@ -1,0 +1,53 @@
+"""The modes of a scene, or of one of its bodies, at 0 s."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.analysis.vibration.modes import Modes, modes_of
+from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.names import key_of
+from tissuec.model.network import Network
+
+
+def scene_modes(
+    compiled: Compiled,
+    *,
+    body: str | None = None,
+    count: int = 10,
+    above: float | None = None,
+) -> Modes:
+    """Return the lowest modes of a scene after the events of the script at 0 s.
+
+    Args:
+        body: The only body that moves; everything else stays where it is.
+        count: How many, if there are as many.
+        above: Leave out the modes at and below this frequency [Hz].
+
+    Raises:
+        SimulationError: What happens at 0 s ends a run, or the modes could not be computed.
+        TissueError: There is no such body, or nothing can move.
+    """
+    chosen = _nodes(compiled.network, body)
+    situation = situation_at_start(compiled, settles=True)
+    situation.place_held()
+    if not (chosen & ~situation.held).any():
+        what = "the scene" if body is None else f'"{body}"'
+        raise TissueError(
+            f"no node of {what} can move: all are held at 0 s; leave some of them free"
+        )
+    return modes_of(situation, chosen, count=count, above=above)
+
+
+def _nodes(network: Network, body: str | None) -> NDArray[np.bool_]:
+    """Return which nodes may move, shape (node,); those of all bodies without a name."""
+    parts = {key_of(part.name): part for part in network.bodies}
+    if body is not None and key_of(body) not in parts:
+        names = [part.name for part in network.bodies]
+        hint = alternatives(body, names, what="bodies")
+        raise TissueError(f'there is no body "{body}"; {hint}')
+    chosen = np.zeros(network.node_count, dtype=bool)
+    for part in parts.values() if body is None else [parts[key_of(body)]]:
+        chosen[part.nodes] = True
+    return chosen

@@ -1,0 +1,360 @@
+"""tissuec from Python: a scene is checked, compiled or run, and its result read."""
+
+import os
+import shutil
+import signal
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard
+
+from msgspec.structs import replace
+
+from tissuec.core.errors import (
+    CompileError,
+    Diagnostic,
+    ExpectationError,
+    SimulationError,
+    TissueError,
+    TissueWarning,
+)
+
+if TYPE_CHECKING:
+    from tissuec.analysis.bodies import BodyProperties
+    from tissuec.analysis.lab.laboratory import Examination
+    from tissuec.analysis.vibration.modes import Modes
+    from tissuec.compiler.compile import Compiled
+    from tissuec.engine.execution.companion import Mode
+    from tissuec.engine.execution.run import Outcome
+    from tissuec.pipeline import Request
+    from tissuec.scene.overrides import Given
+    from tissuec.view.notebook import Trajectory
+
+#: The text of a scene, or the file that holds it.
+Scene: TypeAlias = "str | os.PathLike[str]"
+TEXT = "scene"  # what a text is called in messages
+
+
+def load(path: str | os.PathLike[str]) -> "Trajectory":
+    """Return a result file, also that of a run that is not finished.
+
+    Raises:
+        ResultError: There is none, or it is truncated, or no result.
+    """
+    from tissuec.view.notebook import Trajectory
+
+    return Trajectory(Path(path))
+
+
+def run(
+    scene: Scene,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    strict: bool = False,
+    progress: bool | Callable[[float], None] = False,
+    resume: bool = False,
+    companion: "Mode" = "auto",
+    threads: int | None = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "Trajectory":
+    """Run a scene and return its result.
+
+    Args:
+        scene: A file, or the text itself: a string of several lines or one that begins with
+            "language".
+        out: The result file. Without it there is a temporary one, which lasts as long as what
+            is returned; `Trajectory.save` keeps it.
+        params: Values of the scene's params by name: texts such as "0.9 s", or numbers and
+            vectors in SI units.
+        strict: Whether warnings of the text, a run that cannot go on, expectations that fail
+            and a broken promise are errors. Otherwise they are warnings of Python, and the
+            outcome says how a run ended.
+        progress: Whether a line on stderr tells how far it is; or what to call with the
+            simulated time [s] now and then.
+        resume: Go on with the interrupted run of ``out``.
+        companion: How the error of positions is estimated, by a run with finer steps: in a
+            "process" beside the run, "inline" after it, by the better of both ("auto"), or not
+            at all ("off"). `Trajectory.promise` says what came out.
+        threads: Maximum number of threads for a large net; by default as many as processors,
+            or half as many if the companion may use the others. The motion does not depend on
+            it.
+        libraries: Folders that are also searched for what the scene uses.
+        **more: More params; an underscore stands for a blank, as in ``cut_time="0.9 s"``.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        PlaceError: The result cannot be written there, or there is nothing to resume.
+        ResultError: Writing failed later on.
+        SimulationError: It is ``strict``, and the run diverged, could not go on, or is not as
+            accurate as promised.
+        ExpectationError: It is ``strict``, and an expectation failed.
+        KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
+        SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
+    """
+    from tissuec.pipeline import compile_request, simulate
+    from tissuec.results.places import SUFFIX, make_folder
+    from tissuec.results.trajectory import temporary_folder
+    from tissuec.view.notebook import Trajectory
+
+    request = _request(scene, {**(params or {}), **more}, libraries, strict=strict)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    name, duration = request.source.name, compiled.plan.simulation.duration
+    folder = temporary_folder() if out is None else None
+    path = Path(name).with_suffix(SUFFIX).name if folder else Path(out or "")
+    try:
+        target = (folder or Path()) / path
+        make_folder(target.parent)
+        with _told(progress, name, duration) as tell:
+            result = simulate(
+                compiled,
+                target,
+                request=request,
+                resume=resume,
+                companion=companion,
+                threads=threads,
+                progress=tell,
+            )
+        trajectory = (Trajectory.temporary if folder else Trajectory)(result.path)
+        for complaint in _complaints(result.outcome, trajectory):
+            if strict:
+                raise complaint
+            _warn(str(complaint))
+    except BaseException:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return trajectory
+
+
+def check(
+    scene: Scene,
+    *,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> list[Diagnostic]:
+    """Return all findings about a scene, errors and warnings; an empty list if it is good.
+
+    A finding as text shows the place, what is wrong and the remedy. Arguments are those of
+    `run`; a file without a body, such as a vocabulary, is checked as such.
+    """
+    from tissuec.pipeline import check_request
+
+    try:
+        return list(check_request(_request(scene, {**(params or {}), **more}, libraries))[1])
+    except CompileError as error:
+        return list(error.diagnostics)
+
+
+def compile(
+    scene: Scene,
+    *,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "Compiled":
+    """Return a scene in arrays, for solvers of your own; arguments are those of `run`.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+    """
+    from tissuec.pipeline import compile_request
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    return compiled
+
+
+def modes(
+    scene: Scene,
+    *,
+    body: str | None = None,
+    count: int = 10,
+    above: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "Modes":
+    """Return the natural modes of a scene about its state at 0 s, the lowest first.
+
+    Args:
+        scene: As in `run`, like ``params``, ``libraries`` and ``more``.
+        body: The only body that moves; everything else stays where it is.
+        count: How many, if there are as many.
+        above: Leave out the modes at and below this frequency [Hz]; 0 leaves out those that
+            nothing resists.
+        out: A result file to write if there are any, which plays each mode for a second.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        SimulationError: What happens at 0 s ends a run, or the modes could not be computed.
+        TissueError: There is no such body, or nothing can move.
+        PlaceError: The result cannot be written there.
+    """
+    from tissuec.analysis.vibration.scene import scene_modes
+    from tissuec.pipeline import compile_request, manifest_of
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    result = scene_modes(compiled, body=body, count=count, above=above)
+    if out is not None and len(result):
+        from tissuec.analysis.vibration.frames import write_modes
+
+        write_modes(result, compiled, Path(out), manifest_of(compiled, request))
+    return result
+
+
+def properties(
+    scene: Scene,
+    *,
+    body: str | None = None,
+    frequencies: int = 3,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "list[BodyProperties]":
+    """Return what each body of a scene is as matter, as ``tissuec explain --bodies`` does.
+
+    Args:
+        scene: As in `run`, like ``params``, ``libraries`` and ``more``.
+        body: The only one that is asked for.
+        frequencies: How many natural frequencies of each body, 0 for none.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        TissueError: There is no such body.
+    """
+    from tissuec.analysis.bodies import properties_of
+    from tissuec.pipeline import compile_request
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        _warn(str(finding))
+    return list(properties_of(compiled, body=body, frequencies=frequencies))
+
+
+def examine(
+    scene: Scene,
+    *,
+    tissue: str | None = None,
+    spacing: float | None = None,
+    thickness: float | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "list[Examination]":
+    """Return what tissues are found to be in a virtual laboratory, as ``tissuec lab`` does.
+
+    Args:
+        scene: A text or a file with tissues.
+        tissue: Which one; otherwise those that bodies are made of, or all of the file.
+        spacing: Length of cells, if quantities of the tissue belong to springs [m].
+        thickness: Of strips of a sheet [m]; bars are tested without it.
+        params, libraries, more: As those of `run`.
+
+    Raises:
+        CompileError: The text is wrong, or no coupon can be made of a tissue.
+        TissueError: There is no such tissue, or nothing of it can be measured.
+    """
+    from tissuec.analysis.lab.laboratory import SPACING, chosen
+    from tissuec.analysis.lab.laboratory import examine as examine_one
+    from tissuec.pipeline import read_words
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    words, found = read_words(request)
+    for finding in found:
+        _warn(str(finding))
+    return [
+        examine_one(request, one, spacing=spacing or SPACING, thickness=thickness)
+        for one in chosen(words, tissue, request.source)
+    ]
+
+
+def _request(
+    scene: Scene,
+    given: "Mapping[str, Given]",
+    libraries: Sequence[str | os.PathLike[str]],
+    *,
+    strict: bool = False,
+) -> "Request":
+    """Return what is to be compiled; CompileError if the scene cannot be read."""
+    from tissuec.lang.characters import normalise
+    from tissuec.pipeline import Request, compile_request, read_words
+    from tissuec.scene.imports import read_source
+
+    source = normalise(scene, TEXT) if _is_text(scene) else read_source(Path(scene))
+    request = Request(source, (), tuple(map(Path, libraries)), strict)
+    if not given:
+        return request
+    from tissuec.scene.overrides import overrides
+
+    try:
+        known = read_words(request)[0].constants.parameters()
+    except CompileError:
+        compile_request(request)  # tells all that is wrong, and not of words alone
+        raise
+    return replace(request, overrides=overrides(given, known))
+
+
+def _is_text(scene: Scene) -> TypeGuard[str]:
+    """Return whether a string is a scene rather than the name of a file."""
+    return isinstance(scene, str) and ("\n" in scene or scene.split()[:1] == ["language"])
+
+
+@contextmanager
+def _told(
+    progress: bool | Callable[[float], None], name: str, duration: float
+) -> Iterator[Callable[[float], None] | None]:
+    """Yield whom a run tells how far it is."""
+    if not isinstance(progress, bool):
+        yield progress
+    elif not progress:
+        yield None
+    else:
+        from tissuec.core.progress import Progress
+
+        with Progress(name, duration, shown=True, anywhere=True) as line:
+            yield line.at
+
+
+def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[TissueError]:
+    """Yield what went otherwise than the scene expects.
+
+    Raises:
+        KeyboardInterrupt, SystemExit: The run was interrupted.
+    """
+    from tissuec.engine.execution.signals import exit_code
+    from tissuec.view.summaries.run import accuracy
+
+    if outcome.kind == "interrupted":
+        if outcome.signal in (None, signal.SIGINT):
+            raise KeyboardInterrupt(outcome.message)
+        raise SystemExit(exit_code(outcome.signal))
+    name = trajectory.scene
+    if outcome.kind != "done":
+        yield SimulationError(f"{name}: {outcome.message}")
+    promise = trajectory.promise
+    if promise.state in ("broken", "unknown"):
+        yield SimulationError(f"{name}: {accuracy(promise, promise.tolerance)}")
+    for judged in trajectory.expectations:
+        if judged.state == "fails":
+            when = "" if judged.time is None else f" at {judged.time:g} s"
+            yield ExpectationError(
+                f"{judged.place}: {judged.expect}\n  failed{when}: {judged.measured}"
+            )
+
+
+def _warn(message: str) -> None:
+    """Warn whoever called the function that calls this."""
+    warnings.warn(message, TissueWarning, stacklevel=3)

@@ -1,1 +1,0 @@
-"""Translates kernels for ``compiled``: ``python -m tissuec.building``. It needs Numba."""

@@ -1,0 +1,129 @@
+"""Limits of what is adjusted, and what was expected of it: ``around 20 N/m by 30 %``."""
+
+from math import inf
+from typing import NoReturn
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.fields import Measure
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension, show
+from tissuec.lang import syntax as s
+from tissuec.model.network import Floats, Indices
+from tissuec.scene.learn_clauses import Clauses
+from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, Adjust, Per
+
+#: Words of clauses that are read here.
+LIMITING = ("from", "to", "around", "by", "along")
+
+
+class Found(Struct, frozen=True):
+    """Something that can be adjusted, before its limits are read.
+
+    Attributes:
+        kind: Its dimension, and the limits that it has by itself.
+    """
+
+    what: str
+    of: str
+    per: Per
+    members: Indices
+    kind: Measure
+
+
+def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:
+    """Return what can be adjusted, within limits."""
+    along = _along(found, clauses)
+    dimension, own = found.kind.dimension, found.kind
+    least = next((one for one in (own.above, own.at_least) if one is not None), -inf)
+    most = inf if own.at_most is None else own.at_most
+    low = _within(clauses, "from", found, least, most)
+    high = _within(clauses, "to", found, least, most)
+    if low >= high:
+        clauses.findings.reject(
+            "TIS308",
+            f"the lower limit of {found.what} is not below the upper one",
+            (clauses.get("from") or clauses.all[0]).value.span,
+        )
+    prior = _prior(clauses, dimension, found.what, (low, high))
+    return Adjust(
+        found.what, found.of, found.per, found.members, along, dimension, low, high, prior,
+        span,
+    )  # fmt: skip
+
+
+def _within(clauses: Clauses, word: str, found: Found, least: float, most: float) -> float:
+    """Return a limit, which lies between those that there are by themselves."""
+    given = clauses.number(word, found.kind.dimension, what=f"a limit of {found.what}")
+    if given is None:
+        return least if word == "from" else most
+    if not least <= given <= most:
+        clause = clauses.get(word)
+        limits = ((least, "at least"), (most, "at most"))
+        allowed = " and ".join(
+            f"{how} {show(limit, found.kind.dimension)}"
+            for limit, how in limits
+            if np.isfinite(limit)
+        )
+        clauses.findings.reject(
+            "TIS308",
+            f"{found.what} is {allowed}",
+            clause.value.span if clause else clauses.where,
+        )
+    return given
+
+
+def _prior(
+    clauses: Clauses, dimension: Dimension, what: str, limits: tuple[float, float]
+) -> tuple[float, float] | None:
+    """Return what was expected, and by which part the truth may differ."""
+    around, by = clauses.get("around"), clauses.get("by")
+    if around is None and by is None:
+        return None
+    if around is None or by is None:
+        there, other = (by, "around") if around is None else (around, "by")
+        assert there is not None
+        clauses.findings.reject(
+            "TIS304", f'"{there.word}" says nothing without "{other}"', there.span,
+            hint="for example: around 20 N/m by 30 %",
+        )  # fmt: skip
+    value = clauses.number("around", dimension, what=f"what was expected of {what}")
+    part = clauses.above_zero("by", NUMBER, what="by which part the truth may differ")
+    assert value is not None
+    assert part is not None
+    if value == 0.0:
+        message = "around 0 there is no part by which the truth could differ"
+        clauses.findings.reject("TIS308", message, around.value.span)
+    if not limits[0] <= value <= limits[1]:
+        _outside(clauses, around, what, dimension, limits)
+    return value, part
+
+
+def _outside(
+    clauses: Clauses,
+    around: s.Clause,
+    what: str,
+    dimension: Dimension,
+    limits: tuple[float, float],
+) -> NoReturn:
+    low, high = (show(limit, dimension) for limit in limits)
+    message = f"{around.value.span.one_line} is not between the limits {low} and {high}"
+    clauses.findings.reject("TIS308", f"what was expected of {what}: {message}", around.span)
+
+
+def _along(found: Found, clauses: Clauses) -> Floats | None:
+    """Return the direction of a start; without one, no number can limit it."""
+    along = clauses.direction()
+    is_vector = found.what in (START_POSITION, START_VELOCITY)
+    if along is not None and not is_vector:
+        clause = clauses.get("along")
+        message = f"{found.what} is one number and has no direction"
+        clauses.findings.reject("TIS303", message, clause.span if clause else clauses.where)
+    limiting = next((w for w in ("from", "to", "around") if clauses.get(w)), None)
+    if is_vector and along is None and limiting is not None:
+        clauses.findings.reject(
+            "TIS304", f"a {found.what} has a direction, and its limits need one",
+            clauses.where, hint=f"for example: adjust {found.what} of … along (1, 0, 0)",
+        )  # fmt: skip
+    return along

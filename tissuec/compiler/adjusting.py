@@ -1,0 +1,226 @@
+"""What a learn block may change: ``adjust spring constant of fat from 1 N/m to 1 kN/m``."""
+
+from collections.abc import Sequence
+from math import inf
+from typing import cast
+
+import numpy as np
+
+from tissuec.compiler.adjust_limits import LIMITING, Found, limited
+from tissuec.compiler.adjust_targets import Target, Targets
+from tissuec.compiler.laws_adjusted import Constant, constants_of, uses
+from tissuec.core.errors import alternatives
+from tissuec.core.fields import Measure
+from tissuec.core.names import key_of
+from tissuec.lang import syntax as s
+from tissuec.scene.declarations import without
+from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
+from tissuec.scene.model import Tissue
+from tissuec.scene.quantities import LISTED, QUANTITIES
+from tissuec.scene.written_numbers import limits_of
+from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WORDS, Adjust, Per
+
+ADJUST = "adjust"
+NONE = np.zeros(0, dtype=np.int64)
+
+
+class AdjustReader:
+    """Reads the ``adjust`` entries of one learn block.
+
+    Args:
+        lesson: Name of the block, which stands for a tissue where none is named.
+    """
+
+    def __init__(self, targets: Targets, lesson: s.Name):
+        self.targets, self.lesson = targets, lesson
+        self.scene, self.findings = targets.scene, targets.findings
+        self.scope = targets.scene.constants
+
+    def read(self, item: s.Assign | s.Sentence) -> list[Adjust]:
+        """Return what an entry lets change, or reject it."""
+        if isinstance(item, s.Assign):
+            clauses = self._clauses(item, ())
+            listed = item.value.items if isinstance(item.value, s.Listing) else (item.value,)
+            found: list[Adjust] = []
+            for name in listed:
+                if not isinstance(name, s.Name):
+                    clauses.reject("TIS312", "what is adjusted is a name", name.span)
+                with self.findings.item():
+                    found.append(limited(self._own(name), clauses, name.span))
+            return found
+        name = without(item.name, ADJUST)
+        if name is None or item.phrase is not None:
+            self._clauses(item, (), ()).reject("TIS312", "what is adjusted is not said")
+        if name.key == WORDS:
+            return [self._words(item)]
+        clauses = self._clauses(item, ("of", "of", "per", *LIMITING))
+        names = clauses.names("of")
+        found_one = self._found(name, names, clauses) if names else self._own(name)
+        return [limited(found_one, clauses, item.span)]
+
+    def _clauses(
+        self,
+        item: s.Assign | s.Sentence,
+        allowed: Sequence[str],
+        clauses: Sequence[s.Clause] | None = None,
+    ) -> Clauses:
+        given = item.clauses if clauses is None else clauses
+        return Clauses(ADJUST, given, self.scope, allowed=allowed, where=item.span)
+
+    # --- what, and of what --------------------------------------------------------------------
+
+    def _words(self, item: s.Sentence) -> Adjust:
+        """Return the words of a quantity or property of the vocabulary."""
+        names = self._clauses(item, ("of",)).names("of")
+        vocabulary = self.scene.vocabulary
+        quantities = {key: scale.named for key, scale in vocabulary.quantities.items()}
+        scales = {**vocabulary.properties, **quantities}
+        if not names or names[0].key not in scales:
+            self.findings.pass_over_doubtful(names[0].key if names else "")
+            text = names[0].text if names else ""
+            known = [scale.name for scale in scales.values()]
+            self.findings.reject(
+                "TIS202",
+                f'"{text}" is no quantity or property of the vocabulary that has words',
+                names[0].span if names else item.span,
+                hint=alternatives(text, known, what="scales") or "the scene has no vocabulary",
+            )
+        scale = scales[names[0].key]
+        return Adjust(
+            WORDS, scale.name, "word", NONE, None, scale.dimension, -inf, inf, None, item.span
+        )
+
+    def _own(self, name: s.Name) -> Found:
+        """Return something of the tissue that the block has the name of."""
+        self._refuse_breaking(name)
+        tissue = None if name.key in PLACED else self.targets.tissue(self.lesson)
+        if tissue is None:
+            self.findings.pass_over_doubtful(self.lesson.key)
+            why = f"there is no tissue called {self.lesson.text}, as the block is"
+            if name.key in PLACED:
+                why = f"a {name.key} is one of a set, body or region"
+            self.findings.reject(
+                "TIS304", f"it is not said what has the {name.text}: {why}", name.span,
+                hint=f"write: adjust {name.text} of …",
+            )  # fmt: skip
+        return self._of_tissue(name, tissue)
+
+    def _found(self, name: s.Name, names: list[s.Name], clauses: Clauses) -> Found:
+        """Return something of a tissue, or of nodes and springs."""
+        self._refuse_breaking(name)
+        per = clauses.names("per")
+        is_tissue = len(names) == 1 and not per and name.key not in PLACED
+        tissue = self.targets.tissue(names[0]) if is_tissue else None
+        if tissue is not None:
+            return self._of_tissue(name, tissue)
+        target = self.targets.group(names)
+        if target is None:
+            self._refuse_tissue(name, names, per)
+            self.targets.unknown(names, with_tissues=name.key not in PLACED)
+        return self._of_target(name, target, per[0] if per else None)
+
+    def _refuse_breaking(self, name: s.Name) -> None:
+        if name.key in BREAKING:
+            self.findings.reject(
+                "TIS801",
+                f"the {name.key} cannot be learnt: "
+                "a rupture comes about or not, and no slope leads to it",
+                name.span,
+                hint="compare runs with several values by hand",
+            )
+
+    def _refuse_tissue(self, name: s.Name, names: list[s.Name], per: list[s.Name]) -> None:
+        """Reject a tissue where a set or body belongs."""
+        if len(names) > 1 or names[0].key not in self.scene.declarations.of("tissue"):
+            return
+        why, hint = f"per {per[0].text}" if per else f"a {name.key}", "name a set or a body"
+        if name.key == "rest length":
+            hint += f", or write: adjust prestress of {names[0].text}"
+        message = f"{why} belongs to a set, body or region; {names[0].text} is a tissue"
+        self.findings.reject("TIS801", message, names[0].span, hint=hint)
+
+    def _of_tissue(self, name: s.Name, tissue: Tissue) -> Found:
+        """Return a quantity of a tissue, or a constant of its laws."""
+        key = name.key
+        if key in QUANTITIES:
+            given = tissue.given.get(key)
+            if given is None or np.isinf(given.value):
+                reason = tissue.missing.get(key, "")
+                self.findings.reject(
+                    "TIS801",
+                    f"{tissue.name} has no {key} as a number" + (reason and f": {reason}"),
+                    name.span,
+                    hint=f"write {key} = … in the tissue: there the learning begins",
+                )
+            if (law := uses(tissue, key)) is not None:
+                self.findings.reject(
+                    "TIS801",
+                    f"the {law} of {tissue.name} makes no use of its {key}",
+                    name.span,
+                )
+            return Found(key, tissue.name, "tissue", NONE, limits_of(QUANTITIES[key]))
+        constants = constants_of(tissue, self.scene)
+        if key not in constants:
+            quantities = (one for one in LISTED if key_of(one) in ADJUSTED)
+            known = (*quantities, *constants)
+            self.findings.pass_over_doubtful(key)
+            self.findings.reject(
+                "TIS301",
+                f'there is nothing called "{name.text}" that {tissue.name} could have adjusted',
+                name.span,
+                hint=alternatives(key, known, what="it has"),
+            )
+        found: Constant = constants[key]
+        if found.kind is None:
+            message = f"{name.text} is no single number, and so cannot be adjusted"
+            self.findings.reject("TIS801", message, name.span)
+        return Found(found.name, tissue.name, "tissue", NONE, found.kind)
+
+    def _of_target(self, name: s.Name, target: Target, per: s.Name | None) -> Found:
+        """Return something of nodes or springs."""
+        key = name.key
+        if key not in PARTED:
+            self.findings.reject(
+                "TIS801" if key in QUANTITIES else "TIS301",
+                f"{name.text} is adjusted of a tissue; {target.name} is none"
+                if key in QUANTITIES
+                else f'there is nothing called "{name.text}" that could be adjusted here',
+                name.span,
+                hint=alternatives(key, PARTED, what="of sets, bodies and regions"),
+            )
+        division = self._division(key, target, per)
+        members = target.springs if "spring" in PARTED[key] else target.nodes
+        if members is None or not len(members):
+            if self.findings.errors:
+                self.findings.stop()  # such as a table of springs that was found wrong
+            needed = "springs" if "spring" in PARTED[key] else "nodes"
+            message = f"{target.name} has no {needed}, and a {key} is one of {needed}"
+            self.findings.reject("TIS801", message, name.span)
+        kind = Measure(DIMENSIONS[key])
+        if key in QUANTITIES:
+            kind = limits_of(QUANTITIES[key])
+        elif key not in (START_POSITION, START_VELOCITY):
+            kind = Measure(DIMENSIONS[key], above=0.0)
+        return Found(key, target.name, division, np.unique(members), kind)
+
+    def _division(self, key: str, target: Target, per: s.Name | None) -> Per:
+        """Return what gets a number of its own."""
+        if per is None:
+            return "set"
+        if per.key not in PARTED[key]:
+            is_known = per.key in DIVIDED
+            self.findings.reject(
+                "TIS801" if is_known else "TIS305",
+                f"a {key} is not adjusted per {per.text}",
+                per.span,
+                hint=alternatives(per.key, PARTED[key], what="choices, behind per"),
+            )
+        if per.key == "region" and (
+            target.body is None or not target.body.drawing.body.regions
+        ):
+            kind = "has no regions" if target.body is not None else "is no body with regions"
+            message = f"{target.name} {kind}, and so cannot be adjusted per region"
+            hint = "leave it out: then one factor holds for all"
+            self.findings.reject("TIS801", message, per.span, hint=hint)
+        return cast(Per, per.key)

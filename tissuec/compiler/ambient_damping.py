@@ -1,0 +1,52 @@
+"""What the surroundings brake: each node by its mass and by the surface that it stands for."""
+
+from math import pi
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.meshes.stiffness_sharing import grid_areas, node_areas
+from tissuec.model.network import Floats, Network
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Environment
+
+
+def with_drag(network: Network, environment: Environment, findings: Findings) -> Network:
+    """Return a network whose nodes are braked as the environment says, besides each alike."""
+    found = environment.mass_damping * network.mass
+    if environment.surface_damping:
+        area = skin_areas(network) + thread_areas(network)
+        if not area.any():
+            findings.add(
+                "TIS306",
+                "no body has a surface for surface damping to act on",
+                environment.span,
+                hint="write mass damping, or damping (of each node)",
+            )
+        found = found + environment.surface_damping * area
+    return replace(network, drag=found) if found.any() else network
+
+
+def skin_areas(network: Network) -> Floats:
+    """Return the drawn skin that each node stands for, from one side [m²], shape (node,)."""
+    area = np.zeros(network.node_count)
+    for body in network.bodies:
+        if body.grid is not None:
+            rows, columns, closed = body.grid
+            area[body.nodes] = grid_areas(
+                network.position[body.nodes], rows, columns, closed=closed
+            )
+        elif len(skin := network.skin_of(body)):
+            area += node_areas(network.position, skin)
+    return area
+
+
+def thread_areas(network: Network) -> Floats:
+    """Return the drawn surface of threads, all around, by node [m²], shape (node,)."""
+    area = np.zeros(network.node_count)
+    for thread in network.threads.values():
+        ends = network.ends[thread.pieces]
+        first, second = network.position[ends].swapaxes(0, 1)
+        half = pi * thread.radius * np.linalg.norm(second - first, axis=1)
+        np.add.at(area, ends, half[:, None])
+    return area

@@ -1,0 +1,115 @@
+"""A drawn body to arrays: made of its tissues, and set in motion."""
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.drawn_bodies import CHECK_UNITS, Drawing, refuse_sizes
+from tissuec.compiler.materials import MaterialReader
+from tissuec.compiler.poisson import Poisson
+from tissuec.compiler.threads import with_slipping
+from tissuec.forces.bending import Hinges
+from tissuec.forces.branches import NAMES as INELASTIC
+from tissuec.laws import Law
+from tissuec.laws.formula import variables
+from tissuec.meshes.generators import Mesh
+from tissuec.model.network import Floats, Indices, Provenance, Thread
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body
+from tissuec.scene.values import LARGEST_NUMBER
+
+#: Arrays whose entries are finite, and what they are called.
+_FINITE = {
+    "velocity": "velocity",
+    "length": "length",
+    "mass": "mass",
+    "stiffness": "spring constant",
+    "damping": "viscosity",
+    "rest": "rest length",
+}
+
+
+class BodyArrays(Struct, frozen=True, eq=False):
+    """A body before it takes its place in the network; fields as in ``Network``."""
+
+    body: Body
+    mesh: Mesh
+    arrays: dict[str, Floats]  # by name: "mass", "stiffness", …
+    provenance: dict[str, Provenance]
+    law: NDArray[np.int32]  # of each spring, as a number among ``laws``
+    laws: tuple[Law, ...]
+    velocity: Floats
+    node_ids: Indices
+    spring_ids: Indices
+    bending: int  # how many springs, the last ones, resist bending only
+    thread: Thread | None  # numbered within the body
+    poisson: Poisson | None  # of a solid whose cells keep their volume
+    hinges: Hinges | None  # of a wall that resists bending, numbered within the body
+
+
+@np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
+def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
+    """Return the arrays of one body; what is wrong is rejected with its place."""
+    body, reader = drawing.body, MaterialReader(drawing, findings)
+    quantities, (law, laws) = reader.read(), reader.laws()
+    arrays = {name: values for name, (values, _) in quantities.items()}
+    if drawing.thread is not None:
+        arrays, law, laws = with_slipping(arrays, law, laws, drawing.thread)
+    velocity = _velocity(body, drawing, arrays["mass"])
+    check_sizes(body, arrays | {"velocity": velocity}, findings)
+    check_laws(body, arrays["rest"], law, laws, findings)
+    return BodyArrays(
+        body,
+        drawing.mesh,
+        arrays,
+        {name: provenance for name, (_, provenance) in quantities.items()},
+        law,
+        laws,
+        velocity,
+        drawing.columns.node_ids,
+        drawing.columns.spring_ids,
+        len(drawing.length) - drawing.own,
+        drawing.thread,
+        reader.poisson,
+        reader.hinges(arrays),
+    )
+
+
+def _velocity(body: Body, drawing: Drawing, mass: Floats) -> Floats:
+    """Return initial velocities [m/s], shape (node, 3): the body's own, or a table's."""
+    position = drawing.mesh.position
+    velocity = np.tile(body.velocity, (len(position), 1))
+    if body.spin.any():
+        centre = (mass[:, None] * position).sum(axis=0) / mass.sum()
+        velocity += np.asarray(np.cross(body.spin, position - centre), dtype=float)
+    for axis, name in enumerate(("vx", "vy", "vz")):
+        if name in drawing.columns.nodes:
+            velocity[:, axis] = drawing.columns.nodes[name]
+    return velocity
+
+
+def check_sizes(body: Body, arrays: dict[str, Floats], findings: Findings) -> None:
+    """Reject a body whose numbers are too large or too small to be reckoned with."""
+    named = {word: arrays[name] for name, word in _FINITE.items() if name in arrays}
+    for name in (name for name in INELASTIC if name in arrays):
+        named[name] = arrays[name][np.isfinite(arrays[name])]
+    refuse_sizes(body, named, findings)
+    if "mass" in arrays and np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
+        message = f"{body.name} has a mass that is too small to reckon with"
+        findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
+
+
+def check_laws(
+    body: Body, rest: Floats, law: NDArray[np.int32], laws: tuple[Law, ...], to: Findings
+) -> None:
+    """Reject a spring without a rest length whose law divides by it."""
+    for number in np.unique(law[rest <= 0.0]):
+        used = variables(laws[number].elastic) | variables(laws[number].viscous)
+        if "rest" in used:
+            to.reject(
+                "TIS309",
+                f"a spring of {body.name} has no rest length, which its law "
+                f"({laws[number].name}) is about",
+                body.span,
+                hint="draw it longer, or choose a law of the elongation alone",
+            )

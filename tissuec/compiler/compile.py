@@ -1,0 +1,397 @@
+"""Scene to Network and Plan: meshes are built, sets chosen, sentences become actions.
+
+The same text gives the same bytes: nothing here looks at the clock, the machine or a random
+number.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.ambient_damping import with_drag
+from tissuec.compiler.bodies import BodyArrays, build_body
+from tissuec.compiler.conditions import Conditions
+from tissuec.compiler.contact import contact_of, with_tools
+from tissuec.compiler.drawn_bodies import Drawing, draw
+from tissuec.compiler.expectations import split_expectations
+from tissuec.compiler.holds import check_holds
+from tissuec.compiler.internal_variables import inelastic_of, with_memory
+from tissuec.compiler.joints import JointArrays, build_joints
+from tissuec.compiler.outputs import OutputReader
+from tissuec.compiler.script import Script, ScriptReader
+from tissuec.compiler.sets import Groups, Placed
+from tissuec.compiler.threads import idle_knots, renumbered
+from tissuec.core.arrays import uniform
+from tissuec.core.errors import counted
+from tissuec.core.names import key_of
+from tissuec.core.units import LENGTH, show
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.forces import Imposed
+from tissuec.forces.bending import Hinges
+from tissuec.lang.syntax import Expect
+from tissuec.laws import LINEAR, is_open
+from tissuec.laws.evaluation import Behaviour
+from tissuec.meshes.generators import Celled
+from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance
+from tissuec.results.names import members
+from tissuec.results.recording import NamedGroup
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Scene
+from tissuec.script.fit_problem import Lesson
+from tissuec.script.plan import RELAXATION, Event, Expectation, Plan, Simulation
+from tissuec.script.verbs import Demanding, Group
+from tissuec.script.verbs.change import ChangeParameter
+from tissuec.script.verbs.preserve import Preserve
+from tissuec.script.verbs.tie import Tie
+
+ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
+
+
+class Compiled(Struct, frozen=True, eq=False):
+    """A scene in arrays, ready to run.
+
+    Attributes:
+        groups: Sets and bodies by name, for checks and reports.
+        lessons: The learn blocks, in the order of the text.
+    """
+
+    scene: Scene
+    network: Network
+    plan: Plan
+    groups: Groups
+    lessons: tuple[Lesson, ...] = ()
+
+    def __repr__(self) -> str:
+        name, network = self.scene.source.name, self.network
+        nodes = counted(network.body_nodes, "node")
+        springs = counted(network.spring_count, "spring")
+        return f'<Compiled "{name}": {nodes}, {springs}, {self.plan.simulation.duration:g} s>'
+
+    def named_groups(self) -> Iterator[NamedGroup]:
+        """Yield sets, regions, and the nodes that carry the shapes of tools."""
+        yield from self.groups.named()
+        for tool in self.network.tools:
+            yield NamedGroup(tool.name, "nodes", np.arange(tool.nodes.start, tool.nodes.stop))
+
+    def nodes_of(self, name: str) -> Indices:
+        """Return the numbers of the nodes of a set or body, shape (node,).
+
+        A region is named with its body: "scar of liver".
+
+        Raises:
+            ValueError: There is none of that name.
+        """
+        return members(self.network, tuple(self.named_groups()), name, "nodes")
+
+    def springs_of(self, name: str) -> Indices:
+        """Return the numbers of the springs of a set, body or joint, shape (spring,).
+
+        Of nodes, those with both ends among them.
+
+        Raises:
+            ValueError: There is none of that name.
+        """
+        return members(self.network, tuple(self.named_groups()), name, "springs")
+
+
+def compile_scene(scene: Scene, findings: Findings) -> Compiled:
+    """Return the network and the plan of a scene.
+
+    A scene that was found wrong is compiled as far as it is right, so that its other mistakes
+    are found too.
+
+    Raises:
+        CompileError: The scene, its meshes, sets, the script or the outputs are wrong; holds
+            every finding.
+    """
+    drawings, built = _bodies(scene, findings)
+    # What can touch stands first, so that its nodes follow those of the bodies.
+    tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
+    groups = Groups(scene.declarations, _place(drawings), scene.constants)
+    joints = build_joints(scene, groups, findings)
+    is_whole = len(built) == len(drawings)  # or nodes and springs have other numbers
+    joined = join(built, joints if is_whole else ())
+    braked = with_drag(joined, scene.environment, findings)
+    network = with_memory(with_tools(braked, tools, scene.environment))
+    _refuse_method(scene, network, findings)
+    _refuse_forces(network, findings)
+    groups.choose_all()
+    duration = scene.simulation.duration
+    conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
+    expects, of_learning = split_expectations(scene.declarations.expects)
+    start = _kept_volumes(network, built)
+    plan = _plan(scene, network, conditions, expects, start, is_whole=is_whole)
+    lessons: tuple[Lesson, ...] = ()
+    if scene.lessons or of_learning:
+        from tissuec.compiler.fit_problems import compile_lessons  # where something is learnt
+
+        lessons = compile_lessons(scene, conditions, of_learning)
+    findings.raise_errors()
+    assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
+    return Compiled(scene, network, plan, groups, lessons)
+
+
+def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
+    """Reject a method that would not step what springs remember."""
+    name = scene.simulation.integrator
+    timeless = name == RELAXATION
+    if network.inelastic is None or not (timeless or _is_implicit(name)):
+        return
+    reason = "leaves time out, by which they" if timeless else "does not solve for how they"
+    findings.add(
+        "TIS306",
+        f"{name} is no method for springs that relax or yield: it {reason} give way",
+        scene.simulation.span,
+        hint="write integrator is automatic, or an explicit one such as dop853",
+    )
+
+
+def _refuse_forces(network: Network, findings: Findings) -> None:
+    """Reject laws whose force is no number for springs as they are drawn."""
+    if len(network.laws) == 1 or any(map(is_open, network.laws)):
+        return
+    between = np.diff(network.position[network.ends], axis=1)[:, 0]
+    elongation = np.linalg.norm(between, axis=1) - network.rest
+    force = Behaviour(
+        network.laws, network.law, network.stiffness, network.damping, network.rest
+    ).pull(elongation)
+    for spring in np.flatnonzero(~np.isfinite(force))[:1]:
+        owner, drawn = network.owner(spring), show(float(elongation[spring]), LENGTH)
+        findings.add(
+            "TIS504",
+            f"the force of spring {network.spring_ids[spring]} of {owner.name} is no number "
+            f"as it is drawn, {drawn} longer than at rest",
+            owner.span,
+            hint="use a law that grows less, or draw the spring nearer to its rest length",
+        )
+
+
+def _is_implicit(name: str) -> bool:
+    return name in INTEGRATORS and INTEGRATORS[name].implicit
+
+
+def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyArrays]]:
+    """Return the bodies that can be drawn, and those of them that are right altogether."""
+    drawings: list[Drawing] = []
+    built: list[BodyArrays] = []
+    for key, declared in scene.declarations.of("body").items():
+        drawing: Drawing | None = None
+        with findings.item():
+            if key in scene.bodies:
+                drawing = draw(scene.bodies[key], scene.constants)
+                drawings.append(drawing)
+                if drawing.body.is_whole:
+                    built.append(build_body(drawing, findings))
+        if drawing is None:
+            findings.doubt(declared.name)
+    return drawings, built
+
+
+def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:
+    """Return the network of several bodies, one behind the other, and of their joints."""
+    parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
+    nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)])
+    springs = np.cumsum([0, *(len(part.law) for part in parts)])
+
+    def every(
+        pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type
+    ) -> NDArray:
+        return _behind_one_another([pick(body) for body in bodies], shape, kind)
+
+    def both(pick: Callable[[BodyArrays | JointArrays], NDArray], kind: type) -> NDArray:
+        return uniform(_behind_one_another([pick(part) for part in parts], (), kind))
+
+    shifted = list(zip(bodies, nodes, strict=False))
+    laws = tuple(dict.fromkeys([LINEAR, *(law for part in parts for law in part.laws)]))
+    numbers: dict[str, Any] = {
+        name: both(lambda p, name=name: p.arrays[name], np.float64) for name in ARRAYS
+    }
+    ends = [*(_shifted(b.mesh.ends, n) for b, n in shifted), *(joint.ends for joint in joints)]
+    skin = [_shifted(b.mesh.skin, n) for b, n in shifted]
+    return Network(
+        position=every(lambda b: b.mesh.position, (3,), np.float64),
+        velocity=every(lambda b: b.velocity, (3,), np.float64),
+        **numbers,
+        law=both(lambda p: np.array([laws.index(law) for law in p.laws])[p.law], np.int32),
+        laws=laws,
+        ends=_behind_one_another(ends, (2,), np.int32),
+        skin=_behind_one_another(skin, (3,), np.int32),
+        node_ids=every(lambda b: b.node_ids, (), np.int64),
+        spring_ids=both(lambda p: p.spring_ids, np.int64),
+        bodies=tuple(
+            BodyPart(
+                body.body.name,
+                slice(int(n), int(n2)),
+                slice(int(p), int(p2)),
+                body.body.span,
+                body.mesh.grid,
+                body.bending,
+                mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
+                renumbered(body.thread, int(p)),
+                None if body.poisson is None else body.mesh.tetrahedra,
+            )
+            for body, n, n2, p, p2 in zip(
+                bodies, nodes, nodes[1:], springs, springs[1:], strict=False
+            )
+        ),
+        provenance={
+            name: _join_provenance([part.provenance[name] for part in parts]) for name in ARRAYS
+        },
+        joints=tuple(
+            JointPart(one.joint.name, slice(int(first), int(last)), one.joint.span)
+            for one, first, last in zip(
+                joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
+            )
+        ),
+        hinges=Hinges.joined(
+            [
+                body.hinges.behind(int(n), int(p))
+                for body, n, p in zip(bodies, nodes, springs, strict=False)
+                if body.hinges is not None
+            ]
+        ),
+        inelastic=inelastic_of([part.arrays for part in parts], np.diff(springs).tolist()),
+    )
+
+
+def _behind_one_another(
+    parts: Sequence[NDArray], shape: tuple[int, ...], kind: type[np.generic] | type
+) -> NDArray:
+    """Return parts as one array of rows of a shape; a single one as it is."""
+    if len(parts) == 1:
+        return np.asarray(parts[0], dtype=kind)
+    return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts]).astype(kind, copy=False)
+
+
+def _shifted(nodes: NDArray[np.int32], first: int) -> NDArray[np.int32]:
+    """Return nodes of a body as those of the network."""
+    return nodes + np.int32(first) if first else nodes
+
+
+def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
+    starts = np.cumsum([0, *(len(part.origins) for part in parts)])
+    index = [part.index + np.int32(start) for part, start in zip(parts, starts, strict=False)]
+    origins = tuple(origin for part in parts for origin in part.origins)
+    joined = np.concatenate([np.zeros(0, np.int32), *index])
+    if len(joined) and (joined == joined[0]).all():
+        joined = np.broadcast_to(joined[0], joined.shape)  # takes no room
+    return Provenance(joined, origins)
+
+
+def _place(drawings: Sequence[Drawing]) -> Mapping[str, Placed]:
+    placed: dict[str, Placed] = {}
+    node = spring = 0
+    for drawing in drawings:
+        placed[key_of(drawing.body.name)] = Placed(drawing, node, spring)
+        node += len(drawing.mesh.position)
+        spring += len(drawing.mesh.ends)
+    return placed
+
+
+def _events(script: Script) -> list[Event]:
+    """Return the events of a script, also those behind conditions."""
+    return [
+        *script.events,
+        *(event for trigger in script.triggers for event in trigger.events),
+    ]
+
+
+def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Event]:
+    """Return what lets bodies keep their volume as the Poisson's ratio of their tissue asks."""
+    events = []
+    for part, one in zip(network.bodies, built, strict=True):
+        if one.poisson is not None:
+            whole = Group(part.name, np.arange(part.nodes.start, part.nodes.stop))
+            preserve = Preserve(whole, one.poisson.modulus, one.poisson.span)
+            events.append(Event(0.0, preserve))
+    return events
+
+
+def _can_break(network: Network, script: Script) -> bool:
+    """Return whether a spring can rupture, from the start or after a ``change``, or slip."""
+    actions = [event.action for event in _events(script)]
+    if any(isinstance(action, Tie) for action in actions):
+        return True
+    changes = (action for action in actions if isinstance(action, ChangeParameter))
+    limits = (network.strength, network.crush)
+    return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
+        change.array in ("strength", "crush") for change in changes
+    )
+
+
+def _adds_energy(simulation: Simulation) -> bool:
+    """Return whether the method is one whose energies must be booked to be judged."""
+    named = simulation.integrator in INTEGRATORS
+    return named and not INTEGRATORS[simulation.integrator].promises
+
+
+def _plan(
+    scene: Scene,
+    network: Network,
+    conditions: Conditions,
+    expects: Sequence[Expect],
+    start: Sequence[Event],
+    *,
+    is_whole: bool,
+) -> Plan:
+    """Return what happens in a scene.
+
+    Args:
+        expects: What is expected of the run.
+        start: What happens before all else.
+        is_whole: Whether ``network`` has all bodies that the groups of ``conditions`` know.
+    """
+    groups, findings, duration = conditions.groups, conditions.findings, conditions.duration
+    single = scene.declarations.single
+    script = Script()
+    if "script" in single:
+        reader = ScriptReader(
+            groups, scene.tools, conditions, scene.constants, duration=duration
+        )
+        script = reader.read(single["script"].items)
+        # What was left out may hold what is moved or released; nodes of tools stand behind all
+        # bodies.
+        if script.is_whole and (is_whole or not network.tools):
+            shaped = all(tool.entries is not None for tool in scene.tools.values())
+            held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
+            findings.extend(held)
+        actions = {id(event.action): event.action for event in _events(script)}
+        for action in actions.values():  # each once, however often it is repeated
+            if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
+                findings.add("TIS309", flaw, action.span)
+    contact = None
+    with findings.item():
+        tools = [tool for tool in scene.tools.values() if tool.may_touch]
+        contact = contact_of(network, tools, scene.environment, findings)
+    forces: tuple[Imposed, ...] = ()
+    if scene.forces and is_whole:
+        from tissuec.compiler.forces import imposed_forces  # where there are any
+
+        forces = imposed_forces(scene, network, groups, findings)
+    ties = (event.action for event in _events(script) if isinstance(event.action, Tie))
+    outputs = OutputReader(
+        groups, conditions, scene.constants,
+        nodes=network.shown_nodes, duration=duration,
+        idle=idle_knots(network, {tie.group.name for tie in ties}),
+    )  # fmt: skip
+    output = outputs.read(single["output"].items if "output" in single else ())
+    expectations: list[Expectation] = []
+    for item in expects:
+        with findings.item():
+            expectations.append(conditions.expectation(item))
+    return Plan(
+        simulation=scene.simulation,
+        gravity=scene.environment.gravity,
+        drag=scene.environment.drag,
+        contact=contact,
+        events=(*start, *script.events),
+        triggers=tuple(script.triggers),
+        output=output,
+        expectations=tuple(expectations),
+        needs_ledger=conditions.needs_ledger or _adds_energy(scene.simulation),
+        breakable=_can_break(network, script),
+        forces=forces,
+    )

@@ -1,0 +1,293 @@
+"""Conditions of a run: expressions over measures, checked now and judged later."""
+
+from collections.abc import Mapping, Sequence
+from typing import NoReturn
+
+import numpy as np
+
+from tissuec.compiler.observed import Judgement, MeasureScope, Place, Reading, place_of
+from tissuec.compiler.sets import KINDS, Groups, unnamed
+from tissuec.core.errors import alternatives, proposal
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, TIME, show
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.model.network import Floats
+from tissuec.scene.expressions import FUNCTIONS, Scope
+from tissuec.scene.model import Tool
+from tissuec.scene.values import unit_vector
+from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.plan import Condition, Expectation
+
+COUNTED = ("nodes", "springs", "pieces")
+LEDGER = "energy drift"
+#: What could be taken for a measure, and what to write instead.
+NOT_MEASURED = {
+    "track": "in a learn block write: fit = positions(A) using columns …, "
+    "and then: expect error(held out) < 8 %",
+    "error": "it is known when a learning is over: expect error(held out) < 8 %",
+    "positions": "it stands in learn blocks: fit = positions(A); of one place, position(A)",
+}
+
+
+class Conditions:
+    """Turns conditions of ``when`` and ``expect`` into functions of a moment."""
+
+    def __init__(
+        self, groups: Groups, tools: Mapping[str, Tool], scope: Scope, *, duration: float
+    ):
+        self.groups = groups
+        self.tools = tools
+        self.scope = scope
+        self.findings = scope.findings
+        self.duration = duration
+        self.needs_ledger = False
+
+    def condition(self, node: s.Expression) -> Condition:
+        """Return a condition that looks at the present only; rejects pinned times."""
+        readings = self._readings(node)
+        for reading in readings.values():
+            if reading.measure is MEASURES[LEDGER]:
+                self.findings.reject(
+                    "TIS702",
+                    "when cannot wait for the energy drift, which is known after a step only",
+                    node.span,
+                    hint="expect it instead: expect energy drift < 1 % over run",
+                )
+            if reading.time is not None:
+                self.findings.reject(
+                    "TIS702",
+                    "when looks at the present; it cannot ask for another time",
+                    node.span,
+                )
+        return self._judgement(node, readings)
+
+    def expectation(self, item: s.Expect) -> Expectation:
+        """Return an ``expect`` clause with its interval."""
+        readings = self._readings(item.condition)
+        judgement = self._judgement(item.condition, readings)
+        pinned = tuple(sorted({r.time for r in readings.values() if r.time is not None}))
+        if not item.clauses and readings and all(r.time is not None for r in readings.values()):
+            start = stop = pinned[-1]  # every measure says its own time
+        else:
+            start, stop = self._interval(item)
+        if pinned and pinned[-1] > start:
+            self.findings.reject(
+                "TIS703",
+                f"{show(pinned[-1], TIME)} has not come yet at {show(start, TIME)}",
+                item.condition.span,
+            )
+
+        return Expectation(judgement, judgement.describe, start, stop, pinned, item.span)
+
+    def reading(self, node: s.Call | s.Name) -> Reading:
+        """Return what one measure is taken of, or reject it."""
+        if isinstance(node, s.Call):
+            return self._read(node.function.key, node, node.arguments)
+        return self._read(node.key, node, ())
+
+    def log_subjects(
+        self, measure: type[Measure], names: Sequence[s.Name]
+    ) -> tuple[Subject, ...]:
+        """Return the subjects of a measure in an output sentence."""
+        return tuple(self._subject(measure, name) for name in names)
+
+    def _judgement(self, node: s.Expression, readings: Mapping[Place, Reading]) -> Judgement:
+        truth = MeasureScope(readings, self.scope, None).decide(node)
+        if truth.ndim:
+            self.findings.reject(
+                "TIS312", "a condition is one truth, not one per component", node.span
+            )
+        return Judgement(node, readings, self.scope)
+
+    # --- measures -----------------------------------------------------------------------------
+
+    def _readings(self, node: s.Expression) -> dict[Place, Reading]:
+        """Return every measure in a condition by the place of its node."""
+        readings: dict[Place, Reading] = {}
+        for part in walk(node, enters=_is_mathematical):
+            match part:
+                case s.Name(key=key) if key in MEASURES and MEASURES[key].subjects == 0:
+                    readings[place_of(part)] = self._read(key, part, ())
+                case s.Call() if not _is_mathematical(part):
+                    reading = self._read(part.function.key, part, part.arguments)
+                    readings[place_of(part)] = reading
+        return readings
+
+    def _read(
+        self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> Reading:
+        if key == "count":
+            key, arguments = self._counted(node, arguments)
+        if key not in MEASURES:
+            name = node.function if isinstance(node, s.Call) else node
+            self._refuse_mistaken(name)
+            self.findings.reject(
+                "TIS701",
+                f'"{name.text}" is not a measure',
+                name.span,
+                hint=alternatives(
+                    key,
+                    ("count", *(name for name in MEASURES if name not in COUNTED)),
+                    what="measures",
+                ),
+            )
+        self.needs_ledger |= key == LEDGER
+        measure = MEASURES[key]
+        time, along, subjects = None, None, list[Subject]()
+        for argument in arguments:
+            if isinstance(argument.value, s.Call):
+                self._refuse_mistaken(argument.value.function)
+            if isinstance(argument.value, s.Name) and self._is_subject(argument.value):
+                subjects.append(self._subject(measure, argument.value))
+                along = self._along(argument, key) if argument.clauses else along
+            elif time is None and len(subjects) == measure.subjects and not argument.clauses:
+                time = self._pinned(argument)
+            else:
+                self._no_subject(argument.value.span.text, argument.span)
+        if len(subjects) != measure.subjects:
+            self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
+        return Reading(measure, tuple(subjects), time, along)
+
+    def _refuse_mistaken(self, name: s.Name) -> None:
+        """Reject what could be taken for a measure, and is none."""
+        if name.key in NOT_MEASURED:
+            message = f'"{name.text}" is not a measure'
+            self.findings.reject("TIS701", message, name.span, hint=NOT_MEASURED[name.key])
+
+    def _counted(
+        self, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> tuple[str, list[s.Argument]]:
+        """Return ``count(nodes of oviduct)`` as the measure "nodes" of oviduct."""
+        first = arguments[0] if arguments else None
+        what = first.value.key if first is not None and isinstance(first.value, s.Name) else ""
+        if first is None or what not in COUNTED or [c.word for c in first.clauses] != ["of"]:
+            self.findings.reject(
+                "TIS702",
+                "count is written count(nodes of A), count(springs of A) or count(pieces of A)",
+                node.span,
+            )
+        return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+
+    def _is_subject(self, name: s.Name) -> bool:
+        return name.key in self.tools or self.groups.is_known(name)
+
+    def _no_subject(self, text: str, span: Span) -> NoReturn:
+        self.findings.pass_over_doubtful(s.key_of(text))
+        if text in KINDS:
+            unnamed(text, span, self.findings)
+        known = [tool.name for tool in self.tools.values()]
+        known += [d.name.text for d in self.groups.declared.values()]
+        known += self.groups.names_of_parts()
+        self.findings.reject(
+            "TIS301",
+            f'there is no set, body or tool called "{text}"',
+            span,
+            hint=alternatives(
+                text,
+                known,
+                what="sets, bodies, joints and tools"
+                if self.groups.named_joints
+                else "sets, bodies and tools",
+            ),
+        )
+
+    def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
+        none = np.zeros(0, dtype=np.int64)
+        if name.key in self.tools:
+            tool = self.tools[name.key]
+            if measure.takes == "springs":
+                self.findings.reject(
+                    "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
+                )
+            if not tool.holds_nodes:
+                self.findings.reject(
+                    "TIS405",
+                    f"{tool.name} is {tool.kind} and holds no nodes that could be measured",
+                    name.span,
+                    hint="measure a set or a body",
+                )
+            return Subject(tool.name, None, none)
+        if not self.groups.is_known(name):
+            self._no_subject(name.text, name.span)
+        if self.groups.is_springs(name):
+            if measure.takes == "nodes":
+                self.findings.reject(
+                    "TIS702", f"{measure.form} is taken of nodes, not of springs", name.span
+                )
+            springs = self.groups.springs(name)
+            return Subject(springs.name, none, springs.indices, is_springs=True)
+        nodes = self.groups.nodes(name)
+        return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
+
+    def _along(self, argument: s.Argument, key: str) -> Floats:
+        clause = argument.clauses[0]
+        value = self.scope.evaluate(clause.value)
+        if (
+            clause.word != "along"
+            or len(argument.clauses) > 1
+            or not value.is_vector
+            or value.dimension != NUMBER
+            or (direction := unit_vector(value.amount)) is None
+        ):
+            self.findings.reject(
+                "TIS702",
+                f"behind {argument.value.span.text} only a direction can stand: "
+                "along (0, 0, 1)",
+                clause.span,
+            )
+        if key not in ("force", "position"):
+            self.findings.reject(
+                "TIS702", f"{key} is one number and has no direction", clause.span
+            )
+        return direction
+
+    def _pinned(self, argument: s.Argument) -> float:
+        if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):
+            self._no_subject(argument.value.span.text, argument.span)
+        return self._time(argument.value)
+
+    # --- times --------------------------------------------------------------------------------
+
+    def _interval(self, item: s.Expect) -> tuple[float, float]:
+        words = [clause.word for clause in item.clauses]
+        match words:
+            case ["at"]:
+                time = self._time(item.clauses[0].value)
+                return time, time
+            case ["from", "to"]:
+                start, stop = (self._time(clause.value) for clause in item.clauses)
+                if start > stop:
+                    first, last = (clause.value.span.text for clause in item.clauses)
+                    self.findings.reject(
+                        "TIS403",
+                        f"the interval from {first} to {last} ends before it begins",
+                        item.clauses[0].span.to(item.clauses[1].span),
+                        hint=proposal(f"from {last} to {first}"),
+                    )
+                return start, stop
+            case ["until"]:
+                return 0.0, self._time(item.clauses[0].value)
+            case ["over"] if item.clauses[0].value.span.text.lower() == "run":
+                return 0.0, self.duration
+            case _:
+                self.findings.reject(
+                    "TIS304", "when this is expected is not written", item.span,
+                    hint="end with: at T, from T to T, until T or over run",
+                )  # fmt: skip
+
+    def _time(self, node: s.Expression) -> float:
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="the moment")
+        time = float(value.amount)
+        if not 0.0 <= time <= self.duration * (1 + 1e-12):
+            self.findings.reject(
+                "TIS703",
+                f"{show(time, TIME)} is not within the run of {show(self.duration, TIME)}",
+                node.span,
+            )
+        return min(time, self.duration)
+
+
+def _is_mathematical(call: s.Call) -> bool:
+    return call.function.key in FUNCTIONS

@@ -1,0 +1,355 @@
+"""What tools and threads touch; nodes of tools stand behind those of the bodies."""
+
+from collections.abc import Sequence
+from math import pi, sqrt
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.compiler.ambient_damping import skin_areas, thread_areas
+from tissuec.compiler.threads import bonds
+from tissuec.core.errors import Note, counted
+from tissuec.core.units import LENGTH, STIFFNESS, show
+from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.inclusion import shared_elements
+from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
+from tissuec.model.network import (
+    FRICTION,
+    Floats,
+    Indices,
+    Network,
+    Origin,
+    Provenance,
+    ToolPart,
+    ToolShape,
+)
+from tissuec.model.topology import pieces
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import ContactLaw, Environment, Tool
+from tissuec.scene.schema import missing
+
+if TYPE_CHECKING:  # annotations only: scenes without it load faster
+    from tissuec.forces.contact import Contact
+
+SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
+SOFTEST_LAYER = 0.1  # of the mean length of a spring
+THINNEST = 0.5  # of the radius of the thinnest tool
+STRIDE = 0.5  # the same, as the way that nodes may go in a step
+ONE_GRAM = 1e-3  # mass of what no force moves [kg]
+
+
+def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
+    """Return a network with the nodes that carry the shapes of tools, and bristles.
+
+    Friction is remembered at each node of a body.
+    """
+    law = environment.contact
+    rubbed = law is not None and law.friction > 0.0
+    shaped = [tool for tool in tools if tool.shapes]
+    if not shaped and not rubbed:
+        return network
+    points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
+    none = np.zeros((0, 3))
+    ends = network.node_count + np.cumsum([0, *map(len, points)])
+    parts = tuple(
+        ToolPart(
+            tool.name,
+            tool.kind,
+            slice(int(start), int(stop)),
+            tool.span,
+            tuple(ToolShape(shape.kind, shape.radius) for shape in tool.shapes),
+        )
+        for tool, start, stop in zip(shaped, ends, ends[1:], strict=False)
+    )
+    of_tool = np.repeat(np.arange(len(shaped), dtype=np.int32), [len(p) for p in points])
+    origins = Provenance(of_tool, tuple(Origin(tool.span, "tool") for tool in shaped))
+    added = np.concatenate([none, *points])
+    known = replace(network.with_nodes(added, ONE_GRAM, origins), tools=parts)
+    if not rubbed:
+        return known
+    origin = Origin(environment.span, "friction")
+    return known.with_memory(FRICTION, network.position, ONE_GRAM, origin)
+
+
+class Faces(Struct, frozen=True, eq=False):
+    """Shapes and the nodes that carry them; see ``Contact``.
+
+    Attributes:
+        kind, points, surface, radius, spared, bonds: As there.
+        corners: The same as ``points``, but nodes in one place have one number.
+    """
+
+    kind: Indices
+    points: Indices
+    surface: Indices
+    radius: Floats
+    spared: Indices
+    bonds: Indices
+    corners: Indices
+
+
+def contact_of(
+    network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings
+) -> "Contact | None":
+    """Return what touches what, None if nothing does."""
+    law, nodes = environment.contact, np.arange(network.body_nodes)
+    if law is None:
+        _warn_of_idle_shapes(tools, findings)
+        return None
+    parts = [_of_tools(network, tools), _of_threads(network), _of_skins(network, law)]
+    faces = Faces(
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in Faces.__struct_fields__
+        )
+    )
+    if not len(faces.kind):
+        _warn_of_nothing_to_touch(environment, findings)
+        return None
+    thin = faces.radius[faces.radius > 0.0]
+    stiffness = _stiffness(network, law, environment, findings)
+    hardness, mass = (
+        float(values.mean()) if len(values) else 1.0
+        for values in (stiffness, network.mass[nodes])
+    )
+    shared = shared_elements(faces.corners, _sides(faces), faces.surface)
+    triangles = faces.points[faces.kind == TRIANGLE]
+    rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
+    from tissuec.forces.contact import Contact  # where something touches
+
+    contact = Contact(
+        nodes=nodes,
+        owner=_owners(network),
+        size=_sizes(network),
+        kind=np.concatenate([faces.kind, np.full(len(shared.points), CAPSULE)]),
+        points=np.concatenate([faces.points, shared.points]),
+        surface=np.concatenate([faces.surface, faces.surface[shared.face]]),
+        parts=shared.parts,
+        radius=faces.radius,
+        spared=faces.spared,
+        bonds=faces.bonds,
+        edges=Edges.of(network.ends, rings),
+        joined=_joined(network, law),
+        stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
+        stiffness=stiffness,
+        layer=law.layer or _layer(network, faces.radius, environment, findings),
+        damping=law.damping,
+        friction=law.friction,
+        memory=network.remembering(FRICTION),
+        rate=sqrt(hardness / mass),
+        span=environment.span,
+    )
+    _warn_of_drawn_touches(contact, network, findings)
+    return contact
+
+
+def _of_tools(network: Network, tools: Sequence[Tool]) -> Faces:
+    shapes = [shape for tool in tools for shape in tool.shapes]
+    start = network.tools[0].nodes.start if network.tools else 0
+    points = start + np.arange(2 * len(shapes)).reshape(-1, 2)[:, [0, 1, 1]]
+    corners = _places(network)[points]
+    return Faces(
+        kind=np.array(
+            [PLANE if s.kind == "plane" else CAPSULE for s in shapes], dtype=np.int64
+        ),
+        points=points,
+        # What has an end in common is one surface: shaft, bend and tip of a hook.
+        surface=pieces(network.node_count, corners[:, :2])[corners[:, 0]].astype(np.int64),
+        radius=np.array([shape.radius for shape in shapes], dtype=float),
+        spared=np.full(len(shapes), -1),
+        bonds=_unbound(len(shapes)),
+        corners=corners,
+    )
+
+
+def _places(network: Network) -> Indices:
+    """Return for each node the first node of the same tool in the same place, shape (node,)."""
+    first = np.arange(network.node_count)
+    for tool in network.tools:
+        place = network.position[tool.nodes]
+        _, where, of = np.unique(place, axis=0, return_index=True, return_inverse=True)
+        first[tool.nodes] = tool.nodes.start + where[of.reshape(-1)]
+    return first
+
+
+def _of_threads(network: Network) -> Faces:
+    """Return the pieces of threads, and of their knots."""
+    found = [
+        (network.ends[spring], body.thread.radius, number, bond)
+        for number, body in enumerate(network.bodies)
+        if body.thread is not None
+        for spring, bond in bonds(body.thread)
+    ]
+    points = np.array([row[0] for row in found], dtype=np.int64).reshape(-1, 2)[:, [0, 1, 1]]
+    owner = np.array([row[2] for row in found], dtype=np.int64)
+    return Faces(
+        kind=np.full(len(found), CAPSULE),
+        points=points,
+        surface=network.node_count + owner,
+        radius=np.array([row[1] for row in found], dtype=float),
+        spared=owner,
+        bonds=np.array([row[3] for row in found], dtype=np.int64).reshape(-1, 2),
+        corners=points,
+    )
+
+
+def _unbound(count: int) -> Indices:
+    """Return the bonds of shapes that need no springs."""
+    return np.full((count, 2), -1)
+
+
+def _of_skins(network: Network, law: ContactLaw) -> Faces:
+    """Return the triangles of the surfaces of all bodies, if anything can touch them.
+
+    Threads touch surfaces always, at their own radius; then these have none.
+    """
+    skin, thickness = network.skin.astype(np.int64), 0.0
+    if law.between_bodies:
+        thickness = law.thickness or SKIN * _mean_length(network)
+        if not thickness > 0.0:
+            thickness = 0.0  # without springs there is no skin either
+    elif not _sizes(network).any():
+        skin = skin[:0]
+    owner = _owners(network)[skin[:, 0]]
+    return Faces(
+        kind=np.full(len(skin), TRIANGLE),
+        points=skin,
+        surface=network.node_count + len(network.bodies) + owner,
+        radius=np.full(len(skin), thickness),
+        spared=np.full(len(skin), -1) if law.within_bodies else owner,
+        bonds=_unbound(len(skin)),
+        corners=skin,
+    )
+
+
+def _sides(faces: Faces) -> Indices:
+    """Return how many corners each face may share with others, shape (face,)."""
+    apart = faces.corners[:, 0] != faces.corners[:, 1]
+    return np.select([faces.kind == TRIANGLE, (faces.kind == CAPSULE) & apart], [3, 2], 0)
+
+
+def _sizes(network: Network) -> Floats:
+    """Return the radius of the thread that each node of a body belongs to, else 0 [m]."""
+    radii = [0.0 if body.thread is None else body.thread.radius for body in network.bodies]
+    return np.array(radii, dtype=float)[_owners(network)]
+
+
+def _joined(network: Network, law: ContactLaw) -> Indices:
+    """Return pairs of nodes that do not touch, because springs join them, shape (pair, 2).
+
+    Those of a body that touches itself, and stitches of threads, which go into the tissue.
+    """
+    stitches = network.ends[network.body_springs :].astype(np.int64)
+    stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
+    own = network.ends[: network.body_springs if law.within_bodies else 0]
+    return np.concatenate([own.astype(np.int64), stitches])
+
+
+def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findings) -> None:
+    """Warn of what touches before anything moves: it is pushed apart at once."""
+    contact = contact.with_whole(network.present)
+    pairs = contact.near(network.position, 0.0)
+    if len(pairs.node):
+        depth = contact.places(network.position, pairs).depth
+        deepest = show(float(depth.max()), LENGTH)
+        findings.add(
+            "W406",
+            f"what is drawn touches already at {counted(len(np.unique(pairs.node)), 'node')}, "
+            f"by up to {deepest}, and is pushed apart at once",
+            contact.span,
+            hint="draw bodies and tools further apart, or write a smaller contact thickness",
+        )
+
+
+def _owners(network: Network) -> Indices:
+    """Return the body of each node of a body, shape (node,)."""
+    sizes = [part.nodes.stop - part.nodes.start for part in network.bodies]
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def _mean_length(network: Network) -> float:
+    """Return the mean length of the springs of bodies as drawn [m]; NaN without any."""
+    ends = network.position[network.ends[: network.body_springs]]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return float(lengths.mean()) if len(lengths) else float("nan")
+
+
+def _warn_of_idle_shapes(tools: Sequence[Tool], findings: Findings) -> None:
+    for tool in tools:
+        if tool.shapes and not findings.errors:  # else contact may be what is wrong
+            hint = "write: environment { contact is tools only; … }"
+            text = f"{tool.name} has a shape, but contact is off: it touches nothing"
+            findings.add("W407", text, tool.span, hint=hint)
+
+
+def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> None:
+    if not findings.errors:  # else a tool may be what is wrong
+        text = "nothing has a shape that could touch"
+        example = "tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
+        findings.add("W407", text, environment.span, hint=f"for example: {example}")
+
+
+def _stiffness(
+    network: Network, law: ContactLaw, environment: Environment, findings: Findings
+) -> Floats:
+    """Return by how much each node of a body resists what touches it [N/m], shape (node,)."""
+    if law.surface_stiffness is not None:
+        return law.surface_stiffness * _faced_areas(network, environment, findings)
+    alike = law.stiffness or _stiffness_of_springs(network, environment, findings)
+    return np.full(network.body_nodes, alike)
+
+
+def _faced_areas(network: Network, environment: Environment, findings: Findings) -> Floats:
+    """Return the area that each node of a body shows to what touches it [m²], shape (node,).
+
+    Of a thread its thickness times its length; nodes inside of a skin have the mean of others.
+    """
+    area = skin_areas(network) + thread_areas(network) / pi
+    for body in network.bodies:
+        own = area[body.nodes]
+        if not own.any():
+            findings.reject(
+                "TIS306",
+                f"{body.name} has no surface for contact surface stiffness to act on",
+                environment.span,
+                hint="write a contact stiffness, of each node",
+                notes=(Note("the body", body.span),),
+            )
+        area[body.nodes] = np.where(own > 0.0, own, own[own > 0.0].mean())
+    return area[: network.body_nodes]
+
+
+def _stiffness_of_springs(
+    network: Network, environment: Environment, findings: Findings
+) -> float:
+    """Return the mean over the nodes of what their springs resist with [N/m]."""
+    own = slice(network.body_springs)  # and not those of joints, which may be few and stiff
+    steep = network.behaviour().steepness(np.zeros(network.spring_count))[own]
+    each = np.bincount(network.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes)
+    if each.any():
+        return float(each[each > 0.0].mean())
+    _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)
+
+
+def _layer(
+    network: Network, radius: Floats, environment: Environment, findings: Findings
+) -> float:
+    """Return a tenth of the mean length of a spring, and no more than thin tools allow [m]."""
+    thin = THINNEST * radius[radius > 0.0]
+    if network.body_springs:
+        return min(SOFTEST_LAYER * _mean_length(network), float(thin.min(initial=np.inf)))
+    if len(thin):
+        return SOFTEST_LAYER * float(thin.min())
+    _unknown("contact layer", show(1e-3, LENGTH), environment, findings)
+
+
+def _unknown(name: str, example: str, environment: Environment, findings: Findings) -> NoReturn:
+    findings.raise_errors()  # a mesh that is wrong has no springs either
+    findings.reject(
+        "TIS304",
+        f'environment needs "{name}", because no spring tells it',
+        environment.span,
+        hint=missing(f"{name} = {example}", environment.span),
+    )

@@ -1,0 +1,268 @@
+"""A body as it is drawn, before it is made of anything: its mesh, tables and regions."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.compiler.selections import Mask, PointScope, extents
+from tissuec.compiler.tables import ExplicitBody, read_tables
+from tissuec.compiler.threads import knot_pairs, thread_of
+from tissuec.core.errors import Note, alternatives, counted
+from tissuec.core.names import key_of
+from tissuec.lang import syntax as s
+from tissuec.mechanics.observables import lengths
+from tissuec.meshes.generators import Mesh, Threaded
+from tissuec.meshes.generators.imported import Imported, MeshFileError
+from tissuec.model.network import Floats, Thread
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body
+from tissuec.scene.quantities import YOUNGS_MODULUS
+from tissuec.scene.values import LARGEST_NUMBER
+
+LARGEST = 50_000_000  # nodes or springs of one body; more does not fit into memory
+LARGEST_IN_VAIN = (
+    500_000  # of a scene that is wrong; drawing more would keep its author waiting
+)
+CHECK_UNITS = "check the units"
+
+
+class Drawing(Struct, frozen=True, eq=False):
+    """A mesh, what tables say about it, and which part of the body each node belongs to.
+
+    Attributes:
+        body: What is drawn.
+        columns: Ids, and what tables give for nodes and springs.
+        regions: Membership of each node in each region, by key of its name.
+        part: Number of each node's region from 1, 0 without one, shape (node,).
+        length: Drawn length of each spring [m], shape (spring,).
+        own: How many springs the mesh itself has, with that of its knot; those behind them
+            resist bending.
+        thread: Where it is a thread, numbered within the body.
+        spring_part: Of each spring, its place from 1 among ``body.spring_parts``, 0 for those
+            that are made of their nodes, shape (spring,); None where all are.
+    """
+
+    body: Body
+    mesh: Mesh
+    columns: ExplicitBody
+    regions: dict[str, Mask]
+    part: NDArray[np.int32]
+    length: Floats
+    own: int
+    thread: Thread | None = None
+    spring_part: NDArray[np.int64] | None = None
+
+    @property
+    def bends(self) -> Mask:
+        """Return which springs resist bending, shape (spring,)."""
+        return np.arange(len(self.length)) >= self.own
+
+
+@np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
+def draw(body: Body, scope: Scope) -> Drawing:
+    """Return the drawing of a body; what is wrong is rejected with its place."""
+    if body.tables is not None:
+        columns = read_tables(body, body.tables, scope)
+    else:
+        columns = ExplicitBody.without_columns(_generate(body, scope.findings))
+    if isinstance(body.mesh, Threaded):
+        columns = columns.with_springs(knot_pairs(columns.mesh, body.mesh))
+    thread, own = thread_of(body.mesh, columns.mesh.ends), len(columns.mesh.ends)
+    if body.bending is not None:
+        columns = columns.with_springs(_bending(body, columns.mesh, scope.findings))
+    mesh = columns.mesh
+    regions = _select_regions(body, mesh, scope)
+    part = np.zeros(len(mesh.position), dtype=np.int32)
+    for number, inside in enumerate(regions.values(), start=1):
+        part[inside] = number
+    length = lengths(mesh.ends, mesh.position)
+    refuse_sizes(body, {"place": mesh.position, "length": length}, scope.findings)
+    if thread is not None:  # a knot is made of as much thread as any piece
+        length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
+    drawing = Drawing(body, mesh, columns, regions, part, length, own, thread)
+    if not body.spring_parts:
+        return drawing
+    return replace(drawing, spring_part=_select_springs(drawing, scope))
+
+
+def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:
+    """Reject a body with numbers, by the name of what they are, too large to reckon with."""
+    for name, values in named.items():
+        if not np.all(np.abs(values) < LARGEST_NUMBER):
+            message = f"{body.name} has a {name} that is too large to reckon with"
+            findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
+
+
+def _generate(body: Body, findings: Findings) -> Mesh:
+    assert body.mesh is not None
+    try:
+        nodes, springs = body.mesh.size()
+        if max(nodes, springs) > LARGEST:
+            findings.reject(
+                "TIS310",
+                f"body {body.name} would have about {nodes:.3g} nodes "
+                f"and {springs:.3g} springs",
+                body.span,
+                hint=f"at most {LARGEST:,} of each can be held".replace(",", " "),
+            )
+        if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
+            findings.stop()
+        mesh = _built(body)
+    except MeshFileError as error:
+        place = body.mesh.file.span if isinstance(body.mesh, Imported) else body.span
+        findings.reject("TIS605", str(error), place, hint=error.hint)
+    except (ValueError, ArithmeticError) as error:
+        findings.reject("TIS309", f"body {body.name}: {error}", body.span)
+    if mesh.origin is not None and mesh.remarks:
+        findings.add(
+            "W602",
+            f'"{mesh.origin.file.name}" is not as it should be',
+            mesh.origin.file.span,
+            notes=tuple(map(Note, mesh.remarks)),
+        )
+    return mesh
+
+
+def _built(body: Body) -> Mesh:
+    """Return the mesh that a generator draws."""
+    assert body.mesh is not None
+    if not isinstance(body.mesh, Imported):
+        return body.mesh.build()
+    return body.mesh.build(for_matter=any(YOUNGS_MODULUS in one.given for one in body.tissues))
+
+
+def surface_mask(mesh: Mesh) -> Mask | None:
+    """Return which nodes lie on the skin; None where there is none."""
+    if not len(mesh.skin):
+        return None
+    mask = np.zeros(len(mesh.position), dtype=bool)
+    mask[mesh.skin.ravel()] = True
+    return mask
+
+
+def group_masks(mesh: Mesh) -> dict[str, Mask]:
+    """Return which nodes belong to each group of a file, by its name."""
+    masks = {}
+    for name, nodes in mesh.groups.items():
+        masks[name] = np.zeros(len(mesh.position), dtype=bool)
+        masks[name][nodes] = True
+    return masks
+
+
+def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
+    """Return the nodes of a body as points, or the middles of its springs."""
+    mesh = drawing.mesh
+    surface = surface_mask(mesh)
+    if not of_springs:
+        return PointScope(
+            scope,
+            mesh.position,
+            ids=drawing.columns.node_ids,
+            regions=drawing.regions,
+            surface=surface,
+            groups=group_masks(mesh),
+        )
+    ends = mesh.position[mesh.ends]
+
+    def inside(nodes: Mask) -> Mask:
+        return np.asarray(nodes[mesh.ends].all(axis=1))
+
+    return PointScope(
+        scope,
+        ends.mean(axis=1),
+        ids=drawing.columns.spring_ids,
+        length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+        regions={name: inside(nodes) for name, nodes in drawing.regions.items()},
+        surface=None if surface is None else inside(surface),
+        bends=drawing.bends,
+        groups={name: inside(nodes) for name, nodes in group_masks(mesh).items()},
+    )
+
+
+def _bending(body: Body, mesh: Mesh, findings: Findings) -> NDArray[np.int32]:
+    """Return the pairs of nodes that bending springs join, shape (pair, 2)."""
+    from tissuec.meshes.generators.bending import bending_springs
+
+    assert body.bending is not None
+    try:
+        return bending_springs(mesh, body.mesh)
+    except ValueError as error:
+        message = f"{body.name} cannot have bending springs: {error}"
+        findings.reject("TIS309", message, body.bending.span)
+
+
+def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
+    points = PointScope(
+        scope, mesh.position, surface=surface_mask(mesh), groups=group_masks(mesh)
+    )
+    chosen: dict[str, Mask] = {}
+    for region in body.regions:
+        inside = points.select(region.where)
+        if not inside.any():
+            scope.findings.reject(
+                "TIS302",
+                f'the region "{region.name}" holds no node',
+                region.span,
+                hint=extents(mesh.position),
+            )
+        for other, nodes in zip(body.regions, chosen.values(), strict=False):
+            if common := int((inside & nodes).sum()):
+                scope.findings.reject(
+                    "TIS311",
+                    f"regions {other.name} and {region.name} share {counted(common, 'node')}",
+                    region.span,
+                    hint=f"end one of them with: and not region is {other.name}, "
+                    "or change its limits",
+                    notes=(Note("the other region", other.span),),
+                )
+        chosen[key_of(region.name)] = inside
+    return chosen
+
+
+def _select_springs(drawing: Drawing, scope: Scope) -> NDArray[np.int64]:
+    """Return the place of each spring among those with a tissue of their own, from 1."""
+    found = np.zeros(len(drawing.length), dtype=np.int64)
+    points = points_of(drawing, scope, of_springs=True)
+    for number, part in enumerate(drawing.body.spring_parts, start=1):
+        if part.sides is not None:
+            chosen = _between(drawing, part.sides, scope.findings)
+        else:
+            assert part.where is not None
+            chosen = points.select(part.where)
+        if not chosen.any():
+            scope.findings.reject(
+                "TIS302", f"{drawing.body.name} has no {part.name}", part.span,
+                hint=extents(drawing.mesh.position),
+            )  # fmt: skip
+        for before in np.unique(found[chosen]):
+            other = drawing.body.spring_parts[before - 1]
+            if before and other.sides is None:
+                common = counted(int((found[chosen] == before).sum()), "spring")
+                scope.findings.reject(
+                    "TIS311", f"{common} of {drawing.body.name} would be chosen twice",
+                    part.span, hint="change one of the conditions",
+                    notes=(Note("the other one", other.span),),
+                )  # fmt: skip
+        found[chosen] = number
+    return found
+
+
+def _between(drawing: Drawing, sides: tuple[s.Name, s.Name], findings: Findings) -> Mask:
+    """Return which springs lead from one region, or the rest of the body, to another."""
+    names = [key_of(drawing.body.name), *drawing.regions]
+    for name in sides:
+        if name.key not in names:
+            findings.reject(
+                "TIS301", f'there is no region called "{name.text}"', name.span,
+                hint=alternatives(name.key, names, what="regions"),
+            )  # fmt: skip
+    first, second = (names.index(name.key) for name in sides)
+    ends = np.sort(drawing.part[drawing.mesh.ends], axis=1)
+    found = np.asarray((ends == sorted((first, second))).all(axis=1)) & (first != second)
+    if drawing.thread is not None:
+        found[drawing.thread.knots] = False
+    return found

@@ -1,0 +1,230 @@
+"""What a learn block compares with data: ``fit = force(pressed) using column "F" in N``."""
+
+from collections.abc import Sequence
+
+from tissuec.compiler.conditions import Conditions
+from tissuec.core.errors import Edit, Hint, Note, counted
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, NUMBER, TIME
+from tissuec.lang import syntax as s
+from tissuec.model.network import Floats
+from tissuec.scene.learn_clauses import Clauses
+from tissuec.scene.learn_model import AGAINST, FIT
+from tissuec.script.fit_problem import POSITIONS, Axis, Column, Data, Fit
+from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.vector import Vector
+
+#: Endings of results, which know what is what; all else is a table.
+RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf", ".h5md")
+#: What jumps, or is none of the motion: no slope leads to it.
+JUMPING = ("nodes", "springs", "pieces", "count", "ruptured", "energy drift")
+FREE_ZERO = "free zero"
+_BEHIND = ("in", "every", "to", "weighing", "with")
+
+
+class FitReader:
+    """Reads the sentences of one learn block that are about its data.
+
+    Args:
+        data: As far as it could be read.
+    """
+
+    def __init__(self, conditions: Conditions, data: Sequence[Data]):
+        self.conditions, self.data = conditions, data
+        self.scope, self.findings = conditions.scope, conditions.findings
+        self.groups, self.tools = conditions.groups, conditions.tools
+        self.is_timeless = False
+        self.texts: dict[str, Span] = {}
+
+    def axis(self, item: s.Sentence | None, where: Span) -> Axis:
+        """Return what rows are sorted by; without a sentence, the times in the first column."""
+        if item is None:
+            return Axis(None, None, where)
+        entry = item.name.key
+        self.is_timeless = entry != "time"
+        allowed = ("of", "using", "in") if self.is_timeless else ("using", "in")
+        clauses = Clauses(entry, item.clauses, self.scope, allowed=allowed, where=item.span)
+        names, dimension = clauses.names("using"), LENGTH if self.is_timeless else TIME
+        if not names:
+            clauses.reject("TIS304", f"the column of the {entry} is not written")
+        (column, *more) = clauses.columns(names, dimension, what="the column")
+        if more:
+            clauses.reject("TIS802", f"a {entry} is in one column", names[0].span)
+        if not self.is_timeless:
+            return Axis(None, column, item.span)
+        moved = clauses.names("of")
+        if not moved:
+            clauses.reject("TIS304", "it is not written what is displaced")
+        self._refuse_tool(moved[0], "a displacement is one of nodes of bodies")
+        return Axis(self.groups.nodes(moved[0]).indices, column, item.span)
+
+    def fit(self, item: s.Assign, against: s.Sentence | None) -> Fit:
+        """Return one thing that was measured, or reject it."""
+        clauses = Clauses(
+            FIT, item.clauses, self.scope, allowed=("along", "using", *_BEHIND), where=item.span
+        )
+        behind, names = self._columns_of(clauses, against)
+        measure, subjects, inner = self._measured(item.value, clauses)
+        along = clauses.direction()
+        if along is not None:
+            self._refuse_direction(measure, inner, clauses)
+        along = inner if along is None else along
+        dimension = measure.dimension if measure else LENGTH
+        columns = behind.columns(names, dimension, what=item.value.span.one_line)
+        self._check_columns(columns, measure, subjects, along, item.value, behind)
+        every = behind.above_zero("every", TIME, what="the time between values")
+        if every is not None and self.is_timeless and (clause := behind.get("every")):
+            self.findings.reject(
+                "TIS306", "rows that are sorted by a displacement have no time", clause.span
+            )
+        noise = behind.above_zero("to", dimension, what="the standard deviation")
+        weight = behind.above_zero("weighing", NUMBER, what="the weight of a fit")
+        text = item.value.span.one_line
+        if (clause := clauses.get("along")) is not None:
+            text += f" {clause.span.one_line}"
+        self._once(text, item)
+        return Fit(
+            text, measure, subjects, along, dimension, columns, every, noise,
+            1.0 if weight is None else weight, self._has_free_zero(behind), item.span,
+        )  # fmt: skip
+
+    def _once(self, text: str, item: s.Assign) -> None:
+        if text in self.texts:
+            notes = (Note("first here", self.texts[text]),)
+            self.findings.reject("TIS307", f"{text} is fitted twice", item.span, notes=notes)
+        self.texts[text] = item.span
+
+    def _has_free_zero(self, clauses: Clauses) -> bool:
+        names = clauses.names("with")
+        if names and names[0].key != FREE_ZERO:
+            self.findings.reject(
+                "TIS305", f'a fit cannot be with "{names[0].text}"', names[0].span,
+                hint=Hint(f"write: with {FREE_ZERO}", Edit(FREE_ZERO)),
+            )  # fmt: skip
+        return bool(names)
+
+    # --- what is measured ---------------------------------------------------------------------
+
+    def _measured(
+        self, node: s.Expression, clauses: Clauses
+    ) -> tuple[type[Measure] | None, tuple[Subject, ...], Floats | None]:
+        """Return a measure, None for positions; of what it is taken; and along what."""
+        if not isinstance(node, s.Call | s.Name):
+            clauses.reject("TIS312", "what is fitted is one measure", node.span)
+        key = node.function.key if isinstance(node, s.Call) else node.key
+        if key in JUMPING:
+            self.findings.reject(
+                "TIS802", f"{node.span.one_line} cannot be fitted: it changes by jumps, "
+                "or is none of the motion", node.span,
+                hint="fit what changes smoothly, such as force(SET) or position(SET)",
+            )  # fmt: skip
+        if key == POSITIONS and isinstance(node, s.Call):
+            return None, (self._positions(node),), None
+        if isinstance(node, s.Name) and key not in MEASURES:
+            clauses.reject("TIS701", f'"{node.text}" is not a measure', node.span)
+        reading = self.conditions.reading(node)
+        if reading.time is not None:
+            self.findings.reject(
+                "TIS702", "a fit is about all times of its data; it cannot name one", node.span
+            )
+        return reading.measure, reading.subjects, reading.along
+
+    def _positions(self, call: s.Call) -> Subject:
+        """Return the nodes whose places were measured, each for itself."""
+        first = call.arguments[0] if len(call.arguments) == 1 else None
+        if first is None or not isinstance(first.value, s.Name) or first.clauses:
+            self.findings.reject(
+                "TIS702", "positions is written positions(A): x, y and z of each node of A",
+                call.span, hint="along a direction, fit position(A) along (1, 0, 0)",
+            )  # fmt: skip
+        self._refuse_tool(first.value, "positions are those of nodes of bodies")
+        nodes = self.groups.nodes(first.value)
+        return Subject(nodes.name, nodes.indices, self.groups.springs(first.value).indices)
+
+    def _refuse_tool(self, name: s.Name, why: str) -> None:
+        if name.key in self.tools:
+            message = f"{why}; {self.tools[name.key].name} is a tool"
+            self.findings.reject("TIS802", message, name.span, hint="name a set or a body")
+
+    def _refuse_direction(
+        self, measure: type[Measure] | None, inner: Floats | None, clauses: Clauses
+    ) -> None:
+        """Reject a direction behind what has none, or has one already."""
+        clause = clauses.get("along")
+        span = clause.span if clause else clauses.where
+        if inner is not None:
+            self.findings.reject("TIS307", '"along" is written twice', span)
+        if measure not in (MEASURES["force"], MEASURES["position"]):
+            name = "positions" if measure is None else measure.form
+            self.findings.reject(
+                "TIS702", f"{name} has no direction", span,
+                hint="force and position have one",
+            )  # fmt: skip
+
+    # --- columns ------------------------------------------------------------------------------
+
+    def _columns_of(
+        self, clauses: Clauses, against: s.Sentence | None
+    ) -> tuple[Clauses, list[s.Name]]:
+        """Return the clauses about columns, and the names: of the fit, or of ``against``."""
+        names = clauses.names("using")
+        if against is None:
+            return clauses, names
+        if names or any(clauses.get(word) for word in _BEHIND):
+            self.findings.reject(
+                "TIS307", "columns and what belongs to them are written twice", against.span,
+                hint="write them behind using, or on the line below, not in both places",
+            )  # fmt: skip
+        words = s.key_of(against.name.words)
+        if words != AGAINST or not against.name.quoted or against.phrase is not None:
+            clauses.reject("TIS312", f'"{AGAINST}" is written in another form', against.span)
+        behind = Clauses(
+            AGAINST, against.clauses, self.scope, allowed=_BEHIND, where=against.span
+        )
+        return behind, [s.Name("column", against.name.quoted, against.name.span)]
+
+    def _check_columns(
+        self,
+        columns: Sequence[Column],
+        measure: type[Measure] | None,
+        subjects: Sequence[Subject],
+        along: Floats | None,
+        node: s.Expression,
+        clauses: Clauses,
+    ) -> None:
+        """Reject columns that are not as many as what they hold has numbers."""
+        text = node.span.one_line
+        if not columns:
+            table = next((d for d in self.data if d.path.suffix.lower() not in RESULTS), None)
+            if table is not None:
+                clauses.reject(
+                    "TIS802", f"{table.path.name} is a table: which column is {text}?"
+                )
+            return
+        allowed = _counts(measure, along, _count(subjects) if measure is None else 0)
+        if len(columns) in allowed:
+            return
+        needed = " or ".join(counted(count, "column") for count in allowed)
+        hint = 'name them: using columns "x y z"'
+        if measure is None:
+            hint = 'name them: using columns "node x y z"; of a single node, "x y z"'
+        elif allowed == (1,):
+            hint = 'name it: using column "…"'
+        elif measure is MEASURES["position"]:
+            hint += ", or write along (1, 0, 0) behind the place"
+        message = f"{text} is in {needed}, not in {len(columns)}"
+        self.findings.reject("TIS802", message, columns[0].span, hint=hint)
+
+
+def _counts(measure: type[Measure] | None, along: Floats | None, nodes: int) -> tuple[int, ...]:
+    """Return in how many columns something can be."""
+    if measure is None:
+        return (3, 4) if nodes == 1 else (4,)
+    if along is not None or not issubclass(measure, Vector):
+        return (1,)
+    return (3,) if measure is MEASURES["position"] else (1, 3)
+
+
+def _count(subjects: Sequence[Subject]) -> int:
+    nodes = subjects[0].nodes
+    return 0 if nodes is None else len(nodes)

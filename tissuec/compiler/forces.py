@@ -1,0 +1,34 @@
+"""Forces of a scene: blocks become fields on nodes."""
+
+import numpy as np
+
+from tissuec.compiler.ambient_damping import skin_areas
+from tissuec.compiler.sets import Groups
+from tissuec.forces import Acted, Imposed
+from tissuec.model.network import Network
+from tissuec.scene import schema
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Scene
+
+
+def imposed_forces(
+    scene: Scene, network: Network, groups: Groups, findings: Findings
+) -> tuple[Imposed, ...]:
+    """Return the forces of a scene; each that cannot act is rejected by itself."""
+    found: list[Imposed] = []
+    area = skin_areas(network)
+    for force in scene.forces.values():
+        with findings.item():
+            nodes = np.unique(groups.nodes(force.target).indices)
+            acted = Acted(nodes, network.position[nodes], network.mass[nodes], area[nodes])
+            try:
+                field = force.entries.on(acted)
+            except ValueError as error:
+                reason = str(error)
+                findings.reject(
+                    "TIS309",
+                    f"force {force.name}: {reason}",
+                    schema.blamed(reason, force.places, force.target.span),
+                )
+            found.append(Imposed(force.name, force.kind, field, force.span))
+    return tuple(found)

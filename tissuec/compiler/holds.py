@@ -1,0 +1,189 @@
+"""Who holds what along the script, as far as it is known before the run.
+
+Conditions (``when``) are left out: they may or may not fire.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.source import Span
+from tissuec.core.units import TIME, show
+from tissuec.model.network import Indices, ToolPart
+from tissuec.script.plan import Event, Trigger
+from tissuec.script.verbs import Group, Mover
+from tissuec.script.verbs.fix import Fix
+from tissuec.script.verbs.free import Free
+from tissuec.script.verbs.grasp import Grasp
+from tissuec.script.verbs.hold import Hold
+from tissuec.script.verbs.move import Move
+from tissuec.script.verbs.release import Release
+from tissuec.script.verbs.stop import Stop
+from tissuec.script.verbs.turn import Turn
+
+_NOTHING = np.zeros(0, dtype=np.int64)
+
+
+class Taken(Struct, frozen=True):
+    """Nodes that a tool or set holds from some time on."""
+
+    holder: str
+    nodes: Indices
+    time: float
+    span: Span
+
+
+class Driven(Struct, frozen=True):
+    """Nodes that a mover drives for some time."""
+
+    mover: str
+    nodes: Indices
+    start: float
+    stop: float
+    span: Span
+
+
+def check_holds(
+    events: Sequence[Event],
+    triggers: Sequence[Trigger],
+    tools: Sequence[ToolPart],
+    *,
+    shaped: bool,
+) -> Iterator[Diagnostic]:
+    """Yield releases of what nothing holds, conflicting motions, motions of what is fixed, and
+    tools that move nothing.
+
+    Args:
+        events: In the order in which they happen.
+        tools: Those that have a shape, and so move something always.
+        triggers: What conditions may add: a grasp, so that a missing one is no mistake, or
+            that fixed nodes are free.
+        shaped: False if tools that are wrong may have shapes, and so move something.
+    """
+    story = _Story(tools, triggers, shaped)
+    said: set[tuple[str, Span | None]] = set()  # a repeated sentence is reported once
+    for event in events:
+        for finding in story.tell(event):
+            if (finding.code, finding.span) not in said:
+                said.add((finding.code, finding.span))
+                yield finding
+
+
+class _Story:
+    """What is held and driven up to some event; a repeated sentence takes no more room."""
+
+    def __init__(self, tools: Sequence[ToolPart], triggers: Sequence[Trigger], shaped: bool):
+        self.certain = shaped and not triggers
+        followed = (event.action for trigger in triggers for event in trigger.events)
+        self.may_free = any(isinstance(action, Free) for action in followed)
+        self.shapes = {
+            tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in tools
+        }
+        self.taken: dict[tuple[str, Span], Taken] = {}
+        self.driven: dict[tuple[str, Span], Driven] = {}
+        self.fixed: dict[Span, Indices] = {}
+
+    def tell(self, event: Event) -> Iterator[Diagnostic]:
+        """Enter an event, and yield what is wrong with it."""
+        match event.action:
+            case Fix(group=group, span=span):
+                self.fixed[span] = group.indices
+            case Grasp(group=group, tool=tool, span=span):
+                self._take(tool, group.indices, event.time, span)
+            case Hold(group=group, span=span):
+                self._take(group.name, group.indices, event.time, span)
+            case Move(mover=mover, span=span) | Turn(mover=mover, span=span) as motion:
+                nodes = self._moved(mover)
+                if self.certain and mover.nodes is None and not len(nodes):
+                    yield _idle(mover, event.time, span)
+                self._take(mover.name, nodes, event.time, span)
+                lasting = np.inf if motion.duration is None else motion.duration
+                new = Driven(mover.name, nodes, event.time, event.time + lasting, span)
+                yield from _conflicts(new, tuple(self.driven.values()))
+                self.driven[mover.name, span] = new
+                if not self.may_free:
+                    yield from self._fixed(new)
+            case Stop(what="moving" | "turning", name=name):
+                self._end(lambda old: old.mover == name)
+            case Release(group=None, tool=tool):
+                yield from self._released(event.action, event.time)
+                self._end(lambda old: old.mover == tool)
+            case Release(group=Group(indices=nodes)) | Free(group=Group(indices=nodes)):
+                if isinstance(event.action, Release):
+                    yield from self._released(event.action, event.time)
+                self._end(lambda old: bool(np.isin(old.nodes, nodes).all()))
+                if isinstance(event.action, Free):
+                    self.fixed = {
+                        span: np.setdiff1d(fixed, nodes) for span, fixed in self.fixed.items()
+                    }
+            case _:
+                pass
+
+    def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
+        self.taken.setdefault((holder, span), Taken(holder, nodes, time, span))
+
+    def _moved(self, mover: Mover) -> Indices:
+        if mover.nodes is not None:
+            return mover.nodes
+        shape = self.shapes.get(mover.name, _NOTHING)
+        taken = (t.nodes for t in self.taken.values() if t.holder == mover.name)
+        return np.unique(np.concatenate([shape, *taken]))
+
+    def _fixed(self, new: Driven) -> Iterator[Diagnostic]:
+        """Yield that nodes are moved which a sentence fixes: the later order wins."""
+        for span, nodes in self.fixed.items():
+            if common := len(np.intersect1d(nodes, new.nodes)):
+                yield Diagnostic(
+                    "W409",
+                    f"{new.mover} moves {counted(common, 'node')} from {show(new.start, TIME)} "
+                    f"on that {'is' if common == 1 else 'are'} fixed: the later order wins",
+                    new.span,
+                    "free them before, or leave them out of what is fixed or moved",
+                    (Note("fixed here", span),),
+                )
+
+    def _end(self, is_over: Callable[[Driven], bool]) -> None:
+        self.driven = {key: old for key, old in self.driven.items() if not is_over(old)}
+
+    def _released(self, release: Release, time: float) -> Iterator[Diagnostic]:
+        if self.certain:
+            yield from _unheld(release, time, tuple(self.taken.values()))
+
+
+def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
+    message = f"{mover.name} holds nothing when it starts to move, at {show(time, TIME)}"
+    return Diagnostic("W401", message, span, f"write before it: grasp … with {mover.name}")
+
+
+def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:
+    for old in driven:
+        overlaps = new.start < old.stop * (1 - 1e-12) and old.mover != new.mover
+        common = np.intersect1d(old.nodes, new.nodes) if overlaps else _NOTHING
+        if len(common):
+            yield Diagnostic(
+                "TIS402",
+                f"{new.mover} and {old.mover} would move {counted(len(common), 'node')} "
+                f"along two paths at {show(new.start, TIME)}",
+                new.span,
+                "let one motion end before the other begins, or make the sets differ",
+                (Note("the other motion", old.span),),
+            )
+
+
+def _unheld(release: Release, time: float, taken: Sequence[Taken]) -> Iterator[Diagnostic]:
+    who = release.tool
+    mine = [t for t in taken if who is None or t.holder == who]
+    if release.group is not None:
+        mine = [t for t in mine if len(np.intersect1d(t.nodes, release.group.indices))]
+    if mine:
+        return
+    what = release.group.name if release.group is not None else "anything"
+    subject = f"{who} cannot release {what}" if who else f"{what} cannot be released"
+    reason = "it grasped nothing before" if who else "nothing held it before"
+    places = ", ".join(f"by {t.holder} since {show(t.time, TIME)}" for t in taken)
+    yield Diagnostic(
+        "TIS401", f"{subject} at {show(time, TIME)}: {reason}", release.span,
+        f"held are others: {places}" if places else "grasp or hold it first",
+    )  # fmt: skip

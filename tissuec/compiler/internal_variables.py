@@ -1,0 +1,84 @@
+"""What springs remember: arrays of the quantities of bodies, and hidden nodes to keep it in."""
+
+from collections.abc import Mapping, Sequence
+from math import ceil, sqrt
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.forces.branches import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
+from tissuec.model.network import SPRINGS, Floats, Network, Origin
+
+Arrays = Mapping[str, Floats]
+
+
+def inelastic_of(bodies: Sequence[Arrays], springs: Sequence[int]) -> Inelastic | None:
+    """Return what the springs of bodies relax and flow by, not kept anywhere yet.
+
+    Args:
+        bodies: Quantities of each body, by name; those that it does not have are left out.
+        springs: How many springs each of them has.
+    """
+
+    def every(name: str, default: float) -> Floats:
+        parts = (
+            body.get(name, np.full(count, default))
+            for body, count in zip(bodies, springs, strict=True)
+        )
+        return np.concatenate([np.zeros(0), *parts])
+
+    times = [every(name, np.inf) for name in TIMES]
+    used = [row for row, time in enumerate(times) if np.isfinite(time).any()]
+    viscosity = every(VISCOSITY, np.inf)
+    if not used and not np.isfinite(viscosity).any():
+        return None
+    rows, shape = range(max(used, default=-1) + 1), (-1, len(viscosity))
+    time = np.array([times[row] for row in rows]).reshape(shape)
+    constant = np.array([every(CONSTANTS[row], 0.0) for row in rows]).reshape(shape)
+    nowhere = np.full((len(rows) + 1, len(viscosity)), -1)
+    return Inelastic(
+        constant=np.where(np.isfinite(time), constant, 0.0),
+        time=time,
+        limit=np.where(np.isfinite(viscosity), every(LIMIT, np.inf), np.inf),
+        viscosity=viscosity,
+        slot=nowhere,
+        rate=np.ones(nowhere.shape),
+    )
+
+
+def with_memory(network: Network) -> Network:
+    """Return a network with hidden nodes in which its springs keep what they remember.
+
+    Variables are multiplied by the fastest rate of the net, or their own if that is faster: an
+    error of elongations counts then as one of positions does.
+    """
+    inelastic = network.inelastic
+    if inelastic is None:
+        return network
+    has = np.isfinite(np.vstack([inelastic.time, inelastic.viscosity]))
+    count = int(np.count_nonzero(has))
+    first = 3 * network.node_count
+    slot = np.full(has.shape, -1)
+    # The variables of a spring lie together.
+    slot.T[has.T] = first + np.arange(count)
+    own = np.vstack([1.0 / inelastic.time, np.zeros(has.shape[1])])
+    rate = np.maximum(own, _fastest(network))
+    spring = np.nonzero(has.T)[0][::3]
+    home = network.position[network.ends[spring, 0]]
+    assert len(home) == ceil(count / 3)
+    part = network.owner(int(spring[0]))
+    mass = float(network.mass[: network.body_nodes].min())
+    known = network.with_memory(SPRINGS, home, mass, Origin(part.span, "memory"))
+    return replace(known, inelastic=replace(inelastic, slot=slot, rate=rate))
+
+
+def _fastest(network: Network) -> float:
+    """Return a bound of the angular frequencies of a net [1/s]; 1 where nothing resists.
+
+    Gershgorin's: ω² ≤ 2 Σ c / m over the springs of a node.
+    """
+    steep = network.behaviour().steepness(np.zeros(network.spring_count))
+    assert network.inelastic is not None
+    each = np.repeat(steep + network.inelastic.sudden, 2)
+    joined = np.bincount(network.ends.ravel(), each, network.node_count)
+    return sqrt(2.0 * float((joined / network.mass).max(initial=0.0))) or 1.0

@@ -1,0 +1,156 @@
+"""What is expected of a learning: ``expect error(held out) < 8 %``."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.expectations import ERROR, errors_in
+from tissuec.core.errors import alternatives
+from tissuec.lang import syntax as s
+from tissuec.scene.expressions import Scope
+from tissuec.scene.values import Value
+from tissuec.script.fit_problem import Data, Demand, Errors
+from tissuec.script.measures import MEASURES
+
+HELD_OUT, ALL = "held out", "data"
+FORM = "error(held out) < 8 %"
+
+
+class Judged(Struct, frozen=True):
+    """What of a lesson can be judged.
+
+    Attributes:
+        files: Names of the files, by the names as written.
+        holds_out: Whether there is anything that the learning does not see.
+    """
+
+    files: Mapping[str, str]
+    holds_out: bool
+
+    @classmethod
+    def of(cls, names: Mapping[str, str], data: Sequence[Data], last_part: float) -> "Judged":
+        """Return what can be judged, of the names as written by those of files."""
+        written = {name: file for file, name in names.items()}
+        return cls(written, last_part > 0.0 or any(one.held_out for one in data))
+
+    def name_of(self, key: s.Name) -> str | None:
+        """Return what an error is called in ``Errors``; None if this lesson has none such."""
+        if key.words:
+            known = {ALL: True, HELD_OUT: self.holds_out}
+            return key.key if key.quoted is None and known.get(key.key) else None
+        return self.files.get(key.quoted or "")
+
+
+class ErrorScope(Scope):
+    """A scope in which errors can be asked for; without any, each is 1."""
+
+    is_known = False
+
+    def __init__(self, constants: Scope, judged: Judged, errors: Errors | None):
+        super().__init__(constants.findings)
+        self.constants, self.judged, self.errors = constants, judged, errors
+
+    def name(self, name: s.Name) -> Value:
+        if name.key in MEASURES:
+            self._mixed(name)
+        return self.constants.name(name)
+
+    def has(self, name: s.Name) -> bool:
+        return self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return self.constants.names()
+
+    def call(self, call: s.Call) -> Value:
+        if call.function.key != ERROR:
+            self._mixed(call)
+        name = self.judged.name_of(argument_of(call, self))
+        return Value.number(1.0 if self.errors is None else self.errors[name or ""])
+
+    def _mixed(self, node: s.Call | s.Name) -> None:
+        self.findings.reject(
+            "TIS803", "errors are known when the learning is over, and measures in the run",
+            node.span, hint="expect both on lines of their own",
+        )  # fmt: skip
+
+
+def argument_of(call: s.Call, scope: Scope) -> s.Name:
+    """Return what an error is of, or reject the call."""
+    first = call.arguments[0] if len(call.arguments) == 1 else None
+    if first is None or first.clauses or not isinstance(first.value, s.Name):
+        scope.findings.reject(
+            "TIS803", 'error is written error(held out), error(data) or error("file.csv")',
+            call.span,
+        )  # fmt: skip
+    return first.value
+
+
+class _Judgement(Struct, frozen=True):
+    """A condition as a function of errors."""
+
+    condition: s.Expression
+    constants: Scope
+    judged: Judged
+
+    def __call__(self, errors: Errors) -> bool:
+        scope = ErrorScope(self.constants, self.judged, errors)
+        return bool(np.all(scope.decide(self.condition)))
+
+    def describe(self, errors: Errors) -> str:
+        scope = ErrorScope(self.constants, self.judged, errors)
+        shown = {
+            call.span.one_line: 100.0 * float(scope.call(call).amount)
+            for call in errors_in(self.condition)
+        }
+        return ", ".join(f"{text} = {percent:.3g} %" for text, percent in shown.items())
+
+
+class DemandReader:
+    """Reads expectations that ask for errors."""
+
+    def __init__(self, scope: Scope, lessons: Mapping[str, Judged]):
+        self.scope, self.lessons, self.findings = scope, lessons, scope.findings
+
+    def read(self, item: s.Expect) -> dict[str, Demand]:
+        """Return what is expected of each lesson that has what is asked for, by its name."""
+        if not self.lessons:
+            if self.findings.may_be_misspelt("learn"):
+                self.findings.stop()
+            self.findings.reject(
+                "TIS803", "there is no learn block whose error could be told",
+                item.condition.span, hint="for example: learn fat { data = …; fit = …; … }",
+            )  # fmt: skip
+        words = [(clause.word, clause.value.span.text.lower()) for clause in item.clauses]
+        if words not in ([], [("over", "run")]):
+            self.findings.reject(
+                "TIS803", "the error of a learning has no time", item.clauses[0].span,
+                hint=f"write: expect {FORM}, and no more",
+            )  # fmt: skip
+        names = [argument_of(call, self.scope) for call in errors_in(item.condition)]
+        found = {
+            key: self._demand(item, judged)
+            for key, judged in self.lessons.items()
+            if all(judged.name_of(name) is not None for name in names)
+        }
+        return found or self._refuse(names)
+
+    def _demand(self, item: s.Expect, judged: Judged) -> Demand:
+        ErrorScope(self.scope, judged, None).decide(item.condition)
+        judgement = _Judgement(item.condition, self.scope, judged)
+        return Demand(judgement, judgement.describe, item.span)
+
+    def _refuse(self, names: Sequence[s.Name]) -> dict[str, Demand]:
+        """Reject an expectation that no lesson can meet."""
+        known = [HELD_OUT, ALL, *(f for one in self.lessons.values() for f in one.files)]
+        every = self.lessons.values()
+        bad = next((n for n in names if not any(one.name_of(n) for one in every)), names[0])
+        if bad.key == HELD_OUT and bad.quoted is None:
+            self.findings.reject(
+                "TIS803", "nothing is held out", bad.span,
+                hint='in the learn block: hold out "three.csv", or hold out = 20 %',
+            )  # fmt: skip
+        self.findings.reject(
+            "TIS803", f'there is no error of "{bad.text}"', bad.span,
+            hint=alternatives(bad.text, known, what="errors"),
+        )  # fmt: skip

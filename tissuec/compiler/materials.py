@@ -1,0 +1,703 @@
+"""What each node and spring of a body is made of.
+
+Springs: c and d as the tissue says, per spring or for a spring of a stated length (n equal
+springs in a row are n times softer, so c scales with 1 / length); L0 = (1 - p) drawn length for
+a prestress p. A spring between two regions follows the body's ``interface``. What a table gives
+goes before all of this. A mesh may say which share of c and d each spring gets.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import NoReturn, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.matter import Matter, MatterReader
+from tissuec.compiler.poisson import Poisson, poisson_of
+from tissuec.compiler.shells import hinges_of
+from tissuec.core.errors import Hint, Note, insertion
+from tissuec.core.names import key_of
+from tissuec.core.source import Span
+from tissuec.core.units import suggested_unit
+from tissuec.forces.bending import Hinges
+from tissuec.forces.branches import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
+from tissuec.laws.evaluation import Behaviour
+from tissuec.laws.formula import variables
+from tissuec.matter.breaking import force_at_energy
+from tissuec.model.network import Floats, Origin, Provenance
+from tissuec.scene.bodies import INTERFACES
+from tissuec.scene.findings import Findings
+from tissuec.scene.laws import LAW_KINDS
+from tissuec.scene.model import Given, Tissue, WrittenLaws
+from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
+    OF_MATTER,
+    POISSONS_RATIO,
+    QUANTITIES,
+    SHARES,
+    YOUNGS_MODULUS,
+    Quantity,
+)
+from tissuec.scene.written_numbers import LARGEST_SHARE
+
+#: An array of the network and where its numbers are from.
+Explained: TypeAlias = tuple[Floats, Provenance]
+#: Which law replaces the use of a quantity, and as what its formula would use it.
+_USES = {
+    name: (kind.word, variable)
+    for kind in LAW_KINDS
+    for form in kind.forms
+    for name, (variable, _) in form.names.items()
+    if name in QUANTITIES and name != YOUNGS_MODULUS
+}
+
+
+#: What springs between two parts may be made of.
+_RULES = ("", *INTERFACES)
+_SAYS_NOTHING, _MEAN, _SOFTER, _ = range(len(_RULES))
+
+
+class Material(Struct, frozen=True):
+    """What one part of a body is made of."""
+
+    name: str
+    tissue: Tissue | None
+    prestress: Given | None  # overrides the tissue's
+    span: Span
+
+
+class MaterialReader:
+    """Gives the nodes and springs of one drawing what tissues and tables say.
+
+    Parts of the body are numbered: 0 is the body itself, then come its regions, then springs
+    that have a tissue of their own.
+    """
+
+    def __init__(self, drawing: Drawing, findings: Findings):
+        self.drawing = drawing
+        self.body = body = drawing.body
+        self.findings = findings
+        self.columns = drawing.columns
+        self.node_part = drawing.part
+        self.end_parts = drawing.part[drawing.mesh.ends]  # shape (spring, 2)
+        self.length = drawing.length
+        self.ends, self.bends = drawing.mesh.ends, drawing.bends
+        self.typed = self.columns.springs.get("law", np.full(len(self.length), np.nan))
+        self.is_typed = ~np.isnan(self.typed)
+        self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
+        self.shares = drawing.mesh.shares
+        self._reader: MatterReader | None = None
+        self._shared_out: dict[float, Matter] = {}  # by what fibres add
+        self.materials = [Material(body.name, body.tissue, None, body.span)]
+        self.materials += (
+            Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
+            for region in body.regions
+        )
+        #: How springs between two parts are made: places in ``_RULES``, shape (spring,).
+        self.rule = np.full(len(self.length), _RULES.index(body.interface), dtype=np.int8)
+        self._take_springs_apart()
+        if drawing.thread is not None:  # a knot leads from end to end, whatever is said
+            knots = np.array(drawing.thread.knots)
+            self.rule[knots[self.rule[knots] == _SAYS_NOTHING]] = _SOFTER
+        self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
+        self._need_an_interface()
+
+    def _take_springs_apart(self) -> None:
+        """Make springs of what is said of them, and not of their nodes."""
+        for number, part in enumerate(self.body.spring_parts, start=1):
+            chosen = self.drawing.spring_part == number
+            if part.rule:
+                self.rule[chosen] = _RULES.index(part.rule)
+                continue
+            self.end_parts[chosen] = len(self.materials)
+            tissue = part.tissue or self.body.tissue
+            self.materials.append(Material(part.name, tissue, part.prestress, part.span))
+
+    def _need_an_interface(self) -> None:
+        """Reject springs between regions of which nothing says what they are made of."""
+        is_open = ~self.is_inner & (self.rule == _SAYS_NOTHING)
+        if not is_open.any():
+            return
+        first, second = (self.materials[k].name for k in self.end_parts[np.argmax(is_open)])
+        self.findings.reject(
+            "TIS304",
+            f"nothing says what springs from {first} to {second} are made of",
+            self.body.span,
+            hint=f"write interface is softer from {first} to {second}, "
+            "or interface is softer, which holds for all others",
+        )
+
+    def read(self) -> dict[str, Explained]:
+        """Return every parameter array of the network, by name."""
+        self._refuse_idle_fibres()
+        return {"mass": self._mass(), **self.read_springs()}
+
+    def read_springs(self) -> dict[str, Explained]:
+        """Return every parameter array of springs, by name."""
+        arrays = {
+            "stiffness": self.stiffness,
+            "damping": self._shared("viscosity"),
+            "rest": self.rest,
+            "strength": self._limit("fraction force"),
+            "crush": self._limit("crushing force"),
+        }
+        arrays |= self._inelastic()
+        return arrays if self.body.bending is None else arrays | self._bending(arrays)
+
+    def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
+        """Return the law of each spring by number, shape (spring,), and all laws."""
+        laws = [LINEAR]
+        numbers = []
+        for material in self.materials:
+            law = _law_of(material)
+            if law not in laws:
+                laws.append(law)
+            numbers.append(laws.index(law))
+        ends = np.array(numbers, dtype=np.int32)[self.end_parts]
+        first, second = ends.T
+        first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
+        is_mixed = (first != second) & (self.rule == _MEAN)
+        if (mixed := np.flatnonzero(is_mixed)).size:
+            parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
+            self.findings.reject(
+                "TIS309",
+                f"springs between {' and '.join(parts)} cannot be the mean of two laws",
+                self.body.span,
+                hint="write interface is softer, or stiffer",
+            )
+        found = first
+        if (first != second).any():
+            found = np.where(first == second, first, self._joined(first, second))
+        found = found.astype(np.int32)
+        for number, law in enumerate(self.typed_laws):
+            if law not in laws:
+                laws.append(law)
+            found[self.typed == number] = laws.index(law)
+        return found, tuple(laws)
+
+    def _typed_law(self, name: str) -> Law:
+        assert self.body.tables is not None
+        laws = self.body.tables.laws[name]
+        spring = laws.get("spring law")
+        if spring is not None and stress_in(spring.force) is not None:
+            self.findings.reject(
+                "TIS306",
+                f"law {name} is a stress, and springs of a table are no matter",
+                spring.span,
+                hint="write the spring force, or the stress in the tissue of a body",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return _as_law(laws, name)
+
+    def _uses(self, name: str) -> NDArray[np.bool_]:
+        """Return which springs have a law from the table that uses a quantity."""
+        variable = _USES.get(name, ("", ""))[1]
+        used = np.array(
+            [
+                not variable or variable in variables(law.elastic) | variables(law.viscous)
+                for law in self.typed_laws
+            ],
+            dtype=bool,
+        )
+        found = np.zeros(len(self.length), dtype=bool)
+        found[self.is_typed] = used[self.typed[self.is_typed].astype(int)]
+        return found
+
+    def _bending(self, arrays: Mapping[str, Explained]) -> dict[str, Explained]:
+        """Return the arrays in which bending springs differ from those of the tissue.
+
+        They are linear, a part as stiff as a spring of their length, and break at the strain at
+        which springs at their ends do on average, as far as these are linear, too.
+        """
+        assert self.body.bending is not None
+        for name in ("spring constant", "viscosity"):
+            found = self._found(name)
+            for number in _numbers_in(self.end_parts[self.bends]):
+                if found[number] is None:
+                    needed = Note("needed by its bending springs", self.body.bending.span)
+                    self._missing(name, self.materials[number], needed)
+        part = self.body.bending.part
+        pull = arrays["stiffness"][0] * self.length  # of each spring at a strain of 1
+        own, beside = pull[self.bends], self._beside(pull)
+        known = (own > 0.0) & (beside > 0.0)
+        stronger = part * np.where(known, own, 1.0) / np.where(known, beside, 1.0)
+        changed = {"stiffness": part, "damping": part, "strength": stronger, "crush": stronger}
+        changed |= dict.fromkeys((*CONSTANTS, VISCOSITY), part) | {LIMIT: stronger}
+        return {
+            name: self._times(arrays[name], factor)
+            for name, factor in changed.items()
+            if name in arrays
+        }
+
+    def _inelastic(self) -> dict[str, Explained]:
+        """Return what relaxes and flows, by the names of quantities."""
+        arrays: dict[str, Explained] = {}
+        for pair in PAIRS:
+            said = [self._is_said(name) for name in pair]
+            if not (said[0].any() or said[1].any()):
+                continue
+            self._refuse_halves(pair, said)
+            for name in pair:
+                shared = QUANTITIES[name].scales
+                arrays[name] = self._shared(name) if shared else self._per_spring(name)
+        return arrays
+
+    def _is_said(self, name: str) -> NDArray[np.bool_]:
+        """Return for which springs a tissue or a table says a quantity, shape (spring,)."""
+        given = np.array([g is not None for g in self._found(name)])
+        column = self.columns.springs.get(name)
+        return given[self.end_parts].any(axis=1) | ~_is_open(column, self.length)
+
+    def _refuse_halves(self, pair: tuple[str, str], said: list[NDArray[np.bool_]]) -> None:
+        """Reject springs of which one quantity of a pair is said, and not the other."""
+        for name, other, half in (
+            (*pair, said[0] & ~said[1]),
+            (*reversed(pair), said[1] & ~said[0]),
+        ):
+            if not half.any():
+                continue
+            parts = self.end_parts[np.argmax(half)]
+            given = [g for g in (self._found(name)[part] for part in parts) if g is not None]
+            tables = self.body.tables
+            where = tables.springs.name.span if tables and tables.springs else self.body.span
+            modulus = [self._found("spring constant")[part] for part in parts]
+            is_matter = any(g is not None and g.quantity.is_of_matter for g in modulus)
+            lacking = QUANTITIES[
+                OF_MATTER[other][0] if is_matter and OF_MATTER[other] else other
+            ]
+            amount = (
+                "20 %" if lacking.name in SHARES else f"1 {suggested_unit(lacking.dimension)}"
+            )
+            example = f"{lacking.name} = {amount}"
+            said_name = given[0].quantity.name if given else name
+            self.findings.reject(
+                "TIS304",
+                f"a {said_name} says nothing without a {lacking.name}",
+                given[0].span if given else where,
+                hint=Hint(
+                    f"for example: {example}",
+                    *([insertion(f"; {example}", given[0].span)] if given else []),
+                ),
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+
+    def _beside(self, values: Floats) -> Floats:
+        """Return the mean over the mesh's own springs at the ends of each bending spring."""
+        own, count = self.ends[~self.bends], len(self.node_part)
+        total = sum(np.bincount(end, values[~self.bends], count) for end in own.T)
+        degree = np.bincount(own.ravel(), minlength=count)
+        both = self.ends[self.bends]
+        return np.asarray(total)[both].sum(axis=1) / np.maximum(degree[both].sum(axis=1), 1)
+
+    def _times(self, explained: Explained, factor: Floats | float) -> Explained:
+        """Return an array with those of bending springs multiplied by a factor."""
+        assert self.body.bending is not None
+        values, provenance = explained
+        values = values.copy()
+        values[self.bends] *= factor
+        origins = (*provenance.origins, Origin(self.body.bending.span, "bending"))
+        index = np.where(self.bends, len(origins) - 1, provenance.index)
+        return values, Provenance(index.astype(np.int32), origins)
+
+    def _mass(self) -> Explained:
+        column = self.columns.nodes.get("mass")
+        if self.body.mass is not None:
+            assert self.body.mass_span is not None
+            values = np.full(len(self.node_part), self.body.mass / len(self.node_part))
+            origins = [Origin(self.body.mass_span, "written")]
+            index = np.zeros_like(self.node_part)
+        else:
+            given = self._given("mass", self.node_part[_is_open(column, self.node_part)])
+            share = {"whole body": len(self.node_part)}
+            per_node = [0.0 if g is None else g.value / share.get(g.spread, 1) for g in given]
+            values, index = np.array(per_node)[self.node_part], self.node_part
+            for number, one in enumerate(given):
+                if one is not None and one.quantity.is_of_matter:
+                    volume = self._matter(one).volume
+                    values = np.where(index == number, one.value * volume, values)
+            origins = [self._origin(g) for g in given]
+        provenance = Provenance(index.astype(np.int32), tuple(origins))
+        return self._from_table(values, provenance, column, "nodes")
+
+    @cached_property
+    def stiffness(self) -> Explained:
+        """The spring constant of every spring [N/m]."""
+        return self._shared("spring constant")
+
+    @cached_property
+    def rest(self) -> Explained:
+        """The rest length of every spring [m]."""
+        prestress, provenance = self._per_spring("prestress")
+        column = self.columns.springs.get("rest length")
+        # Lengths as they are drawn share the memory of the drawing.
+        rest = (1.0 - prestress) * self.length if prestress.any() else self.length
+        return self._from_table(rest, provenance, column, "springs")
+
+    def _limit(self, name: str) -> Explained:
+        """Return the force at which each spring breaks [N]; infinite where nothing does."""
+        if self.body.may_rupture:
+            return self._per_spring(name)
+        origin = Origin(self.body.span, "rupture is not allowed")
+        shape = self.length.shape  # of arrays that take no room
+        index = np.broadcast_to(np.int32(0), shape)
+        return np.broadcast_to(np.inf, shape), Provenance(index, (origin,))
+
+    def _shared(self, name: str) -> Explained:
+        """Return a quantity of every spring, of which it gets the share that its mesh says."""
+        value, provenance = self._per_spring(name)
+        if self.shares is None:
+            return value, provenance
+        origins = tuple(Origin(o.span, f"{o.how}, shared") for o in provenance.origins)
+        share = np.where(np.isinf(value), 1.0, self.shares)  # what is infinite is none at all
+        return value * share, Provenance(provenance.index, origins)
+
+    def _per_spring(self, name: str) -> Explained:
+        """Return a quantity of every spring from tables, materials and the interface."""
+        column = self.columns.springs.get(name)
+        is_open, is_used = _is_open(column, self.length), self._uses(name)
+        self._expect(name, self.end_parts[is_open & is_used])
+        given = self._given(name, self.end_parts[is_open & ~self.is_typed])
+        first, second = self._at_ends(name, given)
+        if name in (*TIMES, VISCOSITY):  # of what one side has alone, there is half as much
+            first, second = (
+                np.where(np.isinf(one), other, one)
+                for one, other in ((first, second), (second, first))
+            )
+        value = np.where(self.is_inner, first, self._joined(first, second))
+        origins = [self._origin(g) for g in given]
+        index = self.end_parts[:, 0].copy()
+        for rule in _numbers_in(self.rule[~self.is_inner]):
+            index[~self.is_inner & (self.rule == rule)] = len(origins)
+            origins.append(Origin(self.body.span, f"interface {_RULES[rule]}"))
+        if (idle := self.is_typed & ~is_used & np.isnan(value)).any():
+            value[idle], index[idle] = 1.0, len(origins)
+            origins.append(Origin(self.body.span, "no part of the law"))
+        provenance = Provenance(index.astype(np.int32), tuple(origins))
+        return self._from_table(value, provenance, column, "springs")
+
+    def _from_table(
+        self, value: Floats, provenance: Provenance, column: Floats | None, table: str
+    ) -> Explained:
+        """Return an array with the numbers of a table's column where it has some."""
+        if column is None:
+            return value, provenance
+        assert self.body.tables is not None
+        origins = (*provenance.origins, Origin(getattr(self.body.tables, table).span, "table"))
+        is_open = np.isnan(column)
+        index = np.where(is_open, provenance.index, len(origins) - 1)
+        return (
+            np.where(is_open, value, column),
+            Provenance(index.astype(np.int32), origins),
+        )
+
+    def _origin(self, given: Given | None) -> Origin:
+        return Origin(given.span, given.how) if given else Origin(self.body.span, "none")
+
+    # --- parts and their interfaces -----------------------------------------------------------
+
+    def _at_ends(self, name: str, given: Sequence[Given | None]) -> tuple[Floats, Floats]:
+        """Return a quantity as the part at either end of each spring has it."""
+        quantity = QUANTITIES[name]
+        value = [quantity.default if g is None else g.value for g in given]
+        lengths = [np.nan if g is None or g.length is None else g.length for g in given]
+        values, lengths = np.array(value, dtype=float), np.array(lengths)
+        ends: list[Floats] = []
+        for part in self.end_parts.T:
+            is_scaled = ~np.isnan(lengths[part])
+            if np.any(is_scaled & (self.length == 0.0)):
+                self.findings.reject(
+                    "TIS309",
+                    f"{name} is given for a length, but a spring of {self.body.name} has none",
+                    self.body.span,
+                )
+            scale = (lengths[part] / self.length) ** -quantity.scales
+            end = np.where(is_scaled, values[part] * scale, values[part])
+            for number, one in enumerate(given):
+                if one is not None and one.quantity.is_of_matter and np.isfinite(one.value):
+                    end = np.where(part == number, self._from_matter(one), end)
+            ends.append(end)
+        return ends[0], ends[1]
+
+    # --- matter -------------------------------------------------------------------------------
+
+    def _from_matter(self, given: Given) -> Floats:
+        """Return what follows for springs from a quantity of matter, shape (spring,)."""
+        match key_of(given.quantity.name):
+            case "young's modulus":
+                springs = 1.0 if self.poisson is None else self.poisson.of_springs
+                added = self._added_by_fibres(given) / springs
+                each = springs * self._matter(given, added).stiffness
+            case "shear viscosity":
+                matter = self._matter(given, 0.0)
+                each = matter.shears * matter.stiffness
+            case "flow viscosity":
+                each = self._matter(given, 0.0).stiffness
+            case "retardation time":
+                each = self.stiffness[0]
+            case share if share in SHARES:
+                each = self.stiffness[0] / (1.0 - self._relaxing_beside(given))
+            case _:
+                return self._at_limit(given)
+        each = given.value * each
+        return each if self.shares is None else each / self.shares
+
+    def hinges(self, arrays: Mapping[str, Floats]) -> Hinges | None:
+        """Return what makes the walls of the body resist bending; None where nothing does."""
+        return hinges_of(
+            self.drawing, next(iter(self._shared_out.values()), None),
+            self._found("spring constant"),
+            arrays["stiffness"], arrays["damping"], self.findings,
+        )  # fmt: skip
+
+    @cached_property
+    def poisson(self) -> Poisson | None:
+        """The Poisson's ratio of the body; None where its springs are what they are."""
+        used = _numbers_in(np.append(self.node_part, self.end_parts))
+        said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.materials]
+        ratios = [said[number] for number in used]
+        given = next((one for one in ratios if one is not None), None)
+        if given is None:
+            return None
+        found = self._found("spring constant")
+        return poisson_of(
+            self.body, self._matter(given), ratios, [found[number] for number in used],
+            self.findings,
+        )  # fmt: skip
+
+    def _at_limit(self, given: Given) -> Floats:
+        """Return the force of springs at a stress, strain or energy [N], shape (spring,)."""
+        constant, rest = self.stiffness[0], self.rest[0]
+        match key_of(given.quantity.name):
+            case "breaking strain":
+                return self._behaviour.pull(given.value * rest)
+            case "toughness":
+                section = constant * self.length / self._modulus_beside(given)
+                energy = self._matter(given).tearing * given.value * section
+                return force_at_energy(self._behaviour, energy)
+            case _:
+                return constant * rest * given.value / self._modulus_beside(given)
+
+    @property
+    def _behaviour(self) -> Behaviour:
+        """Return what the springs do, but for their dashpots."""
+        (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
+        return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
+
+    def _relaxing_beside(self, share: Given) -> float:
+        """Return the sum of all shares of the tissue that one belongs to."""
+        given = self._beside_in_tissue(share)
+        total = sum(given[key].value for key in SHARES if key in given)
+        if total > LARGEST_SHARE:
+            self.findings.reject(
+                "TIS309",
+                f"the shares that relax make up {100.0 * total:.0f} % of the modulus",
+                share.span,
+                hint="what does not relax must be left: write smaller shares",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return total
+
+    def _modulus_beside(self, stress: Given) -> float:
+        """Return the modulus of the tissue that a stress belongs to, along any fibres [Pa]."""
+        beside = self._beside_in_tissue(stress)
+        modulus = beside.get(YOUNGS_MODULUS)
+        if modulus is not None:
+            return beside.get(FIBRE_MODULUS, modulus).value
+        what = stress.quantity
+        self.findings.reject(
+            "TIS304",
+            f"a {what.name} says nothing without a Young's modulus",
+            stress.span,
+            hint=f"write {_instead_of(what)} of a spring",
+            notes=(Note(f"used by {self.body.name}", self.body.span),),
+        )
+
+    def _beside_in_tissue(self, given: Given) -> Mapping[str, Given]:
+        """Return all quantities of the tissue that one belongs to."""
+        tissues = (m.tissue for m in self.materials if m.tissue is not None)
+        return next(t.given for t in tissues if given in t.given.values())
+
+    def _refuse_idle_fibres(self) -> None:
+        """Reject a direction without fibres, and fibres without a body that they stiffen."""
+        given = [m.tissue.given for m in self.materials if m.tissue is not None]
+        along = [one[FIBRE_MODULUS] for one in given if FIBRE_MODULUS in one]
+        if self.body.fibres is not None and not along:
+            self.findings.reject(
+                "TIS306",
+                f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
+                self.body.fibres_span or self.body.span,
+                hint="write a fibre modulus in the tissue, or leave this out",
+            )
+        for one in given:
+            if FIBRE_MODULUS in one and YOUNGS_MODULUS not in one:
+                self.findings.reject(
+                    "TIS304",
+                    "a fibre modulus says nothing without a Young's modulus",
+                    one[FIBRE_MODULUS].span,
+                    hint="write a Young's modulus: that across the fibres",
+                    notes=(Note(f"used by {self.body.name}", self.body.span),),
+                )
+
+    def _added_by_fibres(self, given: Given) -> float:
+        """Return what fibres of a tissue add to its Young's modulus, as a part of it."""
+        beside = self._beside_in_tissue(given)
+        if FIBRE_MODULUS not in beside:
+            return 0.0
+        fibres, modulus = beside[FIBRE_MODULUS], beside[YOUNGS_MODULUS]
+        if fibres.value < modulus.value:
+            self.findings.reject(
+                "TIS309",
+                "the fibre modulus is less than Young's modulus: no tissue is softer along its "
+                "fibres than across",
+                fibres.span,
+                hint="write a larger fibre modulus, or leave it out",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return fibres.value / modulus.value - 1.0
+
+    def _matter(self, given: Given, added: float | None = None) -> Matter:
+        """Return how the matter of the body is shared out, which a quantity asks for.
+
+        Args:
+            added: What fibres add to Young's modulus, as a part of it; as much as its tissue
+                says if None.
+        """
+        if added is None:
+            has = YOUNGS_MODULUS in self._beside_in_tissue(given)
+            added = self._added_by_fibres(given) if has else 0.0
+        if added not in self._shared_out:
+            if self._reader is None:
+                self._reader = MatterReader(self.drawing, given.span, self.findings)
+            self._shared_out[added] = self._reader.read(added)
+        return self._shared_out[added]
+
+    @cached_property
+    def _first_is_softer(self) -> NDArray[np.bool_]:
+        """Whether the first end is in the softer part, shape (spring,).
+
+        Spring constants decide for all quantities, so that an interface is made of one side.
+        """
+        first, second = self._at_ends("spring constant", self._found("spring constant"))
+        return np.asarray(first <= second)
+
+    def _joined(self, first: Floats, second: Floats) -> Floats:
+        """Return what springs between two parts have by their rules, shape (spring,)."""
+        mean = (first + second) / 2.0
+        if not (self.rule > _MEAN).any():
+            return mean
+        takes_first = self._first_is_softer == (self.rule == _SOFTER)
+        return np.where(self.rule == _MEAN, mean, np.where(takes_first, first, second))
+
+    # --- tissues ------------------------------------------------------------------------------
+
+    def _given(self, name: str, used: NDArray[np.integer]) -> list[Given | None]:
+        """Return the quantity of each part; rejects a part in use that has none."""
+        given = self._found(name)
+        for number in _numbers_in(used):
+            if given[number] is None and QUANTITIES[name].default is None:
+                given[number] = self._unused(name, self.materials[number])
+        return given
+
+    def _expect(self, name: str, used: NDArray[np.integer]) -> None:
+        """Reject a part that has none of a quantity which laws in the table use."""
+        found = self._found(name)
+        for number in _numbers_in(used):
+            if found[number] is None and QUANTITIES[name].default is None:
+                self._missing(name, self.materials[number])
+
+    def _unused(self, name: str, material: Material) -> Given:
+        """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
+
+        The paper sets c = d = 1 for laws with constants of their own.
+        """
+        word, variable = _USES.get(name, ("", ""))
+        law = material.tissue and material.tissue.laws.get(word)
+        if law is None or variable in variables(law.force):
+            self._missing(name, material)
+        return Given(
+            QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
+        )
+
+    def _found(self, name: str) -> list[Given | None]:
+        if name == "prestress":
+            return [
+                m.prestress or (m.tissue and m.tissue.given.get(name)) for m in self.materials
+            ]
+        return [m.tissue and _said(m.tissue, name) for m in self.materials]
+
+    def _missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
+        if material.tissue is None:
+            self.findings.reject(
+                "TIS304",
+                f"{material.name} needs a tissue: nothing gives its {name}",
+                material.span,
+                hint="write tissue is …",
+            )
+        self.findings.pass_over_doubtful(name)
+        reason = material.tissue.missing.get(name, "no rule and no number gives it")
+        self.findings.reject(
+            "TIS206",
+            f"nothing gives the {name} of tissue {material.tissue.name}: {reason}",
+            material.tissue.span,
+            hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
+            "or otherwise is … in the vocabulary",
+            notes=(Note(f"used by {material.name}", material.span), *notes),
+        )
+
+
+def _instead_of(quantity: Quantity) -> str:
+    """Return what of springs, or in words of strain, stands for a stress."""
+    if quantity.instead == "fraction force":
+        return "a breaking strain, or the fraction force"
+    return f"the {quantity.instead}"
+
+
+def _names(key: str) -> list[str]:
+    """Return what gives a quantity, as it is written."""
+    return [QUANTITIES[one].name for one in (key, *OF_MATTER[key])]
+
+
+def _said(tissue: Tissue, name: str) -> Given | None:
+    """Return a quantity of a tissue, or that of matter from which it follows."""
+    known = (tissue.given.get(key) for key in (name, *OF_MATTER[name]))
+    return next((given for given in known if given is not None), None)
+
+
+def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.bool_]:
+    """Return where a table leaves a quantity to the tissue: everywhere without a column."""
+    return np.ones(len(like), dtype=bool) if column is None else np.isnan(column)
+
+
+def _law_of(material: Material) -> Law:
+    """Return the law of a part; linear where its tissue says nothing."""
+    if material.tissue is None:
+        return LINEAR
+    modulus = material.tissue.given.get(YOUNGS_MODULUS)
+    return _as_law(material.tissue.laws, modulus=1.0 if modulus is None else modulus.value)
+
+
+def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
+    """Return what is written as a law, linear where nothing is."""
+    spring, dashpot = written.get("spring law"), written.get("viscosity law")
+    elastic = LINEAR.elastic if spring is None else with_modulus(spring.force, modulus)
+    viscous = LINEAR.viscous if dashpot is None else dashpot.force
+    if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
+        return LINEAR
+    names = ", ".join(law.name for law in (spring, dashpot) if law is not None)
+    return Law(
+        name or names,
+        elastic,
+        viscous,
+        SPRING_LAWS["linear"]() if spring is None else spring.law,
+        VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
+        modulus,
+    )
+
+
+def _numbers_in(parts: NDArray[np.integer]) -> list[int]:
+    """Return the numbers that there are, ascending; small ones, which are quickly counted."""
+    return np.flatnonzero(np.bincount(parts.ravel())).tolist()

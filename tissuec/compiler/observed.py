@@ -1,0 +1,134 @@
+"""What conditions measure, and how it is said afterwards."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.units import NUMBER, show
+from tissuec.lang import syntax as s
+from tissuec.model.network import Floats
+from tissuec.scene.expressions import Scope, Truth
+from tissuec.scene.values import Value
+from tissuec.script.measures import Measure, Subject
+from tissuec.script.measures.moment import Moment
+
+Place = tuple[int, int]  # where a node of a condition begins and ends in its text
+DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
+
+
+class Reading(Struct, frozen=True, eq=False):
+    """One measure as a condition asks for it.
+
+    Attributes:
+        time: Of an earlier moment [s]; None for the present one.
+        along: Unit vector onto which a vector is projected; None for its length.
+    """
+
+    measure: type[Measure]
+    subjects: tuple[Subject, ...]
+    time: float | None
+    along: Floats | None
+
+    def value(self, moment: Moment) -> Floats:
+        """Return the number in SI units, shape (…) as the moment."""
+        then = moment if self.time is None else moment.pinned[self.time]
+        sample = self.measure.sample(self.subjects, then)
+        return self.measure.value(sample) if self.along is None else sample @ self.along
+
+
+def place_of(node: s.Expression) -> Place:
+    """Return what names a node within its condition, also in a copy of it."""
+    return node.span.start, node.span.end
+
+
+class MeasureScope(Scope):
+    """A scope in which measures can be asked for.
+
+    Without a moment every measure has the value 1, so that units and names can be checked.
+    """
+
+    is_known = False
+
+    def __init__(
+        self, readings: Mapping[Place, Reading], constants: Scope, moment: Moment | None
+    ):
+        super().__init__(constants.findings)
+        self.readings = readings
+        self.constants = constants
+        self.moment = moment
+
+    def name(self, name: s.Name) -> Value:
+        measured = place_of(name) in self.readings
+        return self._measured(name) if measured else self.constants.name(name)
+
+    def has(self, name: s.Name) -> bool:
+        return place_of(name) in self.readings or self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return self.constants.names()
+
+    def call(self, call: s.Call) -> Value:
+        return self._measured(call)
+
+    def test(self, node: s.Expression) -> Truth:
+        if isinstance(node, s.Call | s.Name) and place_of(node) in self.readings:
+            value = self._measured(node)
+            if value.dimension == NUMBER:
+                return np.asarray(value.amount != 0.0)
+        return super().test(node)
+
+    def _measured(self, node: s.Call | s.Name) -> Value:
+        reading = self.readings[place_of(node)]
+        value = 1.0 if self.moment is None else reading.value(self.moment)
+        return Value.number(value, reading.measure.dimension)
+
+
+class Judgement(Struct, frozen=True, eq=False):
+    """A condition as a function of a moment."""
+
+    condition: s.Expression
+    readings: Mapping[Place, Reading]
+    constants: Scope
+
+    def __call__(self, moment: Moment) -> bool:
+        """Return whether the condition holds."""
+        return bool(self.holds(moment))
+
+    def holds(self, moments: Moment) -> NDArray[np.bool_]:
+        """Return when the condition holds, shape (…) as a batch of moments."""
+        return np.asarray(self._at(moments).decide(self.condition))
+
+    def describe(self, moment: Moment) -> str:
+        """Return what was measured."""
+        return describe_sides(self.condition, self._at(moment))
+
+    def _at(self, moment: Moment) -> MeasureScope:
+        return MeasureScope(self.readings, self.constants, moment)
+
+
+def describe_sides(condition: s.Expression, scope: Scope) -> str:
+    """Return what both sides of a condition are: ``gap(oviduct) = 8.1 mm, limit = 9 mm``."""
+    parts: list[str] = []
+    for side in _sides(condition):
+        value = scope.number(side)
+        shown = show(float(value.amount), value.dimension, digits=DIGITS)
+        parts.append(f"{side.span.one_line} = {shown}")
+    return ", ".join(parts)
+
+
+def _sides(node: s.Expression) -> list[s.Expression]:
+    """Return what a condition compares, without what is a number as it stands."""
+    match node:
+        case s.Compare(left=left, right=right):
+            sides = [left, right]
+        case s.Between(subject=subject, low=low, high=high):
+            sides = [subject, low, high]
+        case s.Not(operand=operand):
+            sides = _sides(operand)
+        case s.And(operands=operands) | s.Or(operands=operands):
+            sides = [side for operand in operands for side in _sides(operand)]
+        case _:
+            sides = [node]
+    return [side for side in sides if not isinstance(side, s.Number | s.Quantity)]

@@ -1,0 +1,245 @@
+"""The output block: trajectories, smooth surfaces, logs, the energy table, precision."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.compiler.conditions import LEDGER, Conditions
+from tissuec.compiler.sets import Groups
+from tissuec.compiler.smoothing import SURFACE, read_surface
+from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import TIME, show
+from tissuec.lang import syntax as s
+from tissuec.meshes.generators import Mesh
+from tissuec.model.network import Indices
+from tissuec.scene.expressions import Scope
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.plan import Log, Output, SurfaceOutput
+
+MOST_SAMPLES = 100_000_000
+
+
+class OutputReader:
+    """Reads the items of an output block.
+
+    Args:
+        nodes: How many nodes frames can show.
+        duration: Of the run [s].
+        idle: Springs that logs pass over.
+    """
+
+    def __init__(
+        self,
+        groups: Groups,
+        conditions: Conditions,
+        scope: Scope,
+        *,
+        nodes: int,
+        duration: float,
+        idle: Indices,
+    ):
+        self.groups = groups
+        self.conditions = conditions
+        self.scope = scope
+        self.findings = scope.findings
+        self.node_count = nodes
+        self.duration = duration
+        self.idle = idle
+        self.places: dict[str, Span] = {}
+        self.frames: Indices = np.zeros(0, dtype=np.int64)
+        self.every = math.inf
+        self.energy = math.inf
+        self.single = False
+        self.logs: list[Log] = []
+        self.surfaces: list[SurfaceOutput] = []
+
+    def read(self, items: Sequence[s.Item]) -> Output:
+        """Return what is to be recorded; each mistake rejects one sentence only."""
+        for item in items:
+            with self.findings.item():
+                self._item(item)
+        logs, surfaces = tuple(self.logs), tuple(self.surfaces)
+        return Output(self.frames, self.every, self.single, logs, self.energy, surfaces)
+
+    def _item(self, item: s.Item) -> None:
+        if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
+            self._surface(item, self._clauses(item))
+            return
+        if not isinstance(item, s.Sentence):
+            self.findings.reject(
+                "TIS312", "an output is a sentence: force of forceps A every 1 ms", item.span
+            )
+        key = item.name.key
+        clauses = self._clauses(item)
+        if key == "precision":
+            self._precision(item)
+        elif key == "trajectory":
+            self._trajectory(item, clauses)
+        elif key == "energy" and "of" not in clauses:
+            self._once("energy", item)
+            self.energy = self._rate(item, clauses)
+            self.conditions.needs_ledger = True
+        elif key in MEASURES:
+            self._log(item, clauses)
+        else:
+            known = ("trajectory", "precision", SURFACE, *MEASURES)
+            self.findings.reject(
+                "TIS701",
+                f'"{item.name.text}" is not an output',
+                item.name.span,
+                hint=alternatives(key, known, what="outputs"),
+            )
+
+    def _surface(self, item: s.Sentence | s.Block, clauses: dict[str, s.Clause]) -> None:
+        if "of" not in clauses:
+            text, hint = 'surface needs "of"', "for example: surface of BODY every 40 ms"
+            self.findings.reject("TIS304", text, item.span, hint=hint)
+        every = self._rate(item, clauses)
+        for name in self._names(clauses["of"]):
+            with self.findings.item():
+                mesh, body = self._drawn(name)
+                self._once(f"surface of {body}", item)
+                kind, smoothing = read_surface(item, name, body, mesh, self.scope)
+                self.surfaces.append(SurfaceOutput(body, kind, smoothing, every, item.span))
+
+    def _drawn(self, name: s.Name) -> tuple[Mesh, str]:
+        """Return the mesh of a body, and its name as it was declared."""
+        group = self.groups.nodes(name)
+        if name.key in self.groups.bodies:
+            return self.groups.bodies[name.key].drawing.mesh, group.name
+        bodies = [
+            placed.drawing.body.name
+            for placed in self.groups.bodies.values()
+            if np.isin(group.indices, placed.nodes).any()
+        ]
+        self.findings.reject(
+            "TIS704",
+            f"{group.name} is a set; surfaces are those of bodies",
+            name.span,
+            hint=Hint(f"write surface of {' or of '.join(bodies)}", *map(Edit, bodies)),
+        )
+
+    def _clauses(self, item: s.Sentence | s.Block) -> dict[str, s.Clause]:
+        clauses: dict[str, s.Clause] = {}
+        for clause in item.clauses:
+            if clause.word not in ("of", "to", "every") or clause.word in clauses:
+                self.findings.reject(
+                    "TIS303", f'"{clause.word}" cannot stand in an output', clause.span
+                )
+            clauses[clause.word] = clause
+        return clauses
+
+    def _once(self, key: str, item: s.Sentence | s.Block) -> None:
+        if key in self.places:
+            notes = (Note("first here", self.places[key]),)
+            hint = (
+                "list several bodies: trajectory of [A, B] every 10 ms"
+                if key == "trajectory"
+                else ""
+            )
+            self.findings.reject(
+                "TIS307", f'"{key}" is written twice', item.span, hint=hint, notes=notes
+            )
+        self.places[key] = item.span
+
+    def _precision(self, item: s.Sentence) -> None:
+        self._once("precision", item)
+        word = item.phrase.words[0].key if item.phrase and item.phrase.kind == "word" else ""
+        if word not in ("single", "double"):
+            self.findings.reject("TIS305", "precision is single or double", item.span)
+        self.single = word == "single"
+
+    def _trajectory(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
+        self._once("trajectory", item)
+        self.every = self._rate(item, clauses)
+        if "of" in clauses:
+            groups = [self.groups.nodes(name) for name in self._names(clauses["of"])]
+            self.frames = np.unique(np.concatenate([group.indices for group in groups]))
+        else:
+            self.frames = np.arange(self.node_count)
+
+    def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
+        measure = MEASURES[item.name.key]
+        names = [
+            name
+            for word in ("of", "to")
+            if word in clauses
+            for name in self._names(clauses[word])
+        ]
+        if len(names) != measure.subjects:
+            self.findings.reject(
+                "TIS702",
+                f"{item.name.text} is written: {_written(item.name.key, measure.subjects)}",
+                item.span,
+            )
+        every = self._rate(item, clauses)
+        subjects = self.conditions.log_subjects(measure, names)
+        if measure.takes == "springs":
+            subjects = tuple(self._without_idle(subject) for subject in subjects)
+        self.conditions.needs_ledger |= item.name.key == LEDGER
+        name = " to ".join(subject.name for subject in subjects)
+        title = f"{item.name.key} of {name}" if name else item.name.key
+        self._once(title, item)
+        self.logs.append(Log(title, measure, subjects, every, item.span))
+
+    def _without_idle(self, subject: Subject) -> Subject:
+        is_idle = np.isin(subject.springs, self.idle)
+        return replace(subject, springs=subject.springs[~is_idle])
+
+    def _names(self, clause: s.Clause) -> list[s.Name]:
+        parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)
+        names = [part for part in parts if isinstance(part, s.Name)]
+        if len(names) != len(parts):
+            self.findings.reject(
+                "TIS312", "a name, or a list of names, is needed here", clause.value.span
+            )
+        return names
+
+    def _rate(self, item: s.Sentence | s.Block, clauses: dict[str, s.Clause]) -> float:
+        if "every" not in clauses:
+            self.findings.reject(
+                "TIS304",
+                f'{item.name.text} needs "every"',
+                item.span,
+                hint=Hint(
+                    f"for example: {_head(item)} every 10 ms",
+                    Edit(f"{_head(item)} every 10 ms", old=_head(item)),
+                ),
+            )
+        node = clauses["every"].value
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="the time between outputs")
+        every = float(value.amount)
+        if every <= 0.0:
+            message = f"the time between outputs must be above 0 s, not {value}"
+            self.findings.reject("TIS308", message, node.span)
+        if math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES:
+            self.findings.reject(
+                "TIS308",
+                f"a sample every {node.span.text} for {show(self.duration, TIME)} is too much",
+                node.span,
+                hint=f"the shortest time is {show(self.duration / MOST_SAMPLES, TIME)}",
+            )
+        if every > self.duration * (1 + 1e-12):
+            self.findings.add(
+                "W405",
+                f"a sample every {node.span.text}, but the run ends at "
+                f"{show(self.duration, TIME)}: only its start is recorded",
+                node.span,
+                hint="write a shorter time behind every, or a longer duration in simulate",
+            )
+        return every
+
+
+def _head(item: s.Sentence | s.Block) -> str:
+    """Return what stands before the braces of an output."""
+    return (item.head if isinstance(item, s.Block) else item.span).text
+
+
+def _written(measure: str, subjects: int) -> str:
+    """Return how an output sentence of a measure is written."""
+    behind = ("", " of A", " of A to B")[subjects]
+    return f"{measure}{behind} every 10 ms"

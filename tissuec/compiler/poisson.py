@@ -1,0 +1,105 @@
+"""Poisson's ratio: what springs alone have, and what cells that keep their volume add to it.
+
+Springs have both Lamé's constants alike, μ = λ, so that ν is n = 1/4 in a solid (and n = 1/3
+where nodes of two kinds shift against one another, see ``matter.block``). A body of
+
+    μ = E / (2 (1 + ν)),    λ = 2 μ ν / (1 - 2 ν)
+
+is made of springs for μ, and of cells with the bulk modulus (see ``enclosures``)
+
+    K = λ - 2 μ n / (1 - 2 n) = 2 μ (ν - n) / ((1 - 2 ν) (1 - 2 n)).
+"""
+
+from collections.abc import Sequence
+
+from msgspec import Struct
+
+from tissuec.compiler.matter import Matter
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body, Given
+
+_NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
+
+
+class Poisson(Struct, frozen=True):
+    """How a solid has the Poisson's ratio that its tissue says.
+
+    Attributes:
+        of_springs: The part of their constants that springs have then.
+        modulus: Bulk modulus with which cells keep their volume [Pa]; 0 with springs alone.
+        span: What asks for it.
+    """
+
+    of_springs: float
+    modulus: float
+    span: Span
+
+
+def poisson_of(
+    body: Body,
+    matter: Matter,
+    ratios: Sequence[Given | None],
+    moduli: Sequence[Given | None],
+    findings: Findings,
+) -> Poisson | None:
+    """Return how a body has its Poisson's ratio; what it cannot have is rejected.
+
+    Args:
+        ratios: What is said of each part of the body that has nodes, at least once.
+        moduli: What gives the spring constants of each.
+
+    Returns:
+        None where springs have it by themselves.
+    """
+    given = next(one for one in ratios if one is not None)
+    if flaw := _flaw(matter, given.value, ratios, moduli):
+        why, hint = flaw
+        findings.reject(
+            "TIS309",
+            f"{body.name} cannot have a Poisson's ratio of {given.value:g}: {why}",
+            given.span,
+            hint=hint,
+            notes=(Note(f"used by {body.name}", body.span),),
+        )
+    young, ratio, own = moduli[0], given.value, matter.poisson
+    if young is None or own is None or not matter.is_solid or ratio == own:
+        return None
+    shear = young.value / (2.0 * (1.0 + ratio))
+    modulus = 2.0 * shear * (ratio - own) / ((1.0 - 2.0 * ratio) * (1.0 - 2.0 * own))
+    return Poisson(matter.shears / (2.0 * (1.0 + ratio)), modulus, given.span)
+
+
+def _shown(ratio: float) -> str:
+    return f"1/{round(1.0 / ratio)}"
+
+
+def _flaw(
+    matter: Matter,
+    ratio: float,
+    ratios: Sequence[Given | None],
+    moduli: Sequence[Given | None],
+) -> tuple[str, str] | None:
+    """Return why a body cannot have a Poisson's ratio, and what to do; None if it can."""
+    if any(one is None or not one.quantity.is_of_matter for one in moduli):
+        return "its springs are specified one by one", "write a Young's modulus as well"
+    if matter.poisson is None:
+        return "it consists of bars, which have none", "leave it out"
+    if not matter.is_solid:
+        if abs(ratio - matter.poisson) <= _NEAR:
+            return None
+        return "in a surface, springs always give 1/3", "leave it out"
+    if ratio < matter.poisson:
+        return f"with springs, the least is {_shown(matter.poisson)}", "leave it out"
+    if ratio == matter.poisson:
+        return None
+    if (
+        len({one and one.value for one in ratios}) > 1
+        or len({m and m.value for m in moduli}) > 1
+    ):
+        return (
+            "its regions differ, and all cells of a body use the same bulk modulus",
+            "give all its regions the same Young's modulus and Poisson's ratio",
+        )
+    return None

@@ -1,0 +1,136 @@
+"""What a run will do, told before it runs: arrays, method, stability, skips, cost, size."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import counted
+from tissuec.engine.execution.recorder import wishes
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.procedures import stated
+from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.method import Method
+from tissuec.engine.method_choice import choose, measured_facts
+from tissuec.engine.method_trial import evaluation_time
+from tissuec.model.network import Network
+from tissuec.results.size import file_size
+from tissuec.script.plan import RELAXATION
+
+SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
+
+
+class Prediction(Struct, frozen=True):
+    """The plan of a run.
+
+    Attributes:
+        arrays: Name -> shape, unit-free description and bytes.
+        method: The integrator.
+        reason: Why it.
+        choices: What is chosen of a published procedure, as it is written.
+        facts: Largest angular frequency ω̂ [1/s], damping radius [1/s], damping ratio, and the
+            stability limit of the step [s] of the method.
+        skipped: What the scene does not need and the run does not do.
+        steps: At the stability limit, or of the fixed step; a tolerance may need more.
+        evaluations: Force evaluations for these steps.
+        seconds: What these take on one core of a present-day machine, compiled.
+        bytes: About those of the result file, before compression.
+    """
+
+    arrays: dict[str, dict[str, Any]]
+    method: str
+    reason: str
+    choices: tuple[str, ...]
+    facts: dict[str, float]
+    skipped: tuple[str, ...]
+    steps: float
+    evaluations: float
+    seconds: float
+    bytes: int
+
+
+def predict(compiled: Compiled) -> Prediction:
+    """Return what the run of a compiled scene will do."""
+    plan, network = compiled.plan, compiled.network
+    situation = situation_at_start(compiled)
+    simulation = plan.simulation
+    method = Method(
+        simulation.integrator, simulation.tolerance, simulation.step, simulation.duration,
+        ledger=plan.needs_ledger, watch_strength=plan.breakable,
+    )  # fmt: skip
+    layout = Layout(network, watched=plan.breakable, ledger=plan.needs_ledger)
+    layout.update(situation)
+    choice = choose(situation, method, layout.is_banded)
+    integrator = None if choice.name == RELAXATION else INTEGRATORS[choice.name]
+    facts = measured_facts(situation)
+    limit = np.inf
+    if facts["omega"] and integrator is not None:
+        limit = integrator.stability_limit(facts["omega"], facts["zeta"])
+    facts["limit"] = float(limit)
+    step = simulation.step or limit
+    # Of an unlimited method only the tolerance decides; without motion one step does.
+    unknown = np.nan if facts["omega"] else 1.0
+    steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
+    evaluations = steps * (SWEEPS if integrator is None else integrator.evaluations)
+    return Prediction(
+        arrays=_arrays(network),
+        method=choice.name,
+        reason=choice.reason,
+        choices=tuple(stated(simulation.choices)),
+        facts=facts,
+        skipped=tuple(skipped(compiled)),
+        steps=steps,
+        evaluations=evaluations,
+        seconds=evaluations * evaluation_time(situation, len(layout.springs.ids)),
+        bytes=file_size(network, wishes(network, plan), plan.output, simulation.duration),
+    )
+
+
+def _arrays(network: Network) -> dict[str, dict[str, Any]]:
+    names = ("position", "velocity", "mass", "ends", "stiffness", "damping", "rest")
+    names += ("strength", "crush")
+    return {
+        name: {
+            "shape": list(getattr(network, name).shape),
+            "bytes": int(getattr(network, name).nbytes),
+        }
+        for name in names
+    }
+
+
+def skipped(compiled: Compiled) -> Iterator[str]:
+    """Yield what the run of this scene leaves out, because the scene does not need it."""
+    network, plan = compiled.network, compiled.plan
+    if not compiled.network.behaviour().is_viscous:
+        yield "viscosity: no spring has any, so velocities are not compared"
+    if network.inelastic is None:
+        yield "memory: no spring relaxes or yields, so nothing of the past is kept"
+    if not np.any(plan.gravity):
+        yield "gravity: it is zero"
+    if not plan.drag and network.drag is None:
+        yield "ambient damping: none is written"
+    if not plan.breakable:
+        yield "rupture: no body may rupture, so tensions are not watched"
+    elif not np.isfinite(network.crush).any():
+        yield "crushing: pressure breaks no spring, so only tensions are watched"
+    if not plan.needs_ledger:
+        yield "energies: not asked for, so work and dissipation are not integrated"
+    if not plan.triggers:
+        yield "conditions: no when, so steps are not looked at one by one"
+    if not np.isfinite(plan.output.every):
+        yield "trajectory: none is asked for"
+    if not plan.output.logs:
+        yield "logs: none are asked for"
+    held = situation_at_start(compiled).held
+    inner = int(held[network.ends].all(axis=1).sum())
+    if inner:
+        yield f"{counted(inner, 'spring')} between held nodes, left out of the sums"
+    if plan.contact is None:
+        yield "contact: nothing can touch"
+    elif not plan.contact.friction:
+        yield "friction: none is written, so contact remembers nothing"
+    if not any(tool.kind == "nozzle" for tool in network.tools):
+        yield "jets: there is no nozzle"

@@ -1,0 +1,184 @@
+"""Conditions over the nodes or springs of a body: ``x < 1 mm and region is cover``."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.errors import alternatives
+from tissuec.core.units import LENGTH, NUMBER
+from tissuec.lang import syntax as s
+from tissuec.model.network import Floats, Indices
+from tissuec.scene.expressions import Scope, Truth
+from tissuec.scene.values import Value
+
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+class PointScope(Scope):
+    """A scope in which x, y and z are the coordinates of many points.
+
+    Args:
+        constants: Scope of the scene's own numbers.
+        position: The points [m], shape (point, 3).
+        ids: Ids of the author, shape (point,); None where nothing has ids yet.
+        length: Lengths of springs [m], shape (point,); None for nodes.
+        regions: Membership of each point in each region, by key of its name.
+        surface: Which points lie on the surface, shape (point,); None where there is none.
+        bends: Which springs resist bending only, shape (point,); None for nodes.
+        groups: Membership of each point in each group of the mesh file, by its name there.
+    """
+
+    def __init__(
+        self,
+        constants: Scope,
+        position: Floats,
+        *,
+        ids: Indices | None = None,
+        length: Floats | None = None,
+        regions: Mapping[str, Mask] | None = None,
+        surface: Mask | None = None,
+        bends: Mask | None = None,
+        groups: Mapping[str, Mask] | None = None,
+    ):
+        super().__init__(constants.findings)
+        self.constants = constants
+        self.position = position
+        self.columns = {
+            name: Value(position[:, axis], LENGTH) for axis, name in enumerate("xyz")
+        }
+        if ids is not None:
+            self.columns["id"] = Value(ids.astype(float), NUMBER)
+        if length is not None:
+            self.columns["length"] = Value(length, LENGTH)
+        self.regions = regions or {}
+        self.surface, self.bends = surface, bends
+        self.groups = groups or {}
+
+    def name(self, name: s.Name) -> Value:
+        if name.key in self.columns:
+            return self.columns[name.key]
+        if self.constants.has(name):
+            return self.constants.name(name)
+        return self.unknown(name)
+
+    def has(self, name: s.Name) -> bool:
+        return name.key in self.columns or self.constants.has(name)
+
+    def names(self) -> Sequence[str]:
+        return (*self.columns, *self.constants.names())
+
+    def test(self, node: s.Expression) -> Truth:
+        match node:
+            case s.Within(subject=None):
+                return self._within(node)
+            case s.Is(subject=s.Name(words="region")):
+                return self._in_region(node)
+            case s.Is(subject=s.Name(words="group", quoted=None)):
+                return self._in_group(node)
+            case s.Name() if node.key == "surface":
+                if self.surface is None:
+                    self.findings.reject(
+                        "TIS302",
+                        "this mesh has no surface",
+                        node.span,
+                        hint="choose its nodes by their places or their ids",
+                    )
+                return self.surface
+            case s.Name() if node.key == "bending" and self.bends is not None:
+                return self.bends
+            case _:
+                return super().test(node)
+
+    def select(self, condition: s.Expression) -> Mask:
+        """Return which points meet a condition, shape (point,)."""
+        return np.broadcast_to(self.decide(condition), len(self.position)).astype(bool)
+
+    def with_ids(self, node: s.Expression, body: str, what: str) -> Mask:
+        """Return which points have one of the listed ids, shape (point,).
+
+        Args:
+            node: What stands behind ``in``.
+            body: Name of the body, for messages.
+            what: "node" or "spring".
+        """
+        if not isinstance(node, s.Listing):
+            self.findings.reject("TIS312", "ids are listed: in [1, 2, 3]", node.span)
+        ids = self.columns["id"].amount
+        chosen = np.zeros(len(ids), dtype=bool)
+        for item in node.items:
+            value = self.constants.number(item)
+            self.expect(value, NUMBER, item.span, what="an id")
+            hit = ids == float(value.amount)
+            if not hit.any():
+                self.findings.reject(
+                    "TIS302",
+                    f"{body} has no {what} with id {float(value.amount):g}",
+                    item.span,
+                    hint=f"ids run from {ids.min():.0f} to {ids.max():.0f}"
+                    if len(ids)
+                    else "it has none",
+                )
+            chosen |= hit
+        return chosen
+
+    def _within(self, node: s.Within) -> Truth:
+        radius, centre = self.number(node.radius), self.evaluate(node.centre)
+        self.expect(radius, LENGTH, node.radius.span, what="the radius")
+        if not centre.is_vector:
+            self.findings.reject(
+                "TIS312", "the centre is a point: (x, y, z) mm", node.centre.span
+            )
+        if np.any(centre.amount):
+            self.expect(centre, LENGTH, node.centre.span, what="the centre")
+        distance = np.linalg.norm(self.position - centre.amount, axis=1)
+        # A point drawn exactly on the sphere belongs to it, whatever the rounding.
+        return distance <= radius.amount * (1 + 1e-12)
+
+    def _in_region(self, node: s.Is) -> Truth:
+        result = np.zeros(len(self.position), dtype=bool)
+        if node.phrase.kind == "between":
+            self.findings.reject("TIS312", "a region has one name", node.phrase.span)
+        for name in node.phrase.words:
+            if name.key not in self.regions:
+                self.findings.pass_over_doubtful(name.key)
+                self.findings.reject(
+                    "TIS301",
+                    f'there is no region called "{name.text}"',
+                    name.span,
+                    hint=alternatives(name.key, self.regions, what="regions")
+                    or "the body has no regions",
+                )
+            result |= self.regions[name.key]
+        return ~result if node.phrase.kind == "not" else result
+
+    def _in_group(self, node: s.Is) -> Truth:
+        if node.phrase.kind == "between":
+            self.findings.reject("TIS312", "a group has one name", node.phrase.span)
+        name = node.phrase.words[0]
+        alike = [group for group in self.groups if s.key_of(group) == name.key]
+        if name.text in self.groups:
+            alike = [name.text]
+        if len(alike) != 1:
+            self.findings.reject(
+                "TIS301",
+                f'there is no group called "{name.text}"',
+                name.span,
+                hint=alternatives(name.text, self.groups, what="groups of the mesh file")
+                or "groups are those of a mesh file, and this mesh has none",
+            )
+        inside = self.groups[alike[0]]
+        return ~inside if node.phrase.kind == "not" else inside
+
+
+def extents(position: Floats) -> str:
+    """Return where points lie, for messages: ``x runs from 2 mm to 66 mm, …``."""
+    if not len(position):
+        return "the body has no nodes"
+    low, high = position.min(axis=0), position.max(axis=0)
+    return ", ".join(
+        f"{axis} runs from {units.show(a, LENGTH)} to {units.show(b, LENGTH)}"
+        for axis, a, b in zip("xyz", low, high, strict=True)
+    )

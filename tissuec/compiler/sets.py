@@ -1,0 +1,325 @@
+"""Sets: names for nodes or springs, chosen on the drawn mesh and fixed for good."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import NoReturn
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.drawn_bodies import Drawing, points_of
+from tissuec.compiler.selections import extents
+from tissuec.core.errors import Hint, alternatives
+from tissuec.core.source import Span
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in
+from tissuec.model.network import Floats, Indices
+from tissuec.results.recording import NamedGroup
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.dependency_order import Definitions
+from tissuec.scene.expressions import Scope
+from tissuec.scene.findings import Findings
+from tissuec.script.verbs import Group
+
+#: What a set can be chosen from.
+KINDS = ("nodes", "springs")
+
+
+class Placed(Struct, frozen=True, eq=False, dict=True):
+    """A body with the numbers of its first node and spring in the network.
+
+    It has its arrays once, however many sentences name it.
+    """
+
+    drawing: Drawing
+    first_node: int
+    first_spring: int
+
+    @cached_property
+    def nodes(self) -> Indices:
+        return np.arange(len(self.drawing.mesh.position)) + self.first_node
+
+    @cached_property
+    def springs(self) -> Indices:
+        return np.arange(len(self.drawing.mesh.ends)) + self.first_spring
+
+    @property
+    def ends(self) -> NDArray[np.int32]:
+        """Return the nodes of each spring in the network, shape (spring, 2)."""
+        return self.drawing.mesh.ends + np.int32(self.first_node)
+
+
+class PlacedJoint(Struct, frozen=True, eq=False):
+    """A joint with the numbers that its springs and their nodes have in the network.
+
+    Attributes:
+        ends: Nodes of each spring, shape (spring, 2).
+    """
+
+    drawing: Drawing
+    ends: NDArray[np.int32]
+    first_spring: int
+
+    @property
+    def springs(self) -> Indices:
+        return np.arange(len(self.ends)) + self.first_spring
+
+
+class NamedSet(Struct, frozen=True, eq=False):
+    """A set of nodes or of springs."""
+
+    group: Group
+    of_springs: bool
+
+
+class Groups:
+    """All sets, bodies and joints by name; each set is chosen once, when first asked for."""
+
+    def __init__(self, declarations: Declarations, bodies: Mapping[str, Placed], scope: Scope):
+        self.declared = declarations.of("set")
+        self.bodies = bodies
+        self.named_joints = declarations.of("joint")
+        self.joints: dict[str, PlacedJoint] = {}
+        self.scope = scope
+        self.findings = scope.findings
+        self.sets = Definitions("sets", self._needs, self._choose, scope.findings)
+        self.used: set[str] = set()
+        self.inside: dict[str, Indices] = {}
+
+    def add_joints(self, joints: Sequence[tuple[Drawing, NDArray[np.int32]]]) -> None:
+        """Let joints be known, with the nodes of their springs; their springs come last."""
+        first = sum(len(placed.drawing.mesh.ends) for placed in self.bodies.values())
+        for drawing, ends in joints:
+            key = s.key_of(drawing.body.name)
+            self.joints[key] = PlacedJoint(drawing, ends, first)
+            first += len(ends)
+
+    @cached_property
+    def position(self) -> Floats:
+        """Return the places of the nodes of all bodies [m], shape (node, 3)."""
+        drawn = (placed.drawing.mesh.position for placed in self.bodies.values())
+        return np.concatenate([np.zeros((0, 3)), *drawn])
+
+    def names_of_bodies(self) -> list[str]:
+        return [placed.drawing.body.name for placed in self.bodies.values()]
+
+    def names_of_parts(self) -> list[str]:
+        """Return the names of all bodies and joints."""
+        joints = (declared.name.text for declared in self.named_joints.values())
+        return [*self.names_of_bodies(), *joints]
+
+    def joined_already(self, pairs: NDArray[np.int32]) -> int:
+        """Return how many pairs of nodes have a spring of their body between them."""
+        count = len(self.position)
+        springs = [_numbered(placed.ends, count) for placed in self.bodies.values()]
+        every = np.concatenate([np.zeros(0, dtype=np.int64), *springs])
+        return int(np.isin(_numbered(pairs, count), every).sum())
+
+    def choose_all(self) -> None:
+        """Choose every set, so that mistakes in unused ones are reported too."""
+        for key in self.declared:
+            with self.findings.item():
+                self.sets.find(key)
+
+    def named(self) -> Iterator[NamedGroup]:
+        """Yield all sets, and the regions of all bodies, as results keep them."""
+        for key in self.declared:
+            if (chosen := self.sets.values.get(key)) is not None:
+                what = KINDS[chosen.of_springs]
+                yield NamedGroup(chosen.group.name, what, chosen.group.indices)
+        for placed in self.bodies.values():
+            body, masks = placed.drawing.body, placed.drawing.regions
+            for region in body.regions:
+                nodes = placed.nodes[masks[s.key_of(region.name)]]
+                yield NamedGroup(region.name, KINDS[0], nodes, body.name)
+
+    def is_known(self, name: s.Name) -> bool:
+        """Tell whether a name is a set, a body or a joint."""
+        return any(name.key in kind for kind in (self.declared, self.bodies, self.joints))
+
+    def nodes(self, name: s.Name) -> Group:
+        """Return the nodes of a set of nodes or of a body."""
+        if name.key in self.bodies:
+            return Group(self._body(name), self.bodies[name.key].nodes)
+        if name.key in self.named_joints:
+            self._refuse_joint(name, "name a set or a body that it joins")
+        if self._says_springs(name) or self._find(name).of_springs:
+            self.findings.reject(
+                "TIS314",
+                f'"{name.text}" is a set of springs; nodes are needed here',
+                name.span,
+                hint=f"write set {name.text} = nodes of …, or make a set of nodes beside it",
+            )
+        return self._find(name).group
+
+    def _says_springs(self, name: s.Name) -> bool:
+        """Tell whether a name is declared as springs of something, without choosing them."""
+        item = self.declared[name.key].item if name.key in self.declared else None
+        value = item.value if isinstance(item, s.Assign) else None
+        return isinstance(value, s.Name) and value.key == "springs"
+
+    def springs(self, name: s.Name) -> Group:
+        """Return the springs of a set of springs, a body or joint, or inside a set of nodes."""
+        if name.key in self.bodies:
+            return Group(self._body(name), self.bodies[name.key].springs)
+        if name.key in self.joints:
+            joint = self.joints[name.key]
+            return Group(joint.drawing.body.name, joint.springs)
+        chosen = self._find(name, with_joints=True)
+        if chosen.of_springs:
+            return chosen.group
+        if name.key not in self.inside:
+            self.inside[name.key] = self.springs_inside(chosen.group.indices)
+        return Group(chosen.group.name, self.inside[name.key])
+
+    def _body(self, name: s.Name) -> str:
+        """Return the name of a body as it was declared, however it is spelt here."""
+        return self.bodies[name.key].drawing.body.name
+
+    def is_springs(self, name: s.Name) -> bool:
+        """Tell whether a name is a set of springs or a joint."""
+        if name.key in self.joints:
+            return True
+        return name.key in self.declared and self._find(name).of_springs
+
+    def springs_inside(self, nodes: Indices) -> Indices:
+        """Return the springs with both ends among the nodes."""
+        found = [
+            placed.springs[np.isin(placed.ends, nodes).all(axis=1)]
+            for placed in (*self.bodies.values(), *self.joints.values())
+        ]
+        return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+
+    def _find(self, name: s.Name, *, with_joints: bool = False) -> NamedSet:
+        if name.key not in self.declared:
+            self.findings.pass_over_doubtful(name.key)
+            if name.key in KINDS:
+                unnamed(name.key, name.span, self.findings)
+            lines = {d.name.text: d.name.span.line for d in self.declared.values()}
+            known, what = [*lines, *self.names_of_bodies()], "sets and bodies"
+            if with_joints and self.named_joints:
+                known, what = [*lines, *self.names_of_parts()], "sets, bodies and joints"
+            hint = alternatives(name.text, known, what=what)
+            for text, line in lines.items():
+                near = f'did you mean "{text}"'
+                hint = Hint(hint.replace(f"{near}?", f"{near} (line {line})?"), *hint.edits)
+            message = f'there is no set called "{name.text}"'
+            self.findings.reject("TIS301", message, name.span, hint=hint)
+        self.used.add(name.key)
+        return self.sets.find(name.key)
+
+    def _needs(self, key: str) -> Iterator[s.Name]:
+        """Yield the sets in a union."""
+        item = self.declared[key].item
+        assert isinstance(item, s.Assign)
+        for name in names_in(item.value) if isinstance(item.value, s.Listing) else ():
+            if name.key in self.declared:
+                yield name
+
+    def _choose(self, key: str) -> NamedSet:
+        item = self.declared[key].item
+        assert isinstance(item, s.Assign)
+        if isinstance(item.value, s.Listing):
+            return self._union(item, item.value)
+        clauses = {clause.word: clause for clause in item.clauses}
+        kind = item.value.key if isinstance(item.value, s.Name) else ""
+        if (
+            kind not in KINDS
+            or "of" not in clauses
+            or len(clauses) < len(item.clauses)
+            or set(clauses) - {"of", "where", "in"}
+        ):
+            self.findings.reject(
+                "TIS312",
+                "a set is written: nodes of BODY where …, springs of BODY where …, "
+                "nodes of BODY in [1, 2], or [A, B]",
+                item.value.span,
+            )
+        of_springs = kind == "springs"
+        placed = self._named_part(clauses["of"].value, of_springs=of_springs)
+        is_joint = isinstance(placed, PlacedJoint)
+        part = placed.springs if is_joint or of_springs else placed.nodes
+        points = points_of(placed.drawing, self.scope, of_springs=of_springs)
+        chosen = np.ones(len(part), dtype=bool)
+        if "where" in clauses:
+            chosen &= points.select(clauses["where"].value)
+        if "in" in clauses:
+            chosen &= points.with_ids(clauses["in"].value, placed.drawing.body.name, kind[:-1])
+        if not chosen.any():
+            wanted = (
+                clauses["where"].value.span.one_line if "where" in clauses else "such an id"
+            )
+            self.findings.reject(
+                "TIS302",
+                f'the set "{item.name.text}" is empty: '
+                f"no {kind[:-1]} of {placed.drawing.body.name} has {wanted}",
+                item.name.span,
+                hint=extents(placed.drawing.mesh.position),
+            )
+        return NamedSet(Group(item.name.text, part[chosen]), of_springs)
+
+    def _named_part(self, node: s.Expression, *, of_springs: bool) -> Placed | PlacedJoint:
+        """Return the body, or where springs are chosen the joint, that a name stands for."""
+        if isinstance(node, s.Name) and node.key in self.bodies:
+            return self.bodies[node.key]
+        if of_springs and isinstance(node, s.Name) and node.key in self.joints:
+            return self.joints[node.key]
+        self.findings.pass_over_doubtful(s.key_of(node.span.text))
+        if isinstance(node, s.Name) and node.key in self.named_joints:
+            # Springs are known once all joints are: a joint asks too early.
+            hint = "a joint leads from nodes to nodes"
+            if not of_springs:
+                hint = f"write springs of {node.text}, or nodes of a body"
+            self._refuse_joint(node, hint)
+        known = self.names_of_parts() if of_springs else self.names_of_bodies()
+        what = "bodies and joints" if of_springs and self.named_joints else "bodies"
+        self.findings.reject(
+            "TIS301",
+            f'there is no body called "{node.span.text}"',
+            node.span,
+            hint=alternatives(node.span.text, known, what=what),
+        )
+
+    def _refuse_joint(self, name: s.Name, hint: str) -> NoReturn:
+        message = f'"{name.text}" is a joint, which has springs alone; nodes are needed here'
+        self.findings.reject("TIS314", message, name.span, hint=hint)
+
+    def _union(self, item: s.Assign, listing: s.Listing) -> NamedSet:
+        if item.clauses:
+            self.findings.reject(
+                "TIS303", "a union of sets takes no further words", item.clauses[0].span
+            )
+        parts: list[Group] = []
+        kinds: set[bool] = set()
+        for part in listing.items:
+            if not isinstance(part, s.Name):
+                self.findings.reject(
+                    "TIS312", "a union lists names of sets or bodies", part.span
+                )
+            kinds.add(self.is_springs(part))
+            parts.append(self.springs(part) if self.is_springs(part) else self.nodes(part))
+        if len(kinds) != 1:
+            self.findings.reject(
+                "TIS314", "a union is of nodes or of springs, not of both", listing.span
+            )
+        return NamedSet(
+            Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
+            kinds.pop(),
+        )
+
+
+def _numbered(pairs: NDArray[np.int32], count: int) -> Indices:
+    """Return a number for each pair of nodes, whatever their order, shape (pair,)."""
+    low, high = np.sort(pairs.astype(np.int64), axis=1).T
+    return low * count + high
+
+
+def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
+    """Reject a set that is described where its name belongs: ``fix nodes of vessel``."""
+    findings.reject(
+        "TIS301",
+        f'"{kind} of …" stands where the name of a set belongs',
+        span,
+        hint=f"declare a set first: set NAME = {kind} of …",
+    )

@@ -1,0 +1,136 @@
+"""The two tiers: the loop over steps as compiled code that is shipped, or interpreted.
+
+Methods that are not shipped, such as those of users, are interpreted. Operations on nets are
+compiled for both: an interpreted loop calls them by their addresses.
+"""
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any, get_type_hints
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.engine import step_loop as loop
+from tissuec.engine.binding import Binder
+from tissuec.engine.integrators import Integrator
+from tissuec.engine.method import Tier
+from tissuec.engine.operations import OPERATIONS, Features, operations
+from tissuec.kernels.records import Operations, Progress, State, Task
+
+
+class Inside(Struct, frozen=True):
+    """What evaluates an accepted step inside; it takes arrays of the run and net as tables."""
+
+    look: Callable[..., None]
+    prepare: Callable[..., None]
+
+
+Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
+
+
+@cache
+def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
+    """Return the loop over steps of an integrator.
+
+    It takes the net as a table; if it is compiled, all records.
+    """
+    return (_compiled_drive if tier == "compiled" else _interpreted_drive)(integrator)
+
+
+def _compiled_drive(integrator: type[Integrator]) -> Drive:
+    """Return the shipped loop over steps."""
+    from tissuec.kernels.bundles import of_method
+    from tissuec.kernels.loading import address
+    from tissuec.kernels.record_tables import RecordTable
+
+    function = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in range(5)))
+    enter = function(address(of_method(integrator), "drive"))
+    kinds = tuple(get_type_hints(Progress).values())
+
+    def drive(
+        progress: Progress, task: Task, work: Any, net: Any, buffer: Any
+    ) -> tuple[int, Progress]:
+        numbers = np.array(progress, dtype=np.float64)
+        tables = RecordTable(State(numbers)), RecordTable(task), work, net, buffer
+        reason = enter(*(table.address for table in tables))
+        pairs = zip(kinds, numbers.tolist(), strict=True)
+        return reason, Progress(*(kind(number) for kind, number in pairs))
+
+    return drive
+
+
+def _interpreted_drive(integrator: type[Integrator]) -> Drive:
+    """Return the loop over steps as Python."""
+    from tissuec.kernels.record_tables import RecordTable
+
+    bound = interpreter(integrator).bind(loop.drive)
+
+    def drive(
+        progress: Progress, task: Task, work: Any, net: Any, buffer: Any
+    ) -> tuple[int, Progress]:
+        # Records that are passed on, as tables: they are not made anew for each call.
+        work = work._replace(solver=RecordTable(work.solver), team=RecordTable(work.team))
+        return bound(progress, task, work, net, RecordTable(buffer))
+
+    return drive
+
+
+@cache
+def interpreter(integrator: type[Integrator]) -> Binder:
+    """Return what binds the stepping code of an integrator, to run as Python."""
+    return Binder(names_in_python(integrator))
+
+
+def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
+    """Return what names in stepping code mean where it runs as Python."""
+    from tissuec.kernels.calls import VECTORS
+
+    return method_names(integrator) | VECTORS | OPERATIONS
+
+
+def operations_of(integrator: type[Integrator]) -> frozenset[str]:
+    """Return the operations on nets that the loop over steps of an integrator calls."""
+    return interpreter(integrator).names(loop.drive) & set(Operations._fields)
+
+
+@cache
+def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
+    """Return where the compiled operations are that the loop calls for a net."""
+    from tissuec.kernels.bundles import of_method
+    from tissuec.kernels.loading import called_by, is_shipped
+
+    bundle = of_method(integrator)
+    names = called_by(bundle) if is_shipped(bundle) else operations_of(integrator)
+    return operations(names, features)
+
+
+@cache
+def bound_inside(integrator: type[Integrator]) -> Inside:
+    """Return what looks into the steps of an integrator."""
+    from tissuec.kernels.bundles import of_method
+    from tissuec.kernels.calls import Shipped
+    from tissuec.kernels.loading import is_shipped
+
+    bundle = of_method(integrator)
+    if is_shipped(bundle):
+        return Inside(Shipped(loop.look, bundle), Shipped(integrator.prepare, bundle))
+    bind = interpreter(integrator).bind
+    return Inside(bind(loop.look), bind(integrator.prepare))
+
+
+def method_names(integrator: type[Integrator]) -> dict[str, Any]:
+    """Return what the names in the stepping code mean for an integrator."""
+    functions = ("step", "estimate", "book", "finish", "prepare", "propose")
+    numbers = ("end_row", "looks", "control_order", "safety", "implicit")
+    replaced = {name: getattr(integrator, name) for name in functions}
+    return replaced | {name.upper(): getattr(integrator, name) for name in numbers}
+
+
+def default_tier(integrator: type[Integrator]) -> Tier:
+    """Return the tier of an integrator: compiled, unless it is not shipped with tissuec."""
+    from tissuec.kernels.bundles import of_method
+    from tissuec.kernels.loading import is_shipped
+
+    return "compiled" if is_shipped(of_method(integrator)) else "interpreted"

@@ -1,0 +1,145 @@
+"""Motions and loads written out as the tables that kernels read, for one stretch of time."""
+
+from collections.abc import Iterable, Sequence
+from math import inf
+
+import numpy as np
+
+from tissuec.forces.load import Load, Term
+from tissuec.kernels.records import Acts
+from tissuec.mechanics.situation import Motion, Situation
+from tissuec.model.network import Floats, Indices
+from tissuec.model.profiles import Course, tabulated
+
+LOOKS = (
+    32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
+)
+
+
+def lengths(situation: Situation) -> list[Load]:
+    """Return how lengths of threads change, as loads on no node, to be evaluated as these."""
+    along, none = np.array([1.0, 0.0, 0.0]), np.zeros(0, dtype=np.int64)
+    return [
+        Load(none, (Term(along, reeling.course),), reeling.span)
+        for reeling in situation.reelings.values()
+    ]
+
+
+def knots(motions: Iterable[Motion], courses: Iterable[Course]) -> Floats:
+    """Return the times at which a course passes into another curve [s], ascending.
+
+    Args:
+        courses: Of all but motions.
+    """
+    found = [*courses, *(term.course for motion in motions for term in motion.shifts)]
+    found += [motion.turn.course for motion in motions if motion.turn is not None]
+    return np.unique(np.concatenate([*(course.knots for course in found), np.zeros(0)]))
+
+
+def longest_step(
+    motions: Iterable[Motion],
+    courses: Iterable[Course],
+    start: float,
+    until: float,
+    looks: int,
+) -> float:
+    """Return the largest step that follows what is prescribed in a stretch of time [s].
+
+    No error estimate sees a path that no free node feels; springs between driven and held nodes
+    would break unnoticed, or in another period. Nor does one see a force that is looked at once
+    in each of its periods.
+
+    Args:
+        motions: All of them.
+        courses: Of all else.
+        start, until: The stretch, without knots inside [s].
+        looks: How often a step is looked into.
+    """
+    middle = start + 0.5 * (until - start)
+    longest = inf
+    for course in courses:
+        longest = min(longest, _feature(course, middle))
+    for motion in motions:
+        for term in motion.shifts:
+            longest = min(longest, _feature(term.course, middle))
+        turn = motion.turn
+        if turn is not None:
+            longest = min(longest, _feature(turn.course, middle))
+            if turn.angle and (fastest := _fastest(turn.course, start, until)) > 0.0:
+                longest = min(longest, 2.0 * np.pi / (fastest * abs(turn.angle)))
+    return float(longest) * looks / LOOKS
+
+
+def _feature(course: Course, time: float) -> float:
+    """Return the length of a course's shortest feature at a time [s]."""
+    if course.start < time < course.stop:
+        if course.kind == "sine" and course.frequency:
+            return 1.0 / abs(course.frequency)
+        if course.kind in ("ramp", "smooth"):
+            return course.stop - course.start
+    return inf
+
+
+def _fastest(course: Course, start: float, until: float) -> float:
+    """Return about the largest rate of a course within a stretch [1/s]."""
+    if course.kind == "sine":
+        return 2.0 * np.pi * abs(course.frequency)
+    inside = start + (until - start) * np.linspace(0.0, 1.0, LOOKS + 1)[1:-1]
+    return max(abs(course.at(time)[1]) for time in inside)
+
+
+def pack_acts(
+    motions: Sequence[Motion],
+    loads: Sequence[Load],
+    place: Indices,
+    start: float,
+    until: float,
+) -> Acts:
+    """Return motions and loads as tables for a stretch of time without knots inside.
+
+    A velocity that jumps at an end of the stretch is the one within the stretch.
+
+    Args:
+        motions, loads: In the order in which they are applied.
+        place: Where the engine keeps each node, shape (node,).
+        start, until: The stretch [s].
+    """
+    count = len(motions) + len(loads)
+    courses: list[Course] = []
+    terms: list[tuple[Term, ...]] = []
+    turn_curve = np.full(count, -1)
+    turn_centre, turn_axis = np.zeros((count, 3)), np.zeros((count, 3))
+    turn_angle = np.zeros(count)
+    for act, motion in enumerate(motions):
+        terms.append(motion.shifts)
+        if motion.turn is not None:
+            turn_curve[act] = len(courses)
+            courses.append(motion.turn.course)
+            turn_centre[act], turn_axis[act] = motion.turn.centre, motion.turn.axis
+            turn_angle[act] = motion.turn.angle
+    terms += [load.terms for load in loads]
+    flat = [term for group in terms for term in group]
+    nodes = [act.nodes for act in (*motions, *loads)]
+    base = [motion.base for motion in motions] + [
+        np.zeros((len(load.nodes), 3)) for load in loads
+    ]
+    term_curve = len(courses) + np.arange(len(flat))
+    return Acts(
+        motions=len(motions),
+        first=_offsets([len(group) for group in nodes]),
+        nodes=place[np.concatenate([*nodes, np.zeros(0, dtype=np.int64)])],
+        base=np.concatenate([*base, np.zeros((0, 3))]),
+        term_first=_offsets([len(group) for group in terms]),
+        term_vector=np.array([term.vector for term in flat], dtype=float).reshape(-1, 3),
+        term_curve=term_curve,
+        turn_curve=turn_curve,
+        turn_centre=turn_centre,
+        turn_axis=turn_axis,
+        turn_angle=turn_angle,
+        **tabulated([*courses, *(term.course for term in flat)], start, until),
+    )
+
+
+def _offsets(sizes: Sequence[int]) -> Indices:
+    """Return where each group begins and, last, where all end."""
+    return np.concatenate([[0], np.cumsum(np.array(sizes, dtype=np.int64))]).astype(np.int64)

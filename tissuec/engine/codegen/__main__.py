@@ -1,0 +1,20 @@
+"""Translate all kernels anew: ``python -m tissuec.engine.codegen``."""
+
+import os
+import warnings
+
+
+def main() -> None:
+    """Write all bundles, and tell their sizes."""
+    # For any processor, and without optimisation: that is left to those who load it. Numba
+    # looks at this when it is imported.
+    os.environ |= {"NUMBA_OPT": "0", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    from tissuec.engine.codegen.export import export
+
+    warnings.filterwarnings("ignore", message="Cannot cache compiled function")
+    for path, size in export():
+        print(f"{path.name}: {size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

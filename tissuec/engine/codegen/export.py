@@ -1,0 +1,279 @@
+"""Kernels in LLVM's intermediate representation, free of Numba and of this processor."""
+
+import json
+import lzma
+import re
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
+from importlib import import_module
+from inspect import isfunction, signature
+from pathlib import Path
+from pkgutil import iter_modules
+from types import FunctionType, ModuleType
+from typing import Any, NamedTuple, get_type_hints
+
+import llvmlite.binding as llvm
+from numba import njit
+from numba.core import types
+from numba.core.typing.templates import Signature
+
+from tissuec import forces
+from tissuec.core.resources import digest_of
+from tissuec.engine import step_loop as loop
+from tissuec.engine.backends import method_names, operations_of
+from tissuec.engine.binding import Binder
+from tissuec.engine.codegen.numba_types import (
+    NET,
+    NOTHING,
+    NUMBER,
+    PARTIALS,
+    SIGNATURES,
+    RecordType,
+    as_compiled,
+    caller,
+    field_caller,
+    partial_caller,
+)
+from tissuec.engine.codegen.thread_loops import CALLED_BY_THREADS, TEAM, share
+from tissuec.engine.integrators import INTEGRATORS, banded, iterative
+from tissuec.engine.operations import FUNCTIONS, LAWS
+from tissuec.engine.rate import Unknowns, rate
+from tissuec.forces.runs_kernel import springs_in_runs
+from tissuec.kernels import rasterizing, sensitivity, stepping, vectors
+from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
+from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
+from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
+
+#: What shipped code is made from.
+SOURCES = (
+    "engine/binding.py",
+    "engine/codegen/*.ll",
+    "engine/codegen/*.py",
+    "engine/integrators/*.py",
+    "engine/operations.py",
+    "engine/rate.py",
+    "engine/step_loop.py",
+    "forces/*.py",
+    "kernels/*.py",
+)
+OF_KERNELS = ("time", "x", "v", "f", "power")  # first arguments of those of fields
+# Attributes and marks of lifetimes change from one version of LLVM to the next; they are found
+# out again.
+_LEFT_OUT = re.compile(
+    r"^attributes #\d+ = .*\n|^; .*\n|^target .*\n|^source_filename.*\n"
+    r"|^.*@llvm\.lifetime\.(?:start|end)\..*\n",
+    re.MULTILINE,
+)
+_OF_CALLS = re.compile(r" #\d+(?=[ ,\n])| captures\([^)]*\)| nocreateundeforpoison")
+_DECLARED = re.compile(r"^declare (?:noalias )?(\S+) @([\w.]+)\((.*?)\)", re.MULTILINE)
+_OF_PYTHON = ("Py", "numba_")
+# As intrinsic functions they set no error number, and can be done eight at a time.
+MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
+_CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
+
+
+class Exported(NamedTuple):
+    """A function of a bundle."""
+
+    name: str
+    function: Callable[..., Any]
+    signature: Signature
+    replaced: dict[str, Any]
+
+
+def bundles() -> dict[str, list[Exported]]:
+    """Return the functions of every bundle."""
+    found = {
+        name: [OTHERS.get(name, _operation)(each) for each in names]
+        for name, names in BUNDLES.items()
+    }
+    for integrator in INTEGRATORS.values():
+        inside = (loop.look, integrator.prepare)
+        found[of_method(integrator)] = [
+            _drive(integrator),
+            *(Exported(f.__name__, f, as_compiled(f), _names(integrator)) for f in inside),
+        ]
+    for kernel in _kernels_of_fields():
+        name, own = kernel.__name__, as_compiled(kernel)
+        found[of_field(kernel)] = [Exported(name, kernel, own, {})]
+    return found
+
+
+def _kernels_of_fields() -> Iterator[Callable[..., Any]]:
+    """Yield the kernels of ``tissuec.forces``, which their arguments tell from others."""
+    for module in iter_modules(forces.__path__):
+        members = vars(import_module(f"{forces.__name__}.{module.name}")).values()
+        for member in filter(isfunction, members):
+            arguments = tuple(signature(member).parameters)[: len(OF_KERNELS)]
+            if arguments == OF_KERNELS and member.__module__.endswith(f".{module.name}"):
+                yield member
+
+
+def _derivative(name: str) -> Exported:
+    """Return a function for learning."""
+    function = vars(sensitivity).get(name) or vars(stepping)[name]
+    called = {each: partial_caller(each) for each in PARTIALS}
+    return Exported(name, function, as_compiled(function), called)
+
+
+def _member_of(module: ModuleType) -> Callable[[str], Exported]:
+    """Return what finds a function of a module by its name."""
+
+    def found(name: str) -> Exported:
+        function = vars(module)[name]
+        return Exported(name, function, as_compiled(function), {})
+
+    return found
+
+
+#: Bundles of what is no operation on nets.
+OTHERS = {
+    "derivatives": _derivative,
+    "raster": _member_of(rasterizing),
+    "vectors": _member_of(vectors),
+}
+
+
+def _operation(name: str) -> Exported:
+    """Return an operation on nets; it calls forces and laws of the net."""
+    if name == "rate":
+        called = {each: caller(each) for each in ("force", "place")}
+        return Exported(name, rate, NOTHING(NUMBER, RecordType(Unknowns), NET), called)
+    kind, _, form = name.partition("_")
+    replaced = {each: caller(each) for each in ("springs", *LAWS)}
+    replaced["add_field"] = field_caller()
+    if kind in ("assemble", "solve"):
+        function = getattr(banded if form == "banded" else iterative, kind)
+    elif kind == "springs":
+        function = springs_in_runs if form.startswith("in_runs") else FUNCTIONS[kind]
+        replaced |= {flag: flag.lower() in form for flag in FLAGS}
+    else:
+        function, kind = FUNCTIONS[name], name
+    return Exported(name, function, SIGNATURES[kind], replaced)
+
+
+def _names(integrator: type) -> dict[str, Any]:
+    """Return what names in stepping code mean where it is compiled for an integrator."""
+    return method_names(integrator) | {name: caller(name) for name in Operations._fields}
+
+
+def _drive(integrator: type) -> Exported:
+    """Return the loop over steps, behind an entry that gets addresses of tables only."""
+    kinds = get_type_hints(Progress)
+    taken = ", ".join(
+        f"int(numbers[{place}])" if kinds[name] is int else f"numbers[{place}]"
+        for place, name in enumerate(Progress._fields)
+    )
+    given = "".join(
+        f"    numbers[{place}] = progress.{name}\n"
+        for place, name in enumerate(Progress._fields)
+    )
+    text = (
+        "def enter(state, task, work, net, buffer):\n"
+        "    numbers = state.numbers\n"
+        f"    reason, progress = drive(Progress({taken}), task, work, net, buffer)\n"
+        f"{given}    return reason\n"
+    )
+    names: dict[str, Any] = {"drive": loop.drive, "Progress": Progress}
+    exec(compile(text, "<entry>", "exec"), names)
+    enter = names["enter"]
+    enter.__module__ = loop.__name__
+    tables = [RecordType(record) for record in (State, Task, Work)]
+    signature = types.int64(*tables, NET, RecordType(Buffer))
+    return Exported("drive", enter, signature, _names(integrator))
+
+
+def translated(parts: list[Exported]) -> str:
+    """Return the text of a bundle."""
+    whole = llvm.parse_assembly("")
+    for part in parts:
+        names = {"share": share} | part.replaced
+        bound = Binder(names, _compiled).bind(part.function)
+        made = _compiled(bound, no_cfunc_wrapper=False)
+        made.compile(part.signature)
+        found = made.overloads[tuple(part.signature.args)]
+        module = llvm.parse_assembly(found.library.get_llvm_str())
+        module.get_function(found.fndesc.llvm_cfunc_wrapper_name).name = part.name
+        whole.link_in(module)
+    return _finished(whole, {part.name for part in parts})
+
+
+def _finished(whole: Any, exported: Collection[str]) -> str:
+    """Return the text of a module, with all that it calls."""
+    whole.link_in(llvm.parse_assembly(TEAM))
+    whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
+    _simplify(whole, exported)
+    text = str(whole)
+    for name in MATHEMATICS:
+        if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
+            text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
+    text = _CALLS.sub(r"@llvm.\1.f64(", text)
+    return _OF_CALLS.sub("", _LEFT_OUT.sub("", text))
+
+
+def _compiled(function: FunctionType, **options: bool) -> Any:
+    """Return a function as Numba compiles it when it is needed."""
+    # Only contraction of a b + c: anything more would break the tests for NaN. Kernels allocate
+    # nothing, so they need no counting of references.
+    return njit(
+        error_model="numpy",
+        fastmath={"contract"},
+        _nrt=False,
+        no_cpython_wrapper=True,
+        **{"no_cfunc_wrapper": True} | options,
+    )(function)
+
+
+def _stubs(text: str) -> str:
+    """Return functions of Python in a form that ends the process.
+
+    Numba calls them where an index of a tuple is wrong, for example, which cannot be here.
+
+    Raises:
+        LookupError: Another function is called that is not known when code is loaded.
+    """
+    stubs = ["declare void @llvm.trap()"]
+    for result, name, arguments in _DECLARED.findall(text):
+        if name.startswith(_OF_PYTHON):
+            kinds = ", ".join(part.split()[0] for part in arguments.split(", ") if part)
+            body = "{ call void @llvm.trap() unreachable }"
+            stubs.append(f"define {result} @{name}({kinds}) {body}")
+        elif not name.startswith("llvm.") and name not in (*MATHEMATICS, *CALLED):
+            raise LookupError(f"{name} is called, which compiled.loading has not")
+    return "\n".join(stubs)
+
+
+def _simplify(module: Any, exported: Collection[str]) -> None:
+    """Leave out what nothing calls, and give the rest short names."""
+    defined = [each for each in module.functions if not each.is_declaration]
+    for each in (*defined, *(g for g in module.global_variables if not g.is_declaration)):
+        each.linkage = "external" if each.name in exported else "internal"
+    for number, each in enumerate(defined):
+        if each.name not in exported:
+            each.name = f"part_{number}"
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
+    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+
+
+def export() -> Iterator[tuple[Path, int]]:
+    """Write all bundles anew; yield their files and sizes."""
+    SHIPPED.mkdir(exist_ok=True)
+    wanted = {name: partial(translated, parts) for name, parts in bundles().items()}
+    wanted["team"] = partial(_finished, llvm.parse_assembly(""), CALLED_BY_THREADS)
+    for name, text in wanted.items():
+        path = SHIPPED / f"{name}{ENDING}"
+        packed = lzma.compress(text().encode(), preset=9)
+        path.write_bytes(packed)
+        yield path, len(packed)
+    for path in SHIPPED.glob(f"*{ENDING}"):
+        if path.name.removesuffix(ENDING) not in wanted:
+            path.unlink()
+    calls = {
+        of_method(integrator): sorted(operations_of(integrator))
+        for integrator in INTEGRATORS.values()
+    }
+    index = {"sources": digest_of(SOURCES), "calls": calls}
+    INDEX.write_text(json.dumps(index, indent=1) + "\n", encoding="utf-8")

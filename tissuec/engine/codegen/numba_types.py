@@ -1,0 +1,194 @@
+"""Records and operations of a net as Numba understands them."""
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from typing import Any, cast
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, Signature, infer_getattr
+from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
+
+from tissuec.engine.operations import FUNCTIONS
+from tissuec.kernels.record_tables import Field, Record, RecordTable, layout, signature
+from tissuec.kernels.records import Net, Operations
+from tissuec.kernels.sensitivity import Laws, Values
+from tissuec.laws.partial import ARGUMENTS
+
+WORD = ir.IntType(64)
+NUMBER, WHOLE, NOTHING = types.float64, types.int32, types.none
+SCALARS: dict[Any, types.Type] = {float: NUMBER, int: types.int64, bool: types.boolean}
+
+
+class RecordType(types.Type):
+    """The address of the table of a record."""
+
+    def __init__(self, record: Record):
+        self.record = record
+        super().__init__(name=f"record({record.__module__}.{record.__name__})")
+
+
+register_model(RecordType)(models.OpaqueModel)
+
+
+def kind_of(field: Field) -> types.Type:
+    """Return what Numba calls the type of a field."""
+    if field.kind is np.ndarray:
+        return types.Array(numba.from_dtype(field.dtype), field.axes, "C")
+    return SCALARS.get(field.kind) or RecordType(field.kind)
+
+
+@typeof_impl.register(RecordTable)
+def _typeof(table: RecordTable, context: object) -> RecordType:
+    return RecordType(type(table.record))
+
+
+@unbox(RecordType)
+def _unbox(record: RecordType, table: Any, context: Any) -> NativeValue:
+    address = context.pyapi.object_getattr_string(table, "address")
+    pointer = context.pyapi.long_as_voidptr(address)
+    context.pyapi.decref(address)
+    return NativeValue(pointer)
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = RecordType
+
+    def generic_resolve(self, record: RecordType, name: str) -> types.Type | None:
+        fields, _ = layout(record.record)
+        return kind_of(fields[name]) if name in fields else None
+
+
+@lower_getattr_generic(RecordType)
+def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: str) -> Any:
+    """Read a field; arrays count no references, as their record keeps them."""
+    field = layout(record.record)[0][name]
+    place, kind = field.place, kind_of(field)
+    if isinstance(kind, RecordType):
+        return builder.bitcast(_place(builder, pointer, place), cgutils.voidptr_t)
+    value = read_word(builder, pointer, place)
+    if field.dtype is None:
+        if kind == types.float64:
+            return builder.bitcast(value, ir.DoubleType())
+        return value if kind == types.int64 else builder.trunc(value, ir.IntType(1))
+    array_type = cast(types.Array, kind)
+    shape = [read_word(builder, pointer, place + 1 + axis) for axis in range(field.axes)]
+    strides, count = [], WORD(field.dtype.itemsize)
+    for length in reversed(shape):
+        strides.insert(0, count)
+        count = builder.mul(count, length)
+    array = context.make_array(array_type)(context, builder)
+    data = builder.inttoptr(value, context.get_data_type(array_type.dtype).as_pointer())
+    context.populate_array(
+        array,
+        data=builder.bitcast(data, array.data.type),
+        shape=shape,
+        strides=strides,
+        itemsize=WORD(field.dtype.itemsize),
+        meminfo=None,
+    )
+    return array._getvalue()
+
+
+def _place(builder: Any, pointer: Any, index: int) -> Any:
+    """Return the address of a word of a table."""
+    table = builder.bitcast(pointer, WORD.as_pointer())
+    return builder.gep(table, [WORD(index)], source_etype=WORD)
+
+
+def read_word(builder: Any, pointer: Any, index: int) -> Any:
+    """Read a word of a table."""
+    loaded = builder.load(_place(builder, pointer, index))
+    # Nobody writes into a table while compiled code runs: loops need not read it again.
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return loaded
+
+
+NET = RecordType(Net)
+_SPRING = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NET)
+_DASHPOT = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NET)
+_LAWS = {
+    **dict.fromkeys(("pull", "side", "slope"), _SPRING),
+    **dict.fromkeys(("brake", "brake_by_e", "brake_side", "brake_slope"), _DASHPOT),
+}
+_TABLES = RecordType(Laws), RecordType(Values)
+#: Laws with their derivatives, for learning; fields of ``kernels.sensitivity.Laws``.
+PARTIALS: dict[str, Signature] = {
+    name: NUMBER(*[WHOLE] * (2 if name == "by_constant" else 1), *[NUMBER] * len(of), *_TABLES)
+    for name, of in ARGUMENTS.items()
+}
+
+
+def as_compiled(function: Callable[..., Any]) -> Signature:
+    """Return the signature that the annotations of a function tell."""
+    arguments, result = signature(function)
+    returned = NOTHING if result is None else SCALARS[result]
+    return returned(*(kind_of(field) for field in arguments.values()))
+
+
+#: The operations on a net, as C calls them; fields of ``records.Operations``.
+SIGNATURES: dict[str, Signature] = _LAWS | {
+    name: as_compiled(function) for name, function in FUNCTIONS.items()
+}
+
+
+@cache
+def caller(name: str) -> Callable[..., Any]:
+    """Return what calls an operation of the net that it is given, in compiled code."""
+    place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
+    return _caller(SIGNATURES[name], NET, place)
+
+
+@cache
+def partial_caller(name: str) -> Callable[..., Any]:
+    """Return what calls one of the laws that it is given, in compiled code."""
+    return _caller(PARTIALS[name], _TABLES[0], layout(Laws)[0][name].place)
+
+
+@cache
+def field_caller() -> Callable[..., Any]:
+    """Return what calls the kernel of a field by its address, with the address of its table."""
+    array = types.Array(NUMBER, 1, "C")
+    own = NOTHING(types.int64, types.int64, NUMBER, array, array, array, array)
+
+    def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
+        address, table, *others = arguments
+        kinds = [context.get_value_type(kind) for kind in own.args[2:]]
+        result = context.get_value_type(own.return_type)
+        kernel = ir.FunctionType(result, [*kinds, cgutils.voidptr_t]).as_pointer()
+        given = [*others, builder.inttoptr(table, cgutils.voidptr_t)]
+        return builder.call(builder.inttoptr(address, kernel), given)
+
+    return _typed(own, generate)
+
+
+def _caller(own: Signature, table: RecordType, place: int) -> Callable[..., Any]:
+    """Return what calls a function whose address is a word of a table among its arguments."""
+
+    def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in own.args]
+        result = context.get_value_type(own.return_type)
+        operation = ir.FunctionType(result, kinds).as_pointer()
+        address = read_word(builder, arguments[own.args.index(table)], place)
+        return builder.call(builder.inttoptr(address, operation), arguments)
+
+    return _typed(own, generate)
+
+
+def _typed(own: Signature, generate: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what compiled code calls as a function of its own, from how it is generated."""
+
+    def typed(context: object, *arguments: object) -> tuple[Signature, Any]:
+        return own, generate
+
+    # Numba wants one name for each argument.
+    names = ["context", *(f"argument_{k}" for k in range(len(own.args)))]
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    parameters = [inspect.Parameter(each, kind) for each in names]
+    vars(typed)["__signature__"] = inspect.Signature(parameters)
+    return intrinsic(typed)

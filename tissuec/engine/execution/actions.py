@@ -1,0 +1,204 @@
+"""What happens at one time of a run: ruptures, actions, triggers, and their energy."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from msgspec.structs import replace
+
+from tissuec.core.errors import counted
+from tissuec.engine.execution.buckling import unstable_rest
+from tissuec.engine.execution.failure_messages import explain_action
+from tissuec.engine.execution.penetration import crossed_surfaces
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run_state import Standing
+from tissuec.forces.volume import Enclosure
+from tissuec.mechanics import observables
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.plan import Plan
+from tissuec.script.verbs import Failed, Happening
+from tissuec.script.verbs.tie import seized, slipped
+
+#: How springs break by themselves: the array of the limit, and the cause in words.
+_BROKEN = {
+    "rupture": ("strength", "the tension exceeded the fraction force"),
+    "crush": ("crush", "the compression exceeded the crushing force"),
+}
+
+
+def _leaking(enclosure: Enclosure, cells: int) -> str:
+    """Return what it means that some cells of an enclosure are torn."""
+    if enclosure.cell_count == 1:
+        return f"the surface of {enclosure.name} is torn and no longer holds pressure"
+    torn = counted(cells, "cell")
+    verb, holds = ("is", "holds") if cells == 1 else ("are", "hold")
+    return f"{torn} of {enclosure.name} {verb} torn and no longer {holds} pressure"
+
+
+class Stage:
+    """Carries out events on a standing run and tells the recorder.
+
+    Args:
+        standing: Changed in place.
+
+    Attributes:
+        failure: Why the run cannot go on, as a sentence; empty if it can.
+    """
+
+    failure = ""
+
+    def __init__(self, network: Network, plan: Plan, recorder: Recorder, standing: Standing):
+        self.network, self.plan = network, plan
+        self.recorder, self.standing = recorder, standing
+
+    def begin(self) -> None:
+        """Carry out the events of 0 s; the energy that there is then is the initial one."""
+        self.happen()
+        if self.plan.needs_ledger:
+            self.standing.initial, self.standing.switched = self._energy(), 0.0
+
+    def happen(self, *, ruptured: Indices | None = None, true: list[int] | None = None) -> bool:
+        """Carry out what is due at the present time; return whether anything happened.
+
+        Args:
+            ruptured: Springs that break now.
+            true: Triggers that are known to be true now, by their places in the plan.
+        """
+        before = len(self.standing.happenings)
+        with self._booked():
+            if ruptured is not None and len(ruptured):
+                self._rupture(ruptured)
+            for name in self.standing.situation.seize():
+                self._log(seized(name, self.standing.situation.knots[name]))
+            self._carry_out()
+            fired = true or self.true_triggers(self.moment())
+            while fired:
+                self._fire(fired)
+                self._carry_out()
+                fired = self.true_triggers(self.moment())
+        return len(self.standing.happenings) > before
+
+    def enter(self) -> None:
+        """Tell the recorder what holds from now on."""
+        standing = self.standing
+        ledger = Ledger(standing.initial, switched=standing.switched)
+        self.recorder.enter(standing.situation, standing.ruptured, ledger)
+
+    def leave(self, work: float, dissipated: float) -> None:
+        """Let the recorder judge what ends now, before anything happens.
+
+        Args:
+            work, dissipated: Of the energy ledger until now [J].
+        """
+        self.recorder.leave(self._with_ledger(work, dissipated))
+
+    def record_jumps(self, work: float, dissipated: float) -> None:
+        """Tell the recorder what events changed, just after them; arguments as of `leave`."""
+        self.recorder.record_jumps(self._with_ledger(work, dissipated))
+
+    def _with_ledger(self, work: float, dissipated: float) -> Moment:
+        """Return the present moment, with a ledger if one is kept."""
+        moment, standing = self.moment(), self.standing
+        if not self.plan.needs_ledger:
+            return moment
+        ledger = Ledger(standing.initial, work, dissipated, standing.switched)
+        return moment.with_ledger(ledger)
+
+    def look_at_rest(self) -> None:
+        """Note it if the net rests at an unstable equilibrium, before anything happens."""
+        found = unstable_rest(self.standing, self.plan.simulation.span)
+        if found is not None:
+            self._log(found)
+
+    def look_at_threads(self) -> None:
+        """Note threads that have got into a body, before anything happens."""
+        for found in crossed_surfaces(self.standing):
+            self._log(found)
+
+    def moment(self) -> Moment:
+        """Return the present moment, without a ledger."""
+        return replace(Moment.of(self.standing.situation), ruptured=self.standing.ruptured)
+
+    def moment_at(self, time: Floats | float, position: Floats, velocity: Floats) -> Moment:
+        """Return a moment on the way to the next event, or a batch of them."""
+        return replace(self.moment(), time=time, position=position, velocity=velocity)
+
+    def true_triggers(self, moment: Moment) -> list[int]:
+        """Return the waiting triggers whose conditions hold, in written order."""
+        triggers = self.plan.triggers
+        return [
+            number for number in self.standing.waiting if triggers[number].condition(moment)
+        ]
+
+    def may_be_true(self, moments: Moment) -> bool:
+        """Return whether the condition of a waiting trigger holds at any moment of a batch."""
+        conditions = (self.plan.triggers[number].condition for number in self.standing.waiting)
+        return any(condition.holds(moments).any() for condition in conditions)
+
+    def _carry_out(self) -> None:
+        situation, agenda = self.standing.situation, self.standing.agenda
+        try:
+            for action in agenda.due(situation.time):
+                for happening in action.apply(situation, agenda):
+                    self._log(happening)
+        except Failed as failure:
+            self.failure = explain_action(failure, situation)
+        situation.place_held()
+        for enclosure, cells in situation.let_leak():
+            self._log(Happening("leak", (), _leaking(enclosure, cells), enclosure.span))
+
+    def _rupture(self, springs: Indices) -> None:
+        situation = self.standing.situation
+        for name in situation.give_way(springs):
+            knot = situation.knots[name]
+            springs = springs[springs != knot.hold]
+            self._log(slipped(name, knot))
+        state = situation.position, situation.velocity
+        is_pressed = observables.tension(situation, *state, springs) < 0.0
+        situation.alive = situation.alive.copy()
+        situation.alive[springs] = False
+        self.standing.ruptured[springs] = True
+        self._log_broken("rupture", springs[~is_pressed])
+        self._log_broken("crush", springs[is_pressed])
+
+    def _log_broken(self, kind: str, springs: Indices) -> None:
+        """Enter springs that broke, by the places that their limits come from."""
+        array, cause = _BROKEN[kind]
+        origins = self.network.provenance.get(array)
+        by_origin: dict[Any, list[int]] = {}
+        for spring in springs.tolist():
+            span = self.plan.simulation.span if origins is None else origins[spring].span
+            by_origin.setdefault(span, []).append(spring)
+        for span, found in by_origin.items():
+            self._log(Happening(kind, tuple(found), cause, span))
+
+    def _fire(self, triggers: list[int]) -> None:
+        for number in triggers:
+            trigger = self.plan.triggers[number]
+            self.standing.waiting.remove(number)
+            cause = " ".join(trigger.span.text.split())
+            self._log(Happening("trigger", (), cause, trigger.span))
+            self.standing.agenda.script(trigger.events, self.standing.situation.time)
+
+    def _log(self, happening: Happening) -> None:
+        time = self.standing.situation.time
+        self.standing.happenings.append((time, happening))
+        self.recorder.happened(time, happening)
+
+    @contextmanager
+    def _booked(self) -> Iterator[None]:
+        """Enter the energy that events put in or take out into the ledger."""
+        if not self.plan.needs_ledger:
+            yield
+            return
+        before = self._energy()
+        yield
+        self.standing.switched += self._energy() - before
+
+    def _energy(self) -> float:
+        situation = self.standing.situation
+        energies = observables.energies(
+            situation, situation.time, situation.position, situation.velocity
+        )
+        return float(energies.total)

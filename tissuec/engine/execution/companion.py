@@ -1,0 +1,372 @@
+"""The companion of a run: the same plan once more with finer steps, which tells the error.
+
+Estimates of single steps cannot tell what a motion makes of their errors later on: a tear, a
+buckling or a tumbling chain can amplify them beyond measure. The companion has other errors, so
+that where both agree, both are right to about their difference. Where they part, the plan is
+run a third time, far more finely: if that comes to the companion, the steps were too large; if
+not, the motion is chaotic, and they part however small the steps.
+
+A run that takes long gets a companion beside it, in a process of its own, if more than one
+processor is permitted; otherwise the companion follows the run in the same process.
+"""
+
+import shutil
+import subprocess
+import time as clock
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any, Literal, Self, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.core.processors import permitted
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder, Samples, sample_times
+from tissuec.matter.elasticity import wall_springs
+from tissuec.model.network import BodyPart, Floats, Network
+from tissuec.script.plan import Output, Plan
+
+FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
+FINEST_FINER = 100.0  # times: of the third run
+FALLEN = 0.25  # of the difference: what must be left of it where steps were too large
+MOST_ROWS = 200
+MOST_BYTES = 2e8
+SMALLEST = 1e-6  # displacement by which differences are measured, relative to the drawing
+USUAL, FINEST = 1e-4, 1e-13  # tolerance, where none is written and at the least
+POLLED = 0.1  # how often a process is looked after [s]
+STARTING = 1.0  # what a process takes until it steps: a run that lasts longer pays for it [s]
+KNOWN = 0.5  # wall time of a run after which its rest is predicted [s]
+PATIENCE, LEAST_PATIENCE = 3.0, 10.0  # of the third run: times the run's own, and at least [s]
+TIMES, ROWS = "times.npy", "rows.npy"
+
+Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
+State: TypeAlias = Literal["kept", "broken", "unknown", "not checked"]
+#: Returns the command that steps the companion of a run into a folder.
+Launch: TypeAlias = Callable[[Path], Sequence[str]]
+
+
+class ErrorEstimate(Struct, frozen=True, eq=False):
+    """How far a run and its companion came apart, and what that says of the promise.
+
+    Attributes:
+        state: "kept"; "broken" or "unknown" from the time ``since`` on; or "not checked".
+        reason: Why it is unknown or was not checked, as a sentence; what to do if broken.
+        since: [s]; None where the promise is kept or was not checked.
+        times: When both were compared [s], shape (row,).
+        apart: Largest distance of a node from that of the companion until then [m], (row,).
+        relative: The same over the largest displacement until then, shape (row,).
+        allowed: What the tolerance allows; infinite where nothing is promised.
+        seconds: Wall time that the companion took after the run [s].
+    """
+
+    state: State
+    reason: str
+    since: float | None
+    times: Floats
+    apart: Floats
+    relative: Floats
+    allowed: float
+    seconds: float
+
+    @classmethod
+    def unchecked(cls, reason: str, allowed: float) -> "ErrorEstimate":
+        """Return what is known without a companion."""
+        none = np.zeros(0)
+        return cls("not checked", reason, None, none, none, none, allowed, 0.0)
+
+    @property
+    def error(self) -> float | None:
+        """Return the largest difference, relative to displacements; None if not known."""
+        return float(self.relative.max()) if len(self.relative) else None
+
+    @property
+    def promise(self) -> str:
+        """Return "kept", "broken from T", "unknown from T" or "not checked"."""
+        return self.state if self.since is None else f"{self.state} from {self.since:g} s"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for a manifest."""
+        return {
+            "state": self.state,
+            "since": self.since,
+            "reason": self.reason,
+            "error": self.error,
+            "tolerance": None if np.isinf(self.allowed) else self.allowed,
+            "seconds": round(self.seconds, 3),
+        }
+
+
+class Companion:
+    """The companion of one run, until both are compared.
+
+    Args:
+        network, plan: Of the run.
+        mode: "auto" chooses between a process beside the run and the same process after it.
+        launch: Starts a process; without it there is none.
+        threads: See ``Method``.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        plan: Plan,
+        mode: Mode = "auto",
+        launch: Launch | None = None,
+        threads: int = 1,
+    ):
+        self.threads = threads
+        self.network, self.plan, self.mode, self._launch = network, plan, mode, launch
+        times, nodes = sample_times(plan), max(network.node_count, 1)
+        most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * nodes))))
+        chosen = np.linspace(0, len(times) - 1, min(most, len(times))).round().astype(int)
+        self.times = times[np.unique(chosen)]
+        self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
+        kept = len(self.times) if self.is_wanted else 0
+        self._own = np.full((kept, network.node_count, 3), np.nan)
+        self._began = clock.monotonic()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._folder: Path | None = None
+        simulation = plan.simulation
+        self.allowed = simulation.tolerance or (USUAL if simulation.step is None else np.inf)
+
+    def take(self, samples: Samples) -> None:
+        """Keep the run's own positions at the times of comparison."""
+        if self.is_wanted:
+            keep(samples, self.times, self._own)
+
+    def tick(self, time: float) -> None:
+        """Start a process beside the run, if that is worth it.
+
+        Args:
+            time: That the run has come to [s].
+        """
+        if not self.is_wanted or self._process is not None or self._launch is None:
+            return
+        if self.mode == "process" or (
+            self.mode == "auto" and self._left(time) > STARTING and permitted() > 1
+        ):
+            self._start(self._launch)
+
+    def _left(self, time: float) -> float:
+        """Return the wall time that the run is predicted to take from here on [s]."""
+        waited, duration = clock.monotonic() - self._began, self.plan.simulation.duration
+        return waited * (duration - time) / time if waited > KNOWN and time > 0.0 else 0.0
+
+    def _start(self, launch: Launch) -> None:
+        """Start the process; where that is refused, the companion follows the run instead."""
+        self._folder = Path(mkdtemp(prefix="tissuec-companion-"))
+        np.save(self._folder / TIMES, self.times)
+        np.save(self._folder / ROWS, np.full_like(self._own, np.nan))
+        try:
+            self._process = subprocess.Popen(
+                launch(self._folder),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+        except OSError:
+            self._launch = None
+
+    def estimate(self, interrupt: Callable[[], bool] = lambda: False) -> ErrorEstimate:
+        """Wait for the companion, or step it, and compare.
+
+        Args:
+            interrupt: Asked now and then; True ends the companion early.
+        """
+        if self.mode == "off":
+            return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
+        if not self.is_wanted:
+            return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
+        ran, self._began = clock.monotonic() - self._began, clock.monotonic()
+        other = self._rows(interrupt)
+        until = clock.monotonic() + max(PATIENCE * ran, LEAST_PATIENCE)
+        return self._compared(other, lambda: interrupt() or clock.monotonic() > until)
+
+    def _rows(self, interrupt: Callable[[], bool]) -> Floats:
+        """Return the positions of the companion, NaN where it did not come to."""
+        if self._process is not None and self._folder is not None:
+            while self._process.poll() is None and not interrupt():
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(POLLED)
+            with suppress(OSError, ValueError):
+                return np.array(np.load(self._folder / ROWS, mmap_mode="r"))
+        return self._stepped(FINER, interrupt)
+
+    def _stepped(self, factor: float, interrupt: Callable[[], bool]) -> Floats:
+        """Return positions with smaller steps, by ``stepped``."""
+        return stepped(
+            self.network,
+            self.plan,
+            self.times,
+            factor,
+            interrupt=interrupt,
+            threads=self.threads,
+        )
+
+    def _compared(self, other: Floats, interrupt: Callable[[], bool]) -> ErrorEstimate:
+        asked = np.isfinite(self._own).all(axis=(1, 2))
+        known = asked & np.isfinite(other).all(axis=(1, 2))
+        relative, apart = self._apart(self._own, other, known)
+        state: State = "kept"
+        reason, since = "", None
+        # Errors within the tolerance may make no more of a difference than this.
+        beyond = np.flatnonzero(relative > (1.0 - 1.0 / FINER) * self.allowed)
+        if np.isinf(self.allowed):
+            state, reason = "not checked", "a fixed step without a tolerance promises nothing"
+        elif not asked.any():
+            state, reason = "not checked", "the run was resumed after the last recorded time"
+        elif len(beyond):
+            since = float(self.times[known][beyond[0]])
+            state, reason, since = self._tried(other, known, since, interrupt)
+        elif not known[asked].all():
+            last = self.times[known]
+            state, since = "unknown", float(last[-1]) if len(last) else 0.0
+            reason = "the companion run ended before the run did"
+        seconds = clock.monotonic() - self._began
+        times = self.times[known]
+        return ErrorEstimate(
+            state, reason, since, times, apart, relative, self.allowed, seconds
+        )
+
+    def _apart(self, one: Floats, other: Floats, known: Any) -> tuple[Floats, Floats]:
+        """Return how far two motions are apart until the known times, relative and [m]."""
+        drawn, floor = self.network.position, SMALLEST * (self.network.extent or 1.0)
+        moved = largest(self._own[known] - drawn)
+        scale = np.maximum.accumulate(np.maximum(moved, floor))
+        apart = largest(one[known] - other[known])
+        return np.maximum.accumulate(apart / scale), np.maximum.accumulate(apart)
+
+    def _tried(
+        self, other: Floats, known: Any, since: float, interrupt: Callable[[], bool]
+    ) -> tuple[State, str, float | None]:
+        """Return whether smaller steps are needed and would do, found out by taking them."""
+        finest = self._stepped(FINEST_FINER, interrupt)
+        asked = known & (self.times >= since)
+        both = asked & np.isfinite(finest).all(axis=(1, 2))
+        if not both.any():
+            return "unknown", "the test with smaller steps did not finish in time", since
+        own, _ = self._apart(self._own, finest, both)
+        left, _ = self._apart(other, finest, both)
+        small = np.maximum(FALLEN * own, 0.1 * self.allowed)
+        if not (left <= small).all():
+            chaos = "the result does not converge with smaller steps: the motion is chaotic"
+            return "unknown", chaos + _limp(self.network), since
+        beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
+        if len(beyond):
+            since = float(self.times[both][beyond[0]])
+            return "broken", f"write tolerance = {self.allowed / FINER:.2g}", since
+        if not np.array_equal(both, asked):
+            return "unknown", "the test with smaller steps did not finish in time", since
+        return "kept", "", None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        """End the process where nobody waits for it any more."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _limp(network: Network) -> str:
+    """Return what to do about walls that fold freely, as chaos may come of it; "" for none."""
+    walls = [body.name for body in network.bodies if _is_limp(network, body)]
+    if not walls:
+        return ""
+    verbs = ("does", "crumples", "it is") if len(walls) == 1 else ("do", "crumple", "they are")
+    does, crumples, are = verbs
+    return (
+        f"; {' and '.join(walls)} {does} not resist bending and {crumples} where {are} "
+        "compressed: write bending is elastic (of matter) or bending is soft"
+    )
+
+
+def _is_limp(network: Network, body: BodyPart) -> bool:
+    """Return whether a body is a wall without anything that resists bending."""
+    skin = network.skin_of(body)
+    if not len(skin) or body.bending:
+        return False
+    hinges = network.hinges
+    if hinges is not None and np.isin(hinges.nodes, skin).any():
+        return False
+    return bool(wall_springs(skin, network.ends[body.springs]).all())
+
+
+def threads_beside(mode: Mode) -> int:
+    """Return how many threads a run may have: half of them if a companion may be beside it."""
+    return max(1, permitted() // (2 if mode in ("auto", "process") else 1))
+
+
+def finer(plan: Plan, factor: float) -> Plan:
+    """Return a plan with finer steps and without outputs of its own."""
+    simulation = plan.simulation
+    if simulation.step is None:
+        tolerance = max((simulation.tolerance or USUAL) / factor, FINEST)
+        simulation = replace(simulation, tolerance=tolerance)
+    else:
+        simulation = replace(simulation, step=2.0 * simulation.step / factor)
+    return replace(
+        plan,
+        simulation=simulation,
+        expectations=(),
+        output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),
+    )
+
+
+def stepped(
+    network: Network,
+    plan: Plan,
+    times: Floats,
+    factor: float,
+    *,
+    rows: Floats | None = None,
+    interrupt: Callable[[], bool] | None = None,
+    threads: int = 1,
+) -> Floats:
+    """Return positions at times with smaller steps, shape (time, node, 3).
+
+    They are NaN at times that the run did not come to.
+
+    Args:
+        factor: By which tolerances are divided; fixed steps by half of it.
+        rows: To be filled; new ones by default.
+        threads: See ``Method``.
+    """
+    from tissuec.engine.execution.run import run
+
+    rows = np.full((len(times), network.node_count, 3), np.nan) if rows is None else rows
+    plan = finer(plan, factor)
+    silent = _Silent(network, plan, times, rows)
+    run(network, plan, silent, interrupt=interrupt, threads=threads)
+    return rows
+
+
+class _Silent(Recorder):
+    """A recorder that keeps positions and writes nothing."""
+
+    def __init__(self, network: Network, plan: Plan, times: Floats, rows: Floats):
+        super().__init__(network, plan, MemoryRecording())
+        self._kept = rows
+        self.times = times
+
+    def record(self, samples: Samples) -> None:
+        keep(samples, self.times, self._kept)
+
+
+def keep(samples: Samples, times: Floats, rows: Floats) -> None:
+    """Enter the samples that are due into rows."""
+    places = np.searchsorted(times, samples.time)
+    due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == samples.time)
+    rows[places[due]] = samples.position[due]
+
+
+def largest(vectors: Floats) -> Floats:
+    """Return the length of the longest vector of each row, shape (row,)."""
+    return np.sqrt(np.einsum("rnk,rnk->rn", vectors, vectors).max(axis=1, initial=0.0))

@@ -1,0 +1,73 @@
+"""What is still to come in a run, in order."""
+
+import heapq
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from typing import Self
+
+from msgspec import Struct, field
+
+from tissuec.engine.execution.sampling import SAME
+from tissuec.model.network import Floats
+from tissuec.script.plan import Event, Plan
+from tissuec.script.verbs import Action
+
+_ADDED, _SCRIPTED = 0, 1
+
+
+class Timetable(Struct, eq=False):
+    """Actions at times; those that an action added come before scripted ones of that time.
+
+    Attributes:
+        near: Times that differ by less are one time [s].
+        entries: A heap of time [s], whether it is scripted, number, and action; an action of
+            None only asks for a step to land there.
+        written: Times of the script, ascending [s]; an added time near one of them is it.
+        count: How many entries there were.
+    """
+
+    near: float
+    entries: list[tuple[float, int, int, Action | None]] = field(default_factory=list)
+    written: list[float] = field(default_factory=list)
+    count: int = 0
+
+    @classmethod
+    def of(cls, plan: Plan) -> Self:
+        """Return the script of a plan, all of which is still to come."""
+        near = SAME * plan.simulation.duration
+        agenda = cls(near, written=[event.time for event in plan.events])
+        agenda.script(plan.events, 0.0)
+        return agenda
+
+    def add(self, time: float, action: Action) -> None:
+        """Enter what an action adds, such as the end of a motion, at a time [s]."""
+        self._enter(time, _ADDED, action)
+
+    def land(self, times: Floats) -> None:
+        """Ask for steps to land on times [s]."""
+        for time in times:
+            self._enter(float(time), _ADDED, None)
+
+    def script(self, events: Iterable[Event], start: float) -> None:
+        """Enter written events, their times counted from ``start`` [s]."""
+        for event in events:
+            self._enter(start + event.time, _SCRIPTED, event.action)
+
+    @property
+    def next(self) -> float:
+        """Return the time of the next entry [s]; infinite without one."""
+        return self.entries[0][0] if self.entries else float("inf")
+
+    def due(self, time: float) -> Iterator[Action]:
+        """Remove and yield what is to be done at a time, also what is added meanwhile."""
+        while self.next <= time + self.near:
+            action = heapq.heappop(self.entries)[3]
+            if action is not None:
+                yield action
+
+    def _enter(self, time: float, rank: int, action: Action | None) -> None:
+        place = bisect_left(self.written, time - self.near)
+        if place < len(self.written) and self.written[place] <= time + self.near:
+            time = self.written[place]
+        heapq.heappush(self.entries, (time, rank, self.count, action))
+        self.count += 1

@@ -1,0 +1,121 @@
+"""Whether expectations hold, judged while a run goes on."""
+
+import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from tissuec.engine.execution.sampling import rows_at, rows_within
+from tissuec.model.network import Floats
+from tissuec.script.measures.moment import Moment
+from tissuec.script.plan import Expectation
+
+
+class Failure(Struct, frozen=True):
+    """The first time at which an expectation did not hold.
+
+    Attributes:
+        expectation: Its place in the plan.
+        time: [s].
+        measured: What was measured, such as "gap(oviduct) = 0.2 mm".
+    """
+
+    expectation: int
+    time: float
+    measured: str
+
+
+class Memory(Struct, eq=False):
+    """What a recorder must know to go on after an interruption.
+
+    Attributes:
+        next: The first sample that has not come yet.
+        scale: Largest energy so far [J].
+        pinned: Moments that expectations look back to, by their times [s].
+        failures: By the place of the expectation.
+        held: When an expectation was judged last [s] and what was measured then, by its place.
+    """
+
+    next: int = 0
+    scale: float = 0.0
+    pinned: dict[float, Moment] = field(default_factory=dict)
+    failures: dict[int, Failure] = field(default_factory=dict)
+    held: dict[int, tuple[float, str]] = field(default_factory=dict)
+
+
+class Judge:
+    """Judges expectations at every sample within their intervals and at the ends.
+
+    An interval ends before the events at its end and begins after those at its beginning.
+
+    Args:
+        times: All times of samples [s], shape (sample,).
+        near: Largest difference between times that are one [s].
+    """
+
+    def __init__(self, expectations: tuple[Expectation, ...], times: Floats, near: float):
+        self.expectations, self.times, self.near = expectations, times, near
+        self._pinned_at = {
+            time: int(np.argmax(rows_at(times, np.array([time]), near)))
+            for expectation in expectations
+            for time in expectation.pinned
+        }
+        self._due = [rows_within(times, e.start, e.stop, near) for e in expectations]
+        self._last = [int(due.nonzero()[0].max(initial=-1)) for due in self._due]
+
+    def enter(self, time: float) -> None:
+        """Take the samples from now on out of the intervals that have ended by now."""
+        for due, expectation in zip(self._due, self.expectations, strict=True):
+            if self._lasts(expectation) and expectation.stop - self.near <= time:
+                due[self.times >= expectation.stop - 2.0 * self.near] = False
+
+    def leave(self, moment: Moment, memory: Memory) -> None:
+        """Judge the intervals that end at a moment, before its events."""
+        for number, expectation in enumerate(self.expectations):
+            ends_now = abs(expectation.stop - float(moment.time)) <= self.near
+            if ends_now and self._lasts(expectation):
+                self._judge(number, replace(moment, pinned=memory.pinned), memory, ends=True)
+
+    def sample(self, moment: Moment, rows: slice, memory: Memory) -> None:
+        """Judge a batch, which is a part of ``times``."""
+        for time, place in self._pinned_at.items():
+            if rows.start <= place < rows.stop:
+                then = moment.pick(np.array([place - rows.start])).pick(
+                    0
+                )  # a copy of the state
+                memory.pinned[time] = replace(then, pinned={})
+        for number, (expectation, due) in enumerate(
+            zip(self.expectations, self._due, strict=True)
+        ):
+            places = np.flatnonzero(due[rows])
+            if not len(places) or number in memory.failures:
+                continue
+            ends = rows.start + places == self._last[number]
+            holds = expectation.condition.holds(moment.pick(places))
+            # What is measured is told of the first failure, and of the end.
+            for place, is_last in zip(places[~holds | ends], ends[~holds | ends], strict=True):
+                self._judge(number, moment.pick(int(place)), memory, ends=bool(is_last))
+
+    def unreached(self, memory: Memory) -> tuple[int, ...]:
+        """Return the expectations that were not judged to their end, by their places.
+
+        One that has failed is decided, however early.
+        """
+        return tuple(
+            number
+            for number, due in enumerate(self._due)
+            if number not in memory.failures and due[memory.next :].any()
+        )
+
+    def _lasts(self, expectation: Expectation) -> bool:
+        return expectation.start < expectation.stop - self.near
+
+    def _judge(self, number: int, moment: Moment, memory: Memory, *, ends: bool) -> None:
+        expectation = self.expectations[number]
+        if number in memory.failures:
+            return
+        time = float(moment.time)
+        if not expectation.condition(moment):
+            memory.held.pop(number, None)
+            memory.failures[number] = Failure(number, time, expectation.describe(moment))
+        elif ends:
+            memory.held[number] = time, expectation.describe(moment)

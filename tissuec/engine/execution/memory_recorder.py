@@ -1,0 +1,101 @@
+"""A recording in memory, for use from Python without a result file."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats, Indices
+from tissuec.results.recording import Event
+
+
+class MemoryRecording:
+    """Takes what a recorder passes on, and gives it back as arrays.
+
+    Attributes:
+        events: Everything that happened, in order.
+        state: The last checkpoint; None before the first.
+    """
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.state: Mapping[str, Any] | None = None
+        self._rows: dict[str, list[tuple[NDArray, ...]]] = {}
+        self._alive: NDArray[np.bool_] = np.zeros(0, dtype=bool)
+
+    def topology(self, alive: NDArray[np.bool_]) -> None:
+        self._alive = alive.copy()
+
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
+        """Keep nothing: who holds what is for files."""
+
+    def frames(
+        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+    ) -> None:
+        alive = np.broadcast_to(self._alive, (len(time), len(self._alive)))
+        self._add("frames", time, position, velocity, force, tension, alive)
+
+    def surface(self, body: str, time: Floats, position: Floats) -> None:
+        """Keep nothing: smooth surfaces are for files."""
+
+    def log(self, channel: str, time: Floats, rows: Floats) -> None:
+        self._add(f"log {channel}", time, rows)
+
+    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None:
+        self._add(f"jumps of {channel}", np.array([time]), before[None], after[None])
+
+    def energies(self, time: Floats, rows: Floats) -> None:
+        self._add("energies", time, rows)
+
+    def energy_jump(self, time: float, before: Floats, after: Floats) -> None:
+        self._add("jumps of energies", np.array([time]), before[None], after[None])
+
+    def errors(self, time: Floats, rows: Floats) -> None:
+        self._add("errors", time, rows)
+
+    def event(
+        self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
+    ) -> None:
+        self.events.append(Event(time, kind, springs, cause, place))
+
+    def checkpoint(self, state: Mapping[str, Any]) -> None:
+        self.state = dict(state)
+
+    def frame_arrays(self) -> tuple[NDArray, ...]:
+        """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
+
+        Shapes (frame,), (frame, node, 3) three times, and (frame, spring) twice.
+        """
+        return self._joined("frames")
+
+    def log_arrays(self, channel: str) -> tuple[Floats, Floats]:
+        """Return times [s], shape (row,), and rows of a log, shape (row, column)."""
+        time, rows = self._joined(f"log {channel}")
+        return time, rows
+
+    def energy_arrays(self) -> tuple[Floats, Floats]:
+        """Return times [s], shape (row,), and energies [J] as in a result file, (row, 6)."""
+        time, rows = self._joined("energies")
+        return time, rows
+
+    def jump_arrays(self, channel: str) -> tuple[Floats, Floats, Floats]:
+        """Return times of jumps [s], shape (jump,), and the rows on both sides, (jump, column).
+
+        Args:
+            channel: A log, or "energies".
+        """
+        time, before, after = self._joined(f"jumps of {channel}")
+        return time, before, after
+
+    def _add(self, table: str, *columns: NDArray) -> None:
+        self._rows.setdefault(table, []).append(tuple(np.array(c) for c in columns))
+
+    def _joined(self, table: str) -> tuple[NDArray, ...]:
+        """Return the columns of a table.
+
+        Raises:
+            KeyError: Nothing was recorded under that name.
+        """
+        parts = self._rows[table]
+        return tuple(np.concatenate(column) for column in zip(*parts, strict=True))

@@ -1,0 +1,56 @@
+"""What a reader must know of a run beside its outcome: what its method did amiss."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissuec.core.errors import counted
+from tissuec.core.units import ENERGY, show
+from tissuec.mechanics import observables
+from tissuec.mechanics.situation import Situation
+from tissuec.script.measures.moment import Ledger
+
+if TYPE_CHECKING:
+    from tissuec.engine.method import Statistics
+
+GROWN = 0.01  # of the energy at the end: imbalances that are told
+
+
+def notes(
+    statistics: "Statistics", situation: Situation, ledger: Ledger | None
+) -> tuple[str, ...]:
+    """Return sentences about a run with a fixed step.
+
+    Args:
+        situation: The last good state.
+        ledger: Energies until then; None where they are not kept.
+    """
+    found = [_stalls(statistics)] if statistics.stalls else []
+    if ledger is not None:
+        found += _growth(situation, ledger)
+    return tuple(found)
+
+
+def _stalls(statistics: "Statistics") -> str:
+    return (
+        f"{statistics.method} stalled in {counted(statistics.stalls, 'step')}: the forces rose "
+        f"even at the smallest step size; "
+        f"{counted(statistics.evaluations, 'force evaluation')} for "
+        f"{counted(statistics.accepted, 'frame')}"
+    )
+
+
+def _growth(situation: Situation, ledger: Ledger) -> list[str]:
+    """Return what energy came from nowhere or went there, if that is much."""
+    energies = observables.energies(
+        situation, situation.time, situation.position, situation.velocity
+    )
+    surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
+    if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:
+        return []
+    verb, part = ("added", "to") if surplus > 0.0 else ("took", "from")
+    return [
+        f"the steps {verb} {show(abs(surplus), ENERGY)} {part} the energy of the net, which is "
+        f"{show(float(energies.kinetic + energies.elastic), ENERGY)} at the end; smaller steps "
+        "reduce this"
+    ]

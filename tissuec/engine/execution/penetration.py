@@ -1,0 +1,55 @@
+"""Whether threads have got into a body, although contact is to keep them off."""
+
+from collections.abc import Iterator
+
+from tissuec.engine.execution.run_state import Standing
+from tissuec.geometry.intersections import crossings
+from tissuec.geometry.nearest import TRIANGLE
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import BodyPart, Floats
+from tissuec.script.verbs import Happening
+
+
+def crossed_surfaces(standing: Standing) -> Iterator[Happening]:
+    """Yield a note for each thread and each body whose surface it goes through, once a run.
+
+    A thread that a joint sews to a body goes into it on purpose.
+    """
+    situation, network = standing.situation, standing.situation.network
+    threads = [body for body in network.bodies if body.thread is not None]
+    if situation.contact is None or not threads:
+        return
+    told = {happening.cause for _, happening in standing.happenings}
+    for body in network.bodies:
+        if body.thread is not None:
+            continue
+        surface = _surface(situation, body)
+        for thread in threads:
+            text = (
+                f"{thread.name} passes through the surface of {body.name}: contact does not "
+                "hold it off there; use more pieces, or a larger thickness or contact stiffness"
+            )
+            if text in told or network.are_joined(thread, body):
+                continue
+            if len(crossings(_pieces(situation, thread), surface)):
+                yield Happening("note", (), text, thread.span)
+
+
+def _pieces(situation: Situation, thread: BodyPart) -> Floats:
+    """Return the ends of the pieces that are whole [m], shape (piece, 2, 3)."""
+    assert thread.thread is not None
+    pieces = thread.thread.pieces
+    ends = situation.network.ends[pieces][situation.alive[pieces]]
+    return situation.position[ends]
+
+
+def _surface(situation: Situation, body: BodyPart) -> Floats:
+    """Return the corners of the triangles that touch [m], shape (triangle, 3, 3)."""
+    contact = situation.touching
+    assert contact is not None
+    is_face = contact.kind[: len(contact.radius)] == TRIANGLE
+    if contact.whole is not None:
+        is_face &= contact.whole
+    corners = contact.points[: len(is_face)][is_face]
+    first = corners[:, 0]
+    return situation.position[corners[(first >= body.nodes.start) & (first < body.nodes.stop)]]

@@ -1,0 +1,342 @@
+"""From samples to frames, logs, the energy table and verdicts on expectations.
+
+The times of everything that somebody asked for are joined into one ascending list; the engine
+delivers samples at these times in batches, each of which lies between two events. What nobody
+asked for at a time is not computed.
+
+Where an event changes what a log says, both sides of it are passed on beside the rows of the
+log, whose times remain as they were asked for.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.units import si_unit
+from tissuec.engine.execution.expectations import Judge, Memory
+from tissuec.engine.execution.sampling import SAME, join_times, rows_at
+from tissuec.geometry.surfaces import entries_of
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.recording import MOST_JUMPING, LogChannel, Recording, SurfaceChannel
+from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.plan import Plan, times_every
+from tissuec.script.verbs import Happening
+
+ROUNDING = 1e-12
+"""Part of the size of a row: a smaller change comes from another order of summation."""
+
+
+class Samples(Protocol):
+    """A batch of states, as the engine delivers it."""
+
+    @property
+    def time(self) -> Floats: ...  # [s], shape (sample,)
+    @property
+    def position(self) -> Floats: ...  # [m], shape (sample, node, 3)
+    @property
+    def velocity(self) -> Floats: ...  # [m/s], shape (sample, node, 3)
+    @property
+    def work(self) -> Floats: ...  # [J], shape (sample,)
+    @property
+    def dissipated(self) -> Floats: ...  # [J], shape (sample,)
+    @property
+    def error(self) -> Floats: ...  # [m], shape (sample,)
+
+
+class Writer(Protocol):
+    """Where rows go: a result file, or memory."""
+
+    def topology(self, alive: NDArray[np.bool_]) -> None: ...
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None: ...
+    def frames(
+        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+    ) -> None: ...
+    def surface(self, body: str, time: Floats, position: Floats) -> None: ...
+    def log(self, channel: str, time: Floats, rows: Floats) -> None: ...
+    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None: ...
+    def energies(self, time: Floats, rows: Floats) -> None: ...
+    def energy_jump(self, time: float, before: Floats, after: Floats) -> None: ...
+    def errors(self, time: Floats, rows: Floats) -> None: ...
+    def event(
+        self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
+    ) -> None: ...
+    def checkpoint(self, state: Mapping[str, Any]) -> None: ...
+
+
+class _Observed(NamedTuple):
+    """What makes a row of a log at a moment, and what takes both sides of an event."""
+
+    row: Callable[[Moment], Floats]
+    jump: Callable[[float, Floats, Floats], None]
+
+
+class Recorder:
+    """Receives samples and happenings of one run and passes on what the plan asks for.
+
+    Args:
+        tap: Shown every batch of samples as well.
+
+    Attributes:
+        times: When samples are wanted [s], ascending, shape (sample,).
+        memory: What is needed to go on after an interruption.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        plan: Plan,
+        writer: Writer,
+        *,
+        tap: Callable[[Samples], None] | None = None,
+    ):
+        self.network, self.plan, self.writer, self._tap = network, plan, writer, tap
+        self.memory = Memory()
+        self._ledger = Ledger()
+        self._ruptured = np.zeros(network.spring_count, dtype=bool)
+        self._situation: Situation | None = None
+        self._alive: NDArray[np.bool_] | None = None
+        self._holders: dict[str, Indices] | None = None
+        self._observed = tuple(_observed(plan, writer))
+        self._left: Sequence[Floats] = ()  # what was observed when events were about to come
+        self._before: Sequence[Floats] = ()  # the same, once they have come
+        duration = plan.simulation.duration
+        near = SAME * duration
+        streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
+        self.times = sample_times(plan)
+        self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
+        self._judge = Judge(plan.expectations, self.times, near)
+
+    def enter(self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger) -> None:
+        """State what holds for the samples to come, after the events of a time.
+
+        Args:
+            ruptured: Which springs broke by themselves until now, shape (spring,).
+            ledger: Initial and switched energy; the samples bring work and dissipation.
+        """
+        self._situation = _frozen(situation)
+        self._ruptured, self._ledger = ruptured.copy(), ledger
+        self._judge.enter(situation.time)
+        if self._alive is None or not np.array_equal(self._alive, situation.alive):
+            self._alive = situation.alive.copy()
+            self.writer.topology(self._alive)
+        if not _are_same(self._holders, situation.holders):
+            self._holders = dict(situation.holders)
+            self.writer.holds(situation.time, self._holders)
+        self._before, self._left = self._left, ()
+
+    def leave(self, moment: Moment) -> None:
+        """Judge expectations that end now, before the events of this time change anything."""
+        self.record_jumps(moment)
+        moment = self._scaled(moment)
+        self._judge.leave(moment, self.memory)
+        self._left = [observed.row(moment) for observed in self._observed]
+
+    @property
+    def awaits_jumps(self) -> bool:
+        """Return whether it is not recorded yet what the last events changed."""
+        return len(self._before) > 0
+
+    def record_jumps(self, moment: Moment) -> None:
+        """Pass on how the last events changed what is logged.
+
+        Args:
+            moment: Just after them, at the same time; with a ledger if one is kept.
+        """
+        if not self.awaits_jumps:
+            return
+        moment = self._scaled(moment)
+        for observed, before in zip(self._observed, self._before, strict=True):
+            after = observed.row(moment)
+            if len(before) <= MOST_JUMPING and not _is_same_row(before, after):
+                observed.jump(float(moment.time), before, after)
+        self._before = ()
+
+    def happened(self, time: float, happening: Happening) -> None:
+        """Enter something into the event log."""
+        springs = tuple(int(spring) for spring in happening.springs)
+        place = happening.span.place
+        self.writer.event(time, happening.kind, springs, happening.cause, place)
+
+    @property
+    def unreached(self) -> tuple[int, ...]:
+        """Return the expectations that are still undecided, by their places in the plan."""
+        return self._judge.unreached(self.memory)
+
+    def checkpoint(self, state: Mapping[str, Any]) -> None:
+        """Keep a state to go on from; every sample before it has been passed on."""
+        self.writer.checkpoint(state)
+
+    def record(self, samples: Samples) -> None:
+        """Take in a batch of samples, the next ones of ``times``."""
+        assert self._situation is not None, "enter comes first"
+        if self._tap is not None:
+            self._tap(samples)
+        first = self.memory.next
+        rows = slice(first, first + len(samples.time))
+        self.memory.next = rows.stop
+        moment = self._moment(samples, self._situation)
+        parts: dict[float, Moment] = {}
+
+        def part(rate: float) -> Moment | None:
+            due = self._due[rate][rows] if rate in self._due else np.zeros(0, dtype=bool)
+            if rate not in parts and due.any():
+                parts[rate] = moment if due.all() else moment.pick(np.flatnonzero(due))
+            return parts.get(rate)
+
+        self._write_frames(part)
+        self._write_surfaces(part)
+        self._write_errors(samples, rows)
+        self._write_logs(part)
+        self._write_energies(part)
+        self._judge.sample(moment, rows, self.memory)
+
+    def _moment(self, samples: Samples, situation: Situation) -> Moment:
+        state = samples.time, samples.position, samples.velocity
+        moment = Moment(situation, *state, self._ruptured, None, self.memory.pinned)
+        if not self.plan.needs_ledger:
+            return moment
+        ledger = replace(self._ledger, work=samples.work, dissipated=samples.dissipated)
+        sizes = ledger.size(moment.energies)
+        scale = np.maximum.accumulate(np.concatenate([[self.memory.scale], sizes]))
+        self.memory.scale = float(scale[-1])
+        return moment.with_ledger(replace(ledger, scale=scale[1:]))
+
+    def _scaled(self, moment: Moment) -> Moment:
+        """Return a single moment with the scale by which its energy balance is judged."""
+        ledger = moment.ledger
+        if ledger is None:
+            return moment
+        scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
+        return moment.with_ledger(replace(ledger, scale=scale))
+
+    def _write_frames(self, part: Callable[[float], Moment | None]) -> None:
+        output = self.plan.output
+        if len(output.frames) and (moment := part(output.every)) is not None:
+            time, force = np.asarray(moment.time), moment.node_force
+            self.writer.frames(time, moment.position, moment.velocity, force, moment.tension)
+
+    def _write_surfaces(self, part: Callable[[float], Moment | None]) -> None:
+        for surface in self.plan.output.surfaces:
+            if (moment := part(surface.every)) is not None:
+                self.writer.surface(surface.body, np.asarray(moment.time), moment.position)
+
+    def _write_errors(self, samples: Samples, rows: slice) -> None:
+        output = self.plan.output
+        if len(output.frames) and (due := self._due[output.every][rows]).any():
+            self.writer.errors(samples.time[due], samples.error[due, None])
+
+    def _write_logs(self, part: Callable[[float], Moment | None]) -> None:
+        for log in self.plan.output.logs:
+            if (moment := part(log.every)) is not None:
+                rows = log.measure.sample(log.subjects, moment)
+                self.writer.log(log.name, np.asarray(moment.time), rows)
+
+    def _write_energies(self, part: Callable[[float], Moment | None]) -> None:
+        if (moment := part(self.plan.output.energy)) is not None:
+            self.writer.energies(np.asarray(moment.time), _energies(moment))
+
+
+def wishes(network: Network, plan: Plan) -> Recording:
+    """Return what a result file of this plan must have room for."""
+    output = plan.output
+    shown = np.zeros(network.node_count, dtype=bool)
+    shown[output.frames] = True
+    start = Moment.of(plan.start(network))
+    channels = tuple(
+        LogChannel(
+            log.name,
+            log.measure.columns(log.subjects, start),
+            si_unit(log.measure.dimension),
+            (log.measure.__doc__ or log.name).partition("\n")[0],
+        )
+        for log in output.logs
+    )
+    return Recording(
+        nodes=output.frames,
+        springs=np.flatnonzero(shown[network.ends].all(axis=1) & ~network.bends).astype("i4"),
+        single=output.single,
+        logs=channels,
+        energies=bool(np.isfinite(output.energy)),
+        surfaces=tuple(
+            SurfaceChannel(surface.body, surface.kind, entries_of(surface.smoothing))
+            for surface in output.surfaces
+        ),
+    )
+
+
+def _rates(plan: Plan) -> list[float]:
+    """Return the distances in time at which anything is wanted [s], ascending."""
+    output = plan.output
+    asked = (*output.logs, *output.surfaces)
+    rates = {one.every for one in asked} | {output.energy}
+    if len(output.frames):
+        rates.add(output.every)
+    return sorted(rate for rate in rates if np.isfinite(rate))
+
+
+def sample_times(plan: Plan) -> Floats:
+    """Return all times at which a sample is wanted [s], ascending, shape (sample,)."""
+    expectations, duration = plan.expectations, plan.simulation.duration
+    streams = [times_every(rate, duration) for rate in _rates(plan)]
+    judged = [time for e in expectations for time in (e.start, e.stop, *e.pinned)]
+    wanted = np.concatenate([*streams, np.array(judged, dtype=float)])
+    # Frames keep their times to the last bit, whatever else is logged.
+    frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
+    anchors = np.concatenate([frames, [event.time for event in plan.events]])
+    return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
+
+
+def _observed(plan: Plan, writer: Writer) -> Iterator[_Observed]:
+    """Yield the logs of a plan, and the energies if they are recorded."""
+    for log in plan.output.logs:
+        row = partial(log.measure.sample, log.subjects)
+        yield _Observed(row, partial(writer.log_jump, log.name))
+    if np.isfinite(plan.output.energy):
+        yield _Observed(_energies, writer.energy_jump)
+
+
+def _energies(moment: Moment) -> Floats:
+    """Return a row of the energy table for each time of a moment [J], shape (…, 6)."""
+    ledger = moment.ledger
+    assert ledger is not None, "an energy table needs the ledger"
+    switched = np.full(np.shape(moment.time), ledger.switched)
+    columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
+    return np.stack(columns, axis=-1)
+
+
+def _is_same_row(before: Floats, after: Floats) -> bool:
+    """Tell whether no number of a row changed by more than rounding; NaN is the same as NaN."""
+    sizes = np.abs([before, after])
+    size = sizes[np.isfinite(sizes)].max(initial=0.0)
+    return np.allclose(before, after, rtol=0.0, atol=ROUNDING * size, equal_nan=True)
+
+
+def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) -> bool:
+    """Tell whether the same nodes are held by the same; verbs replace what they change."""
+    return (
+        before is not None
+        and before.keys() == now.keys()
+        and all(before[name] is now[name] for name in now)
+    )
+
+
+def _frozen(situation: Situation) -> Situation:
+    """Return what a situation is now; arrays that later events replace are shared."""
+    return replace(
+        situation,
+        position=situation.position.copy(),
+        velocity=situation.velocity.copy(),
+        holders=dict(situation.holders),
+        motions=dict(situation.motions),
+        loads=dict(situation.loads),
+        enclosures=dict(situation.enclosures),
+        jets=dict(situation.jets),
+        reelings=dict(situation.reelings),
+        knots=dict(situation.knots),
+        hold_ends=dict(situation.hold_ends),
+    )

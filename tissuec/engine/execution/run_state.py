@@ -1,0 +1,86 @@
+"""Where a run stands: everything beside network and plan that is needed to go on."""
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+from msgspec import Struct, field
+from numpy.typing import NDArray
+
+from tissuec.engine.execution.checkpoint import read_state, write_state
+from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.expectations import Memory
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Network
+from tissuec.script.plan import Plan
+from tissuec.script.verbs import Happening
+
+
+class Standing(Struct, eq=False):
+    """A run between two of its steps.
+
+    Attributes:
+        agenda: What is still to come.
+        waiting: Triggers that have not fired, by their places in the plan.
+        ruptured: Which springs broke by themselves, shape (spring,).
+        memory: What the recorder must know.
+        initial, switched: Of the energy ledger [J].
+        happenings: The event log so far, each entry with its time [s].
+        looks: How often the net was looked at for an unstable equilibrium that it rests in.
+        engine: What the engine keeps; set for a checkpoint only.
+    """
+
+    situation: Situation
+    agenda: Timetable
+    waiting: list[int]
+    ruptured: NDArray[np.bool_]
+    memory: Memory
+    initial: float = 0.0
+    switched: float = 0.0
+    happenings: list[tuple[float, Happening]] = field(default_factory=list)
+    looks: int = 0
+    engine: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def begin(cls, network: Network, plan: Plan, memory: Memory) -> Self:
+        """Return where a run stands at 0 s, before the events of that time."""
+        return cls(
+            plan.start(network),
+            Timetable.of(plan),
+            list(range(len(plan.triggers))),
+            np.zeros(network.spring_count, dtype=bool),
+            memory,
+        )
+
+    def write(self, network: Network, plan: Plan) -> dict[str, Any]:
+        """Return this as text and arrays for a file."""
+        return write_state(self, _known(network, plan))
+
+
+def read_standing(state: Mapping[str, Any], network: Network, plan: Plan) -> Standing:
+    """Return what :meth:`Standing.write` wrote for the same network and plan.
+
+    Raises:
+        ValueError: The state is not the checkpoint of a run.
+    """
+    standing = read_state(state, _known(network, plan))
+    if not isinstance(standing, Standing):
+        raise ValueError("this is not the checkpoint of a run")
+    return standing
+
+
+def _known(network: Network, plan: Plan) -> list[object]:
+    """Return what a checkpoint need not hold, always in the same order."""
+    arrays = [getattr(network, name) for name in network.__struct_fields__]
+    events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
+    actions = [event.action for event in events]
+    spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
+    contact = [] if plan.contact is None else [plan.contact]
+    imposed = [*plan.forces, *(force.field for force in plan.forces)]
+    inelastic = [] if network.inelastic is None else [network.inelastic]
+    spans += [part.span for part in (*contact, *plan.forces)]
+    spans += [plan.simulation.span, *(part.span for part in network.parts)]
+    spans += [origin.span for part in network.provenance.values() for origin in part.origins]
+    sources = {id(span.source): span.source for span in spans}.values()
+    arrays = [array for array in arrays if isinstance(array, np.ndarray)]
+    return [network, *arrays, *actions, *contact, *imposed, *inelastic, *sources]

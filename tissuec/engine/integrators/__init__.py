@@ -1,0 +1,106 @@
+"""Integrators: one file each, which states its order and what it is good for.
+
+The stepping code of a member is plain functions over the operations of ``tissuec.kernels``.
+They run slowly as they stand; the engine binds the same functions to compiled operations.
+"""
+
+from typing import ClassVar, Protocol
+
+from tissuec.core.registry import Family
+from tissuec.kernels.records import Floats, Tableau, Work
+
+
+class Integrator(Protocol):
+    """What a member of ``INTEGRATORS`` is; its docstring holds equation and source.
+
+    Attributes:
+        order: Of the error of positions and velocities against the step.
+        symplectic: Whether the flow without viscosity keeps the symplectic form.
+        implicit: Whether a step solves equations.
+        conservative: Whether it is only for scenes without viscosity and drag.
+        promises: Whether it estimates errors and so can keep a tolerance; one that does not
+            needs a step, and a run with it books energies, to say what it adds to them.
+        stabilised: Whether a step takes as many stages as the fastest rate asks for.
+        evaluations: Force evaluations of a step, about.
+        rows: Number of rows of ``Work.rows``.
+        end_row: The one that belongs to the end of the step; row 1 belongs to its start.
+        control_order: Power of the step in the error per unit step.
+        safety: Multiple of the tolerance that the sum of all error estimates may reach; above
+            1 where estimates are known to be that much larger than errors.
+        share: Part of the tolerance that the estimate of one step may reach.
+        looks: Pieces in which a step is searched for ruptures.
+        nearness: Part of its strength from which a spring is looked at closely.
+        tableau: Its coefficients; None for a method that is none of Runge-Kutta or Nyström.
+        dense_x, dense_v: Coefficients within a step, as ``Work`` holds them.
+    """
+
+    order: ClassVar[int]
+    symplectic: ClassVar[bool]
+    implicit: ClassVar[bool]
+    conservative: ClassVar[bool]
+    promises: ClassVar[bool]
+    stabilised: ClassVar[bool]
+    evaluations: ClassVar[int]
+    rows: ClassVar[int]
+    end_row: ClassVar[int]
+    control_order: ClassVar[float]
+    safety: ClassVar[float]
+    share: ClassVar[float]
+    looks: ClassVar[int]
+    nearness: ClassVar[float]
+    tableau: ClassVar[Tableau | None]
+    dense_x: ClassVar[Floats]
+    dense_v: ClassVar[Floats]
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return the largest stable step [s].
+
+        Args:
+            omega: Largest angular frequency of the network [1/s].
+            zeta: Largest damping radius over twice ``omega``.
+        """
+        ...
+
+    @staticmethod
+    def step(time: float, end: float, current: int, work: Work, net: object) -> bool:
+        """Set the other half of the state to that at ``end``; tell if a spring came near."""
+        ...
+
+    @staticmethod
+    def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+        """Return the largest local error of a node's position [m] and velocity [m/s]."""
+        ...
+
+    @staticmethod
+    def book(time: float, end: float, current: int, work: Work, net: object) -> float:
+        """Set the ledger at the step's end; return its largest local error [J].
+
+        Called after each accepted step, where work and dissipation are integrated.
+        """
+        ...
+
+    @staticmethod
+    def finish(time: float, end: float, current: int, work: Work, net: object) -> bool:
+        """Complete an accepted step with accelerations; tell as ``step`` does."""
+        ...
+
+    @staticmethod
+    def prepare(time: float, end: float, current: int, work: Work, net: object) -> None:
+        """Fill the rows that ``dense_x`` and ``dense_v`` combine."""
+        ...
+
+    @staticmethod
+    def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+        """Return size of the next step, memory and calm after an accepted step.
+
+        Args:
+            h: Size of the step [s].
+            ratio: Its error over what is allowed.
+            memory: Such ratio of an earlier step, as this function returned it.
+            calm: Steps since the size last changed.
+        """
+        ...
+
+
+INTEGRATORS: Family[type[Integrator]] = Family("tissuec.engine.integrators", "integrator")

@@ -1,0 +1,162 @@
+"""Diagonally implicit Runge-Kutta steps for x'' = a(x, v), solved for accelerations.
+
+Stage i has v_i = v + h Σ A_ij a_j and x_i = x + h c_i v + h² Σ (A²)_ij a_j, and its a_i is the
+acceleration there. Newton's method on a_i needs S = M + hγ D + (hγ)² K with one γ for all
+stages: 3 unknowns a node, symmetric. S is kept from step to step as long as Newton's method
+contracts well. (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8.)
+"""
+
+from math import inf
+
+from tissuec.engine.integrators.banded import assemble, solve
+from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
+from tissuec.forces.accelerations import force
+from tissuec.kernels.records import LOOKED, Floats, Net, Work
+from tissuec.kernels.vectors import accumulate, combine, distance, quadrature, scale, subtract
+
+CONTROL_ORDER = 3.0  # of a member; bound to its own
+ITERATIONS = 12
+RENEWALS = 2  # of S within a stage, where a part of the net turned too far since it was made
+SLOW = 0.5  # contraction from which S is made anew
+HOPELESS = 0.9
+
+
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
+    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    h, made, stages = end - time, work.solver.made, work.tableau.for_x.shape[0]
+    q = h * float(work.tableau.for_v[stages - 1, stages])
+    scale(1.0 / h, work.v[current], work.rows[0])
+    scale(1.0, work.a[current], work.rows[1])
+    if made[2] == 1.0 and made[0] == q:
+        assemble(q, work.solver.at, work.solver.speed, net, work.solver)
+    made[2] = 0.0
+    fresh = made[0] != q
+    near = False
+    while True:
+        if fresh:
+            renew(q, work.x[current], work.v[current], work, net)
+        made[1] = 0.0
+        for stage in range(1, stages):
+            if made[0] == q:
+                near |= solve_stage(time, h, stage, current, work, net)
+        if made[0] == q or fresh:
+            break
+        fresh = True
+    scale(1.0, work.rows[stages], work.a[1 - current])
+    return near
+
+
+def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
+    """Make S at a state."""
+    made = work.solver.made
+    made[0] = q
+    work.effort[1] += 1
+    scale(1.0, x, work.solver.at)
+    scale(1.0, v, work.solver.speed)
+    if not assemble(q, x, v, net, work.solver):
+        made[0] = 0.0
+
+
+def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net: Net) -> bool:
+    """Find the acceleration of a stage; 0 in ``made`` tells that this did not succeed."""
+    made, change = work.solver.made, work.trial_x
+    x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
+    q = made[0]
+    scale(1.0, work.rows[stage], a)
+    then = time + h * work.tableau.for_x[stage, 0]
+    enter_stage(then, h, stage, current, x, v, work, net)
+    before, renewals, near = 0.0, 0, False
+    for _ in range(ITERATIONS):
+        near = force(then, x, v, change, work.power[stage + 1], net)
+        work.effort[0] += 1
+        work.effort[2] += 1
+        subtract(change, a, change)
+        if not solve(change, net, work.solver):
+            break
+        accumulate(1.0, change, a)
+        accumulate(q * q, change, x)
+        accumulate(q, change, v)
+        size = distance(change, work.zero, work.each, work.team)
+        # The first change of a step tells nothing yet about what is left.
+        rate = made[1]
+        if before > 0.0:
+            rate = max(rate, size / before)
+        known = before > 0.0 or rate > 0.0
+        left = size * min(rate, HOPELESS) / (1.0 - min(rate, HOPELESS)) if known else size
+        if q * q * left <= work.goal[0] and q * left <= work.goal[1]:
+            made[1] = rate
+            return near
+        if not size < 1e300:
+            break
+        if before > 0.0 and size > SLOW * before:
+            if renewals == RENEWALS:
+                break
+            renewals += 1
+            renew(q, x, v, work, net)
+            if made[0] == 0.0:
+                break
+            rate, size = 0.0, 0.0
+        made[1], before = rate, size
+    made[0] = 0.0
+    return near
+
+
+def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+    if work.solver.made[0] == 0.0:
+        return inf, inf  # Newton's method failed
+    for_x, for_v = work.tableau.error_x[0], work.tableau.error_v[0]
+    rows, none = work.rows[: for_x.size], work.zero
+    of_x, of_v, each = work.trial_x, work.trial_v, work.each
+    combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v, work.team)
+    return distance(of_x, none, each, work.team), distance(of_v, none, each, work.team)
+
+
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
+    """Set the ledger at the step's end; return the largest local error of its entries [J]."""
+    h, table = end - time, work.tableau
+    booked, ledger = work.booked[0], work.ledger[1 - current]
+    x, v, a, stages = work.inner[0], work.inner[1], work.inner[2], table.for_x.shape[0]
+    for stage in range(1, stages):
+        # Newton's method left the powers before its last change.
+        then = time + h * table.for_x[stage, 0]
+        enter_stage(then, h, stage, current, x, v, work, net)
+        force(then, x, v, a, work.power[stage + 1], net)
+    work.effort[LOOKED] += stages - 1
+    quadrature(work.ledger[current], h, table.for_v[stages - 1], work.power, ledger)
+    quadrature(work.zero[:2], h, table.error_v[0], work.power, booked)
+    return max(abs(booked[0]), abs(booked[1]))
+
+
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
+    """Ask for another S where Newton's method was slow."""
+    if work.solver.made[1] > SLOW:
+        work.solver.made[0] = 0.0
+    return False
+
+
+def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+    """Return the next step; kept where little is won, since S then is kept as well."""
+    factor = 0.9 * max(ratio, 1e-6) ** (-1.0 / CONTROL_ORDER)
+    return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
+
+
+class Dirk(RungeKutta):
+    """What diagonally implicit members have in common.
+
+    The first stage of a tableau is explicit, the others have one diagonal, and the last one is
+    the result.
+    """
+
+    implicit = True
+
+    step = staticmethod(step)
+    estimate = staticmethod(estimate)
+    book = staticmethod(book)
+    finish = staticmethod(finish)
+    propose = staticmethod(propose)
+
+    @staticmethod
+    def stability_limit(omega: float, zeta: float) -> float:
+        """Return infinity: no step is too large."""
+        return inf

@@ -1,0 +1,141 @@
+"""Explicit Runge-Kutta steps for x'' = a(x, v), by any tableau.
+
+Stage i has v_i = v + h Σ A_ij a_j and x_i = x + h c_i v + h² Σ (A²)_ij a_j, and its a_i is the
+acceleration there: that of velocities only is stored. One stage is the result of the step; any
+behind it serve the dense output. (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary
+Differential Equations I, 1993, II.14.)
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
+from tissuec.forces.accelerations import force
+from tissuec.kernels.records import LOOKED, Net, Tableau, Work
+from tissuec.kernels.vectors import blended_error, combine, quadrature, scale
+
+# Of a member; bound to its own.
+END_ROW = 13
+CONTROL_ORDER = 7.0
+FINE = 1e-3  # on the way to the limit of stability, |h λ|
+
+
+def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
+    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    h, result = end - time, END_ROW - 1
+    scale(1.0 / h, work.v[current], work.rows[0])
+    scale(1.0, work.a[current], work.rows[1])
+    work.effort[0] += result - 1
+    near = False
+    for stage in range(1, result):
+        near |= evaluate_stage(time, h, stage, current, work, net)
+    enter_stage(end, h, result, current, work.x[1 - current], work.v[1 - current], work, net)
+    if needed_rows(work.tableau) > END_ROW:
+        near |= evaluate_end(end, current, work, net)
+    return near
+
+
+def needed_rows(table: Tableau) -> int:
+    """Return how many rows estimates combine: with or without the acceleration at the end."""
+    return END_ROW + 1 if table.error_v[0, END_ROW] != 0.0 else END_ROW
+
+
+def evaluate_stage(
+    time: float, h: float, stage: int, current: int, work: Work, net: Net
+) -> bool:
+    """Fill the row of one stage from those before it."""
+    x, v, then = work.trial_x, work.trial_v, time + h * work.tableau.for_x[stage, 0]
+    enter_stage(then, h, stage, current, x, v, work, net)
+    return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
+
+
+def evaluate_end(end: float, current: int, work: Work, net: Net) -> bool:
+    """Set the accelerations at the end of the step."""
+    x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
+    near = force(end, x, v, a, work.power[END_ROW], net)
+    work.effort[0] += 1
+    scale(1.0, a, work.rows[END_ROW])
+    return near
+
+
+def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+    of_x, of_v, last = work.tableau.error_x, work.tableau.error_v, needed_rows(work.tableau)
+    rows, five, three, none = work.rows[:last], work.trial_x, work.trial_v, work.zero
+    fifth, third = of_x[0, :last], of_x[1, :last]
+    combine(none, h * h, fifth, none, h * h, third, rows, five, three, work.team)
+    position = blended_error(five, three, work.each, work.team)
+    fifth, third = of_v[0, :last], of_v[1, :last]
+    combine(none, h, fifth, none, h, third, rows, five, three, work.team)
+    return position, blended_error(five, three, work.each, work.team)
+
+
+def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
+    """Set the ledger at the step's end; return the largest local error of its entries [J]."""
+    h, table, power, nothing = end - time, work.tableau, work.power, work.zero[:2]
+    five, three, ledger = work.booked[0], work.booked[1], work.ledger[1 - current]
+    quadrature(work.ledger[current], h, table.for_v[END_ROW - 1], power, ledger)
+    quadrature(nothing, h, table.error_v[0], power, five)
+    quadrature(nothing, h, table.error_v[1], power, three)
+    worst = 0.0
+    for k in range(2):
+        below = sqrt(five[k] ** 2 + 0.01 * three[k] ** 2)
+        if below > 0.0:
+            worst = max(worst, five[k] ** 2 / below)
+    return worst
+
+
+def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
+    """Evaluate the end of an accepted step, unless its error already needed that."""
+    if needed_rows(work.tableau) > END_ROW:
+        return False
+    return evaluate_end(end, current, work, net)
+
+
+def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
+    """Evaluate the stages behind the result, for the dense output."""
+    stages = work.tableau.for_x.shape[0]
+    work.effort[LOOKED] += stages - END_ROW
+    for stage in range(END_ROW, stages):
+        evaluate_stage(time, end - time, stage, current, work, net)
+
+
+def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+    """Return the next step by proportional-integral control (Gustafsson)."""
+    ratio = max(ratio, 1e-6)
+    factor = (
+        0.9 * ratio ** (-0.7 / CONTROL_ORDER) * memory ** (0.4 / CONTROL_ORDER)
+        if memory
+        else (0.9 * ratio ** (-1.0 / CONTROL_ORDER))
+    )
+    return h * min(6.0, max(0.3, factor)), ratio, 0
+
+
+class Explicit(RungeKutta):
+    """What explicit members have in common."""
+
+    implicit = False
+
+    step = staticmethod(step)
+    estimate = staticmethod(estimate)
+    book = staticmethod(book)
+    finish = staticmethod(finish)
+    propose = staticmethod(propose)
+
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
+        """Return where |1 + Σ zᵏ b Aᵏ⁻¹ 1| passes 1 on the ray to the fastest eigenvalue."""
+        fastest = zeta + np.emath.sqrt(zeta * zeta - 1.0)
+        if omega == 0.0:
+            return float(np.inf)
+        result = cls.tableau.result
+        weights = cls.tableau.for_v[: result + 1, 1 : result + 1]
+        reach = np.arange(FINE, 2.0 * result, FINE)
+        z = -reach * fastest / abs(fastest)
+        value, term = np.ones_like(z), np.ones(result)
+        for power in range(1, result + 1):
+            value = value + z**power * (weights[-1] @ term)
+            term = weights[:-1] @ term
+        passed = np.flatnonzero(np.abs(value) > 1.0 + 1e-9)
+        return float(reach[passed[0]] / (omega * abs(fastest)))

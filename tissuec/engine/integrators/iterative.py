@@ -1,0 +1,227 @@
+"""The matrix of an implicit step by conjugate gradients, for nets whose band is wide.
+
+The same S as in ``banded``, never formed: per spring what acts along and across it. Inverses of
+the diagonal blocks of the nodes are the preconditioner.
+"""
+
+from math import sqrt
+
+from tissuec.forces.springs_kernel import resistance
+from tissuec.kernels.chunks import add_sums, clear_sums
+from tissuec.kernels.records import Floats, Net, Solver
+from tissuec.kernels.thread_loops import PIECE, part_of, pieces_of, share
+from tissuec.kernels.vectors import TINY
+
+PRECISION = 1e-3  # of the residual; Newton's method repeats what is left
+ROUNDS = 500
+
+
+def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
+    """Make what multiplies by S, and the inverses of its diagonal blocks."""
+    share(net.team, measure, (q, x, v, net, solver))
+    bar, block = solver.bar, solver.block
+    for node in range(block.shape[0]):
+        inverse = net.inverse_mass[node]
+        mass = (1.0 / inverse if inverse > 0.0 else 1.0) + q * net.drag[node]
+        for k in range(6):
+            block[node, k] = mass if k < 3 else 0.0
+    for node in range(net.first.size - 1):
+        for s in range(net.first[node], net.first[node + 1]):
+            along, across = bar[s, 0], bar[s, 1]
+            n0, n1, n2 = bar[s, 2], bar[s, 3], bar[s, 4]
+            for end in (node, net.other[s] // 3):
+                block[end, 0] += along * n0 * n0 + across
+                block[end, 1] += along * n1 * n1 + across
+                block[end, 2] += along * n2 * n2 + across
+                block[end, 3] += along * n0 * n1
+                block[end, 4] += along * n1 * n2
+                block[end, 5] += along * n0 * n2
+    definite = True
+    for node in range(block.shape[0]):
+        definite &= invert(node, block)
+    return definite
+
+
+def measure(
+    part: int, parts: int, q: float, x: Floats, v: Floats, net: Net, solver: Solver
+) -> None:
+    """Find what the springs at a part of the nodes resist, and their directions."""
+    bar, (first, last) = solver.bar, part_of(part, parts, net.inverse_mass.size)
+    for node in range(first, last):
+        for s in range(net.first[node], net.first[node + 1]):
+            i, j = 3 * node, int(net.other[s])
+            r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
+            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+            inverse = 1.0 / (length + TINY)
+            along = q * net.damping[s] + q * q * net.stiffness[s]
+            across = q * q * net.stiffness[s] * max(1.0 - net.rest[s] * inverse, 0.0)
+            if net.law[s] > 0:
+                along, across = resistance(q, s, i, j, length, x, v, net)
+            bar[s, 0], bar[s, 1] = along - across, across
+            bar[s, 2], bar[s, 3], bar[s, 4] = r0 * inverse, r1 * inverse, r2 * inverse
+
+
+def invert(node: int, block: Floats) -> bool:
+    """Replace a symmetric block by its inverse; return False if it has none."""
+    a, b, c = block[node, 0], block[node, 1], block[node, 2]
+    d, e, f = block[node, 3], block[node, 4], block[node, 5]
+    first, second, third = b * c - e * e, e * f - c * d, d * e - b * f
+    determinant = a * first + d * second + f * third
+    if not determinant > 0.0:
+        return False
+    block[node, 0], block[node, 3], block[node, 5] = (
+        first / determinant,
+        second / determinant,
+        third / determinant,
+    )
+    block[node, 1], block[node, 2] = (
+        (a * c - f * f) / determinant,
+        (a * b - d * d) / determinant,
+    )
+    block[node, 4] = (d * f - a * e) / determinant
+    return True
+
+
+def solve(vector: Floats, net: Net, solver: Solver) -> bool:
+    """Replace residuals of accelerations r by S⁻¹ M r; return whether that converged."""
+    share(net.team, begin, (vector, net, solver))
+    product = total(net.team.work, net)
+    enough = PRECISION * PRECISION * product
+    ratio = 0.0
+    for _ in range(ROUNDS):
+        if not product > enough:
+            return product == product
+        share(net.team, turn, (ratio, net, solver))
+        multiply(net, solver)
+        share(net.team, project, (net, solver))
+        step = product / total(net.team.lost, net)
+        share(net.team, advance, (step, vector, net, solver))
+        before = product
+        product = total(net.team.work, net)
+        ratio = product / before
+    return False
+
+
+def total(pieces: Floats, net: Net) -> float:
+    """Return the sum over all pieces of the nodes."""
+    found = 0.0
+    for piece in range(pieces_of(net.inverse_mass.size)):
+        found += pieces[piece]
+    return found
+
+
+def begin(part: int, parts: int, vector: Floats, net: Net, solver: Solver) -> None:
+    """Set residuals of a part of the nodes, clear the solution, and precondition."""
+    residual, search = solver.scratch[0], solver.scratch[1]
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    for node in range(first, last):
+        inverse = net.inverse_mass[node]
+        for i in range(3 * node, 3 * node + 3):
+            residual[i] = vector[i] / inverse if inverse > 0.0 else 0.0
+            vector[i] = search[i] = 0.0
+    precondition(first, last, net, solver)
+
+
+def turn(part: int, parts: int, ratio: float, net: Net, solver: Solver) -> None:
+    """Set the direction of search in a part of the nodes, and what masses and drag make of it.
+
+    Args:
+        ratio: What is kept of the last direction.
+    """
+    search, image, refined = solver.scratch[1], solver.scratch[2], solver.scratch[3]
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    for node in range(first, last):
+        inverse, drag = net.inverse_mass[node], solver.made[0] * net.drag[node]
+        for i in range(3 * node, 3 * node + 3):
+            search[i] = refined[i] + ratio * search[i]
+            image[i] = search[i] * (1.0 / inverse + drag) if inverse > 0.0 else 0.0
+
+
+def multiply(net: Net, solver: Solver) -> None:
+    """Add to the image what springs make of the direction of search."""
+    chunks, image = net.chunks, solver.scratch[2]
+    if chunks.node.size == 2:
+        multiply_nodes(0, net.first.size - 1, image, net, solver)
+    else:
+        share(net.team, multiply_chunks, (net, solver))
+        share(net.team, add_sums, (image, chunks))
+
+
+def multiply_chunks(part: int, parts: int, net: Net, solver: Solver) -> None:
+    """Sum what the springs of some chunks make of the direction of search."""
+    chunks = net.chunks
+    for chunk in range(part, chunks.node.size - 1, parts):
+        clear_sums(chunk, chunks)
+        multiply_nodes(chunks.node[chunk], chunks.node[chunk + 1], chunks.sums, net, solver)
+
+
+def multiply_nodes(start: int, stop: int, image: Floats, net: Net, solver: Solver) -> None:
+    """Add what the springs whose lower nodes are some nodes make of the direction of search."""
+    bar, search, to = solver.bar, solver.scratch[1], net.chunks.to
+    for node in range(start, stop):
+        i = 3 * node
+        f0 = f1 = f2 = 0.0
+        for s in range(net.first[node], net.first[node + 1]):
+            j, k = net.other[s], to[s]
+            w0, w1, w2 = (
+                search[j] - search[i],
+                search[j + 1] - search[i + 1],
+                search[j + 2] - search[i + 2],
+            )
+            part = bar[s, 0] * (bar[s, 2] * w0 + bar[s, 3] * w1 + bar[s, 4] * w2)
+            g0 = part * bar[s, 2] + bar[s, 1] * w0
+            g1 = part * bar[s, 3] + bar[s, 1] * w1
+            g2 = part * bar[s, 4] + bar[s, 1] * w2
+            f0 += g0
+            f1 += g1
+            f2 += g2
+            image[k] += g0
+            image[k + 1] += g1
+            image[k + 2] += g2
+        image[i] -= f0
+        image[i + 1] -= f1
+        image[i + 2] -= f2
+
+
+def project(part: int, parts: int, net: Net, solver: Solver) -> None:
+    """Let held nodes have no image, and note the products of direction and image by pieces."""
+    search, image = solver.scratch[1], solver.scratch[2]
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    for start in range(first, last, PIECE):
+        product = 0.0
+        for node in range(start, min(start + PIECE, last)):
+            for i in range(3 * node, 3 * node + 3):
+                if net.inverse_mass[node] == 0.0:
+                    image[i] = 0.0
+                product += search[i] * image[i]
+        net.team.lost[start // PIECE] = product
+
+
+def advance(
+    part: int, parts: int, step: float, vector: Floats, net: Net, solver: Solver
+) -> None:
+    """Go a step in the direction of search in a part of the nodes, and precondition."""
+    residual, search, image = solver.scratch[0], solver.scratch[1], solver.scratch[2]
+    first, last = part_of(part, parts, net.inverse_mass.size)
+    for i in range(3 * first, 3 * last):
+        vector[i] += step * search[i]
+        residual[i] -= step * image[i]
+    precondition(first, last, net, solver)
+
+
+def precondition(first: int, last: int, net: Net, solver: Solver) -> None:
+    """Multiply by the inverse blocks of some nodes; note the products with the residual."""
+    residual, refined, block = solver.scratch[0], solver.scratch[3], solver.block
+    for start in range(first, last, PIECE):
+        product = 0.0
+        for node in range(start, min(start + PIECE, last)):
+            i = 3 * node
+            if net.inverse_mass[node] > 0.0:
+                r0, r1, r2 = residual[i], residual[i + 1], residual[i + 2]
+                refined[i] = block[node, 0] * r0 + block[node, 3] * r1 + block[node, 5] * r2
+                refined[i + 1] = block[node, 3] * r0 + block[node, 1] * r1 + block[node, 4] * r2
+                refined[i + 2] = block[node, 5] * r0 + block[node, 4] * r1 + block[node, 2] * r2
+                product += refined[i] * r0 + refined[i + 1] * r1 + refined[i + 2] * r2
+            else:
+                refined[i] = refined[i + 1] = refined[i + 2] = 0.0
+        net.team.work[start // PIECE] = product

@@ -1,0 +1,108 @@
+"""Tableaus: coefficients of methods, for steps of the engine and for derivatives of steps."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from tissuec.engine.integrators import hermite
+from tissuec.forces.accelerations import place
+from tissuec.kernels.records import Floats, Net, Tableau, Work
+from tissuec.kernels.vectors import combine
+
+
+def runge_kutta(
+    weights: Floats, *estimates: Floats, nodes: Floats | None = None, result: int | None = None
+) -> Tableau:
+    """Return the tableau of a Runge-Kutta method for y' = f(y).
+
+    Args:
+        weights: A, a row for the result and for what is behind it too, shape (stage, stage).
+        estimates: Weights of none, one or two estimates of the error, shape (stage,) each. Of
+            two, e5 and e3, the error is e5² / √(e5² + 0.01 e3²), as in DOP853.
+        nodes: c, if the sums of the weights are wrong by rounding, shape (stage,).
+        result: Number of the stage that is the result; the last one if not given.
+    """
+    errors = [(estimate @ weights, estimate) for estimate in estimates]
+    c = weights.sum(axis=1) if nodes is None else nodes
+    return nystrom(weights @ weights, weights, c, errors, result=result)
+
+
+def nystrom(
+    for_x: Floats,
+    for_v: Floats,
+    nodes: Floats,
+    errors: Sequence[tuple[Floats, Floats]] = (),
+    *,
+    result: int | None = None,
+    carries: bool = False,
+) -> Tableau:
+    """Return the tableau of a Runge-Kutta-Nyström method for x'' = a(x, v).
+
+    Args:
+        for_x, for_v: X and V of ``Tableau``, shape (stage, stage).
+        nodes: c, shape (stage,).
+        errors: Weights of none, one or two estimates of the error, of x and of v.
+        result: Number of the stage that is the result; the last one if not given.
+        carries: See ``Tableau``.
+    """
+    stages = len(nodes)
+    (of_x, of_v), (error_x, error_v) = (
+        np.zeros((2, stages, stages + 1)),
+        np.zeros((2, 2, stages + 1)),
+    )
+    of_x[:, 0], of_x[:, 1:], of_v[:, 1:] = nodes, for_x, for_v
+    for number, (of_position, of_velocity) in enumerate(errors):
+        error_x[number, 1:], error_v[number, 1:] = of_position, of_velocity
+    last = stages - 1 if result is None else result
+    return Tableau(of_x, of_v, error_x, error_v, last, carries)
+
+
+def enter_stage(
+    then: float,
+    h: float,
+    stage: int,
+    current: int,
+    x: Floats,
+    v: Floats,
+    work: Work,
+    net: Net,
+) -> None:
+    """Set x and v to those of a stage, at a time, by the accelerations found so far."""
+    table, last = work.tableau, stage + 2
+    rows, for_x, for_v = work.rows[:last], table.for_x[stage, :last], table.for_v[stage, :last]
+    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
+    place(then, x, v, net)
+
+
+class RungeKutta:
+    """What members with a tableau of Runge-Kutta have in common.
+
+    One with stages behind its result says how they combine inside of a step: ``dense_x`` and
+    ``dense_v``. Of others, what is inside follows from both ends.
+    """
+
+    symplectic = False
+    conservative = False
+    promises = True
+    stabilised = False
+    nearness = 0.9
+    tableau: ClassVar[Tableau]
+    evaluations: ClassVar[int]
+    rows: ClassVar[int]
+    end_row: ClassVar[int]
+    dense_x: ClassVar[Floats]
+    dense_v: ClassVar[Floats]
+    prepare = staticmethod(hermite.prepare)
+
+    def __init_subclass__(cls) -> None:
+        """Derive what follows from the tableau."""
+        if not hasattr(cls, "tableau"):
+            return
+        cls.rows, cls.end_row = len(cls.tableau.for_x) + 1, cls.tableau.result + 1
+        if not hasattr(cls, "evaluations"):
+            cls.evaluations = cls.tableau.result
+        if not hasattr(cls, "dense_x"):
+            cls.rows += 2
+            cls.dense_x = hermite.dense_x(cls.rows, cls.end_row)
+            cls.dense_v = hermite.dense_v(cls.rows, cls.end_row)

@@ -1,0 +1,447 @@
+"""The network as the engine keeps it: renumbered, sorted, without what does not act.
+
+Nodes keep their places for a whole run. A spring that dies is first set to zero in place, which
+leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
+"""
+
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
+from tissuec.engine.chunks import are_chunks, chunks_of
+from tissuec.engine.integrators import Integrator
+from tissuec.engine.numbering import node_order
+from tissuec.engine.operations import Features
+from tissuec.engine.spring_runs import (
+    Places,
+    RunPlaces,
+    are_several,
+    block_size,
+    packed,
+    places_of,
+)
+from tissuec.engine.threads import Team, useful
+from tissuec.engine.unknowns import new_solver
+from tissuec.forces import Field, acts_of
+from tissuec.forces.branches import Inelastic, tightened
+from tissuec.forces.load import Load
+from tissuec.forces.rest_length import reels
+from tissuec.kernels.calls import kernel_address
+from tissuec.kernels.record_tables import RecordTable
+from tissuec.kernels.records import (
+    Acts,
+    Chunks,
+    Fields,
+    Internal,
+    Net,
+    Reels,
+    Runs,
+    Solver,
+    Touches,
+)
+from tissuec.laws import Law
+from tissuec.laws.evaluation import Behaviour
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import SPRINGS, Floats, Network
+from tissuec.model.profiles import Course
+
+Bools = NDArray[np.bool_]
+Laws = NDArray[np.int32]
+LEAST = 1e-300  # [m]
+#: Of ``Features``, what stepping code asks a net for.
+FLAGS = (
+    "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered",
+)  # fmt: skip
+
+
+class Springs(Struct):
+    """The springs that act, sorted by lower and then by upper node.
+
+    Attributes:
+        ids: Their numbers in the network, shape (spring,).
+        low, high: Their ends as places of nodes, shape (spring,).
+        stiffness, damping, rest: Present values; zero for dead ones.
+        strength, crush: The same, infinite for dead ones, shape (spring,) or, where none may
+            break, (0,).
+        law: Numbers among ``laws``, shape (spring,).
+        laws: All of the net; the first is linear.
+        inelastic: What they remember, by places of nodes; None where none of the net does.
+    """
+
+    ids: Places
+    low: Places
+    high: Places
+    stiffness: Floats
+    damping: Floats
+    rest: Floats
+    strength: Floats
+    crush: Floats
+    law: Laws
+    laws: tuple[Law, ...]
+    inelastic: Inelastic | None = None
+
+    def behaviour(self) -> Behaviour:
+        """Return what they do."""
+        return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
+
+    def tension(self, stretch: Floats, closing: Floats, velocity: Floats) -> Floats:
+        """Return the tension of each [N], shape (spring,).
+
+        Args:
+            stretch: L - L0 [m], shape (spring,).
+            closing: Rates of lengthening [m/s], shape (spring,).
+            velocity: Of all nodes, flat [m/s].
+        """
+        return tightened(self.behaviour(), self.inelastic, stretch, closing, velocity)
+
+
+class Layout:
+    """Translates situations into the arrays of the stepping code.
+
+    Args:
+        network: The network of the run.
+        watched: Whether springs may break.
+        ledger: Whether work and dissipation are integrated.
+        threads: That may share loops over nodes and springs.
+    """
+
+    def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
+        bodies, shown, all_nodes = network.body_nodes, network.shown_nodes, network.node_count
+        order = node_order(network.position[:bodies], network.ends)
+        # Nodes of tools stand last, where measures of motion leave them out.
+        self.order = np.concatenate(
+            [order, np.arange(shown, all_nodes), np.arange(bodies, shown)]
+        )
+        self.place = np.empty_like(self.order)
+        self.place[self.order] = np.arange(len(self.order))
+        self.watched, self.ledger = watched, ledger
+        self.start = self.until = 0.0
+        low, high = self._ends_of(network.ends)
+        self._sorted = None if _are_sorted(low, high) else np.lexsort((high, low))
+        self.spring_count = network.spring_count
+        self._acting = np.zeros(network.spring_count, dtype=bool)
+        self._dead = 0
+        self._places: RunPlaces | None = None  # once somebody has asked for them
+        self._chunks: Chunks | None = None  # the same
+        count = useful(threads, network.spring_count)
+        # Nodes that are put in another order than they are given have no springs in runs.
+        in_chunks = not np.array_equal(order, np.arange(bodies))
+        if count > 1 and not (
+            are_chunks(all_nodes) if in_chunks else are_several(high, block_size(low, high))
+        ):
+            count = 1
+        self.team = Team(count, all_nodes)
+        self._solver: Solver | None = None
+
+    def _ends_of(self, ends: NDArray[np.integer]) -> tuple[Places, Places]:
+        """Return the lower and the upper place of nodes that springs join, shape (spring,)."""
+        places = self.place.astype(np.int32)[ends]
+        return places.min(axis=1), places.max(axis=1)
+
+    def update(self, situation: Situation) -> None:
+        """Take over everything that acts in a situation, but not its state."""
+        self.situation, self.around = situation, situation.position
+        driven = [motion.nodes for motion in situation.motions.values()]
+        self.moved = np.zeros(situation.network.node_count, dtype=bool)
+        for nodes in driven:
+            self.moved[nodes] = True
+        self.held = situation.held | self.moved
+        self._update_springs(situation)
+        inverse = np.where(self.held, 0.0, 1.0 / situation.mass)
+        self.inverse_mass = inverse[self.order]
+        push, steady = np.zeros((2, len(inverse), 3))
+        drag, self.timed = np.zeros(len(inverse)), list[Load]()
+        state = situation.position, situation.velocity
+        for acting in situation.outer:
+            if acting.steady is not None:
+                steady += acting.steady
+            if acting.drag is not None:
+                drag += acting.drag
+            self.timed += (load for load in acting.loads if not load.is_constant)
+            for load in acting.loads:
+                if load.is_constant:
+                    load.add_forces(situation.time, *state, push)
+        push[self.held] = steady[self.held] = 0.0
+        steady += push * inverse[:, None]
+        self.drag = drag[self.order]
+        self.push, self.steady = self.inwards(push), self.inwards(steady)
+        self.driven = self.place[np.flatnonzero(self.moved)]
+
+    def _update_springs(self, situation: Situation) -> None:
+        """Choose the springs that act and copy their present values."""
+        acting = self._select(situation)
+        grown = bool(np.any(acting & ~self._acting))
+        self._dead += int(np.count_nonzero(self._acting & ~acting))
+        # Sums of energies would be grouped otherwise than in a run that is resumed.
+        much = self._dead > (0 if self.ledger else len(acting) // 20)
+        if grown or much or not hasattr(self, "springs"):
+            among = self._sorted
+            ids = np.flatnonzero(acting) if among is None else among[acting[among]]
+            self._ids = ids.astype(np.int32)
+            self._low, self._high = self._ends_of(situation.network.ends[self._ids])
+            self._places = self._chunks = None
+            self._dead = 0
+        self._acting = acting
+        ids, alive = self._ids, acting[self._ids]
+        all_act = bool(alive.all())
+        in_order = self._sorted is None and len(ids) == len(acting)
+
+        def present(values: NDArray, dead: float) -> NDArray:
+            """Return numbers of the springs; no copies of what takes no room, or is there."""
+            if not all_act:
+                return np.where(alive, values[ids], values.dtype.type(dead))
+            if values.strides == (0,):
+                return np.broadcast_to(values[:1], ids.shape)
+            return values if in_order else values[ids]
+
+        stiffness = present(situation.stiffness, 0.0)
+        law = present(situation.network.law, 0)
+        jumps = (stiffness > 0.0) | (law > 0)
+        rest = situation.rest if in_order else situation.rest[ids]
+        inelastic = situation.memory(ids)
+        if inelastic is not None:
+            inelastic = inelastic.only(alive).renumbered(self.place)
+            # What flows or relaxes pulls at no length, too, and jumps as it turns over.
+            rest, jumps = np.maximum(rest, LEAST), jumps | (inelastic.remembers & alive)
+        self.springs = Springs(
+            ids=ids,
+            low=self._low,
+            high=self._high,
+            stiffness=stiffness,
+            damping=present(situation.damping, 0.0),
+            # Without a force that could jump, it does not matter when one turns over.
+            rest=np.ascontiguousarray(rest) if jumps.all() else np.where(jumps, rest, 0.0),
+            strength=present(situation.strength, np.inf) if self.watched else np.zeros(0),
+            crush=present(situation.crush, np.inf) if self.watched else np.zeros(0),
+            law=law,
+            laws=situation.network.laws,
+            inelastic=inelastic,
+        )
+        # Kept, because features are asked for at every call of the stepping code.
+        self._viscous = self.springs.behaviour().is_viscous
+        self._laws = self.springs.laws if law.any() else ()
+        yields = inelastic is not None and bool(np.isfinite(inelastic.limit).any())
+        self._cornered = yields or self.springs.behaviour().has_corners
+        self._crushed = self.watched and bool(np.isfinite(self.springs.crush).any())
+
+    def _select(self, situation: Situation) -> Bools:
+        """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
+        ends = situation.network.ends
+        acting = situation.alive & ~self.held[ends].all(axis=1)
+        # Driven nodes feel them, whoever asks for that or not: steps shall not depend on it.
+        acting |= situation.alive & self.moved[ends].any(axis=1)
+        if situation.inelastic is not None:
+            acting |= situation.alive & situation.inelastic.remembers
+        # Whoever draws them in does work on them, also where their ends are held.
+        for reeling in situation.reelings.values():
+            acting[reeling.springs] = situation.alive[reeling.springs]
+        return acting
+
+    @property
+    def features(self) -> Features:
+        """Return what the stepping code must be able to do."""
+        return Features(
+            viscous=self._viscous,
+            watched=self.watched,
+            crushed=self._crushed,
+            ledger=self.ledger,
+            banded=self._solver is not None and not self._solver.scratch.size,
+            # Whatever may be drawn in, lest a second variant is compiled when it is.
+            reeled=self.situation.network.can_be_drawn_in,
+            touched=self.situation.contact is not None,
+            inelastic=self.springs.inelastic is not None,
+            cornered=self._cornered,
+            laws=self._laws,
+            in_runs=self._are_in_runs,
+        )
+
+    @property
+    def _are_in_runs(self) -> bool:
+        """Return whether springs are taken in runs: linear ones of constant lengths."""
+        changing = self._laws or self.springs.inelastic is not None
+        if changing or self.situation.network.can_be_drawn_in:
+            return False
+        return self.places.is_worthwhile
+
+    @property
+    def places(self) -> RunPlaces:
+        """Return where springs stand in runs."""
+        if self._places is None:
+            self._places = places_of(self._low, self._high)
+        return self._places
+
+    def solver(self) -> Solver:
+        """Return arrays for the matrix of implicit steps, without a matrix in them."""
+        springs = self.springs
+        kept = self._solver
+        same = kept is not None and np.array_equal(kept.slot < 0, self.inverse_mass == 0.0)
+        if kept is None or not same or self._solver_ids is not self._ids:
+            kept = new_solver(springs.low, springs.high, self.inverse_mass > 0.0)
+            self._solver, self._solver_ids = kept, self._ids
+        kept.made[:] = 0.0
+        return kept
+
+    def is_banded(self) -> bool:
+        """Tell whether the matrix of implicit steps has a narrow band."""
+        return not self.solver().scratch.size
+
+    def inwards(self, vector: Floats) -> Floats:
+        """Return a vector of nodes as the stepping code keeps it, shape (3 node,)."""
+        return np.ascontiguousarray(vector[self.order]).ravel()
+
+    def outwards(self, flat: Floats) -> Floats:
+        """Return flat vectors in the order of the network, shape (…, node, 3)."""
+        return flat.reshape(*flat.shape[:-1], -1, 3)[..., self.place, :]
+
+    def near(self, integrator: type[Integrator]) -> dict[str, Floats]:
+        """Return the tension and the pressure from which springs deserve a closer look [N]."""
+        part, springs = integrator.nearness, self.springs
+        if not self.watched:
+            # There is one form of the code for springs with laws, which looks at these as well.
+            count = 0 if self.features.straight else len(springs.ids)
+            return dict.fromkeys(("near", "near_crush"), np.full(count, np.inf))
+        return {"near": part * springs.strength, "near_crush": part * springs.crush}
+
+    def net(self, integrator: type[Integrator]) -> Net:
+        """Return what acts, without operations on it."""
+        springs, nodes, near = self.springs, len(self.order), self.near(integrator)
+        needed = self.features
+        # Springs in runs have numbers of their own there; explicit steps need these, too, only
+        # to look for what breaks.
+        alone = not needed.in_runs or needed.watched or integrator.implicit
+        numbers = slice(None) if alone else slice(0)
+        return Net(
+            first=np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.uint64),
+            other=(3 * springs.high).astype(np.uint32),
+            stiffness=np.ascontiguousarray(springs.stiffness[numbers]),
+            damping=np.ascontiguousarray(springs.damping[numbers]),
+            rest=springs.rest,
+            strength=np.ascontiguousarray(springs.strength),
+            crush=np.ascontiguousarray(springs.crush),
+            law=np.ascontiguousarray(springs.law[numbers]),
+            **near,
+            inverse_mass=self.inverse_mass,
+            steady=self.steady,
+            push=self.push,
+            driven=self.driven,
+            drag=self.drag,
+            **{name: getattr(needed, name) for name in FLAGS},
+            acts=self.acts(),
+            **self._effects(integrator, needed, near),
+            team=self.team.record,
+        )
+
+    def _effects(
+        self, integrator: type[Integrator], needed: Features, near: dict[str, Floats]
+    ) -> dict[str, Any]:
+        """Return what only some scenes have, None for what a scene has nothing of."""
+        fields = self.fields()
+        touches = (table.record for table in fields.kept if type(table.record) is Touches)
+        return {
+            "reels": self.reels() if needed.reeled else None,
+            "touches": next(touches, None),
+            "internal": self.internal() if needed.inelastic else None,
+            "runs": self.runs(near, needed) if needed.in_runs else None,
+            "chunks": self.chunks() if not needed.in_runs or integrator.implicit else None,
+            "fields": fields,
+        }
+
+    def chunks(self) -> Chunks:
+        """Return chunks of nodes, for springs that are not taken in runs."""
+        if self._chunks is None:
+            self._chunks = chunks_of(self._low, self._high, len(self.order))
+        return self._chunks
+
+    def runs(self, near: dict[str, Floats], needed: Features) -> Runs:
+        """Return springs in runs.
+
+        Args:
+            near: As ``near`` returns it.
+            needed: The ``features``.
+        """
+        springs = self.springs
+        return packed(
+            self.places,
+            len(self.order),
+            stiffness=springs.stiffness,
+            damping=springs.damping if needed.viscous else None,
+            rest=springs.rest,
+            **(near if needed.watched else dict.fromkeys(near)),
+        )
+
+    def acts(self) -> Acts:
+        """Return motions and loads for the present stretch of time."""
+        motions = list(self.situation.motions.values())
+        return pack_acts(motions, self._loads, self.place, self.start, self.until)
+
+    @property
+    def _loads(self) -> list[Load]:
+        """Return the loads that change in time, and behind them how lengths of threads do."""
+        return [*self.timed, *lengths(self.situation)]
+
+    @property
+    def _courses(self) -> list[Course]:
+        """Return the courses of all that changes in time but motions."""
+        found = [term.course for load in self._loads for term in load.terms]
+        found += [course for field in self.situation.fields for _, course in field.changes]
+        return found
+
+    @property
+    def is_changing(self) -> bool:
+        """Return whether what acts depends on the time, or on where nodes were listed."""
+        moving = self.situation.motions or self._courses
+        return bool(moving) or self.situation.contact is not None
+
+    def fields(self) -> Fields:
+        """Return what acts on nodes beside springs, around the positions ``around``."""
+        found = [(field.kernel, self._table_of(field)) for field in self.situation.fields]
+        places = [kernel_address(kernel, table) for kernel, table in found]
+        tables = [table.address for _, table in found]
+        return Fields(
+            np.array(places, dtype=np.int64),
+            np.array(tables, dtype=np.int64),
+            tuple(table for _, table in found),
+        )
+
+    def _table_of(self, field: Field) -> RecordTable:
+        """Return what the kernel of a field is given."""
+        acts = acts_of(field.changes, self.start, self.until)
+        return RecordTable(field.table(self.place, acts, self.around))
+
+    def reels(self) -> Reels:
+        """Return the springs whose rest lengths change."""
+        situation, springs = self.situation, self.springs
+        row = np.full(self.spring_count, -1)
+        # Dead springs keep the rest lengths with which they pass for none.
+        acting = situation.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
+        row[springs.ids[acting]] = np.flatnonzero(acting)
+        ends = self.place[situation.network.ends]
+        first = len(situation.motions) + len(self.timed)
+        return reels(list(situation.reelings.values()), row, ends, first)
+
+    def internal(self) -> Internal:
+        """Return what springs remember."""
+        network = self.situation.network
+        nodes = network.remembering(SPRINGS)
+        assert self.springs.inelastic is not None
+        return self.springs.inelastic.table(self.place[nodes], network.position[nodes])
+
+    def longest_step(self, looks: int) -> float:
+        """Return the largest step that follows motions and loads of the present stretch [s]."""
+        motions = self.situation.motions.values()
+        return longest_step(motions, self._courses, self.start, self.until, looks)
+
+    def next_knot(self, time: float, until: float) -> float:
+        """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""
+        times = knots(self.situation.motions.values(), self._courses)
+        later = times[(times > time) & (times < until)]
+        return float(later[0]) if len(later) else until
+
+
+def _are_sorted(low: Places, high: Places) -> bool:
+    """Return whether springs stand by their lower and then by their upper ends."""
+    upwards, same = low[1:] > low[:-1], low[1:] == low[:-1]
+    return bool((upwards | (same & (high[1:] >= high[:-1]))).all())

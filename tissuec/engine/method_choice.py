@@ -1,0 +1,151 @@
+"""The automatic choice of an integrator, by measured facts of the scene and a reason in words.
+
+Work against precision, in force evaluations, follows from the orders: velocity Verlet needs
+T ω √(κ / tolerance) of them, DOP853 about 12 T ω (κ' / tolerance)^(1/7) / 2. On the tube, the
+lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
+"""
+
+from collections.abc import Callable, Mapping
+from math import sqrt
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.method import Method
+from tissuec.engine.stability import damping_radius, spectral_radius
+from tissuec.mechanics.observables import lengths
+from tissuec.mechanics.situation import Situation
+from tissuec.script.plan import AUTOMATIC
+
+CROSSING = 2e-2
+# Radians of the fastest motion from which errors that grow in proportion to time, instead of
+# faster, make up for the shorter steps of the symplectic method.
+LONG = 1e4
+CREEPING = 4.0  # damping ratio from which implicit steps are worth beginning with
+MANY = 1000  # explicit steps at their limit from which they are
+DEFAULT_TOLERANCE = 1e-4
+
+
+class Choice(Struct, frozen=True):
+    """An integrator and why.
+
+    Attributes:
+        name: A member of ``INTEGRATORS``.
+        reason: One sentence.
+        facts: "omega" and "damping" [1/s], "zeta", "limit" [s] of the chosen one, where they
+            were needed.
+    """
+
+    name: str
+    reason: str
+    facts: Mapping[str, float]
+
+
+def measured_facts(situation: Situation) -> dict[str, float]:
+    """Return ω̂ and λ̂ [1/s] and the damping ratio ζ̂ = λ̂ / 2ω̂ of the fastest motion."""
+    omega, damping = spectral_radius(situation), damping_radius(situation)
+    return {
+        "omega": omega,
+        "damping": damping,
+        "zeta": damping / (2.0 * omega) if omega else 0.0,
+    }
+
+
+def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) -> Choice:
+    """Return the integrator for a scene; the one asked for by name, if any.
+
+    Args:
+        is_banded: Tells whether equations of implicit steps have a matrix of narrow band.
+    """
+    if method.name != AUTOMATIC:
+        return Choice(method.name, f'"{method.name}" was asked for', {})
+    if method.step is not None:
+        return _by_step(situation, method.step)
+    tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
+    if tolerance < CROSSING and not situation.loss:
+        facts = measured_facts(situation)
+        swept = facts["omega"] * method.duration
+        if swept > LONG:
+            reason = (
+                f"nothing damps the motion, through {swept:.2g} radians: errors of a "
+                "symplectic method grow in proportion to time only"
+            )
+            return Choice("srkn11", reason, facts)
+    if (creeping := _creeping(situation, method, is_banded)) is not None:
+        return creeping
+    if tolerance < CROSSING:
+        reason = (
+            f"a tolerance of {tolerance:g} is finer than {CROSSING:g}, "
+            "where order 8 needs fewer force evaluations than order 2"
+        )
+        return Choice("dop853", reason, {})
+    facts = measured_facts(situation)
+    if facts["zeta"] > 1.0:
+        reason = (
+            f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
+            "which would force very small steps on velocity Verlet"
+        )
+        return Choice("dop853", reason, facts)
+    reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
+    return Choice("velocity verlet", reason, facts)
+
+
+def _creeping(
+    situation: Situation, method: Method, is_banded: Callable[[], bool]
+) -> Choice | None:
+    """Return an implicit method for a net so damped that it mostly creeps, else None.
+
+    The rates are measured only where bounds of them, from the sums at each node, allow it.
+    """
+    if situation.inelastic is not None:
+        return None
+    if _damping_ratio_of_nodes(situation) < CREEPING:
+        return None
+    facts = measured_facts(situation)
+    limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
+    if facts["zeta"] < CREEPING or method.duration < MANY * limit or not is_banded():
+        return None
+    reason = (
+        f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), and explicit steps of "
+        f"at most {limit:.2g} s would be needed for motions that creep"
+    )
+    return Choice("esdirk43", reason, facts)
+
+
+def _damping_ratio_of_nodes(situation: Situation) -> float:
+    """Return λ / 2ω of the node with the largest Σ d/m, with its own ω² = Σ c/m."""
+    ends, alive = situation.network.ends, situation.alive
+    behaviour, count = situation.behaviour(), situation.network.node_count
+    elongation = lengths(ends, situation.position) - behaviour.rest
+    sluggish = np.where(alive, behaviour.sluggishness(elongation, 0.0 * elongation), 0.0)
+    if not sluggish.any():
+        return 0.0
+    steep = np.where(alive, behaviour.steepness(elongation), 0.0)
+    rates, squares = (
+        np.where(
+            situation.held,
+            0.0,
+            (np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count))
+            / situation.mass,
+        )
+        for each in (sluggish, steep)
+    )
+    worst = int(rates.argmax())
+    square = float(squares[worst])
+    return float(rates[worst]) / (2.0 * sqrt(square)) if square > 0.0 else 0.0
+
+
+def _by_step(situation: Situation, step: float) -> Choice:
+    """Return an integrator that is stable at a given step, the cheapest of several."""
+    facts = measured_facts(situation)
+    limit = INTEGRATORS["velocity verlet"].stability_limit(facts["omega"], facts["zeta"])
+    if step <= 0.9 * limit:
+        reason = f"a step of {step:g} s is well below its stability limit of {limit:.3g} s"
+        return Choice("velocity verlet", reason, facts | {"limit": limit})
+    wider = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
+    reason = (
+        f"a step of {step:g} s is near or above the stability limit of velocity Verlet "
+        f"({limit:.3g} s); that of DOP853 is {wider:.3g} s"
+    )
+    return Choice("dop853", reason, facts | {"limit": wider})

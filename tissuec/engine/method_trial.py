@@ -1,0 +1,217 @@
+"""Which method goes on: explicit steps against implicit or stabilised ones, by their pace.
+
+Whether a scene is stiff is not to be seen from its fastest rates: what counts is how much
+larger than these allow the steps could be, and that shows in trying. So where stability limits
+the steps of an explicit method, the other kind is tried for a while, and the one goes on that
+comes further in its time. That time is predicted from counts, not taken by a clock, so that a
+run gives the same bytes again; the costs were measured. Each look is later than the last by a
+factor, so that trials stay a small part of the whole.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
+
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.method_choice import Choice
+from tissuec.kernels.records import Progress, Solver
+from tissuec.mechanics.situation import Situation
+
+STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
+GLANCE = 12  # force evaluations after which a trial is looked at
+BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
+WORTHWHILE = 0.3  # predicted time to come below which nothing is tried [s]
+# The same where more than springs acts: what is left of solving equations sets off motions that
+# explicit steps leave alone, such as a ring that crumples under a sling.
+PATIENT = 60.0
+TRIALS = 20.0  # times as much as a trial costs must be to come
+BETTER = 1.1  # times as far that the other method must come
+OVERDAMPED = 5.0  # damping ratio from which a stabilised method is worth a trial
+HELD = 0.7  # part of the stability limit that explicit steps of a stiff net come to
+# Time of a force evaluation per spring and per node with all that follows from it, of a factor
+# per multiplication, of a solution per number of the band, and of one by conjugate gradients.
+SPRING, NODE, CALL = 4e-9, 6e-9, 3e-7
+FACTOR, BAND, GRADIENTS = 8e-11, 6e-10, 30 * 8e-9
+
+
+class Contest(Struct):
+    """The state of the contest; all of it goes into checkpoints.
+
+    Attributes:
+        look: Force evaluations at which to look again.
+        length: Of the next window of the method that goes on, in force evaluations.
+        window: Of the window under way; short in a trial, whose evaluations may cost more.
+        end: Force evaluations at which it ends.
+        allowance: What each window of a trial may cost if it falls behind [s], 0 outside of
+            trials.
+        warming: Whether the window under way only lets steps grow.
+        time: When the window began [s].
+        spent: Predicted cost until then [s].
+        rival: The other method, if it was tried; its pace is in simulated seconds per second.
+        rival_pace: What it reached.
+    """
+
+    look: int = 0
+    length: int = 0
+    window: int = 0
+    end: int = 0
+    allowance: float = 0.0
+    warming: bool = True
+    time: float = 0.0
+    spent: float = 0.0
+    rival: str = ""
+    rival_pace: float = 0.0
+
+    def begin(self, now: Progress, effort: np.ndarray, name: str, cost: float) -> None:
+        """Open a window anew after a change of anything, or the first one."""
+        self.length = self.length or STEPS * INTEGRATORS[name].evaluations
+        self._open(now, effort, cost, self.window or self.length, warming=True)
+
+    def decide(
+        self,
+        now: Progress,
+        effort: np.ndarray,
+        cost: float,
+        name: str,
+        duration: float,
+        candidate: Callable[[float], tuple[str, float] | None],
+    ) -> Choice | None:
+        """Return the method to change to, or None to go on.
+
+        Args:
+            now: Between two steps.
+            effort: As ``Work.effort``.
+            cost: Predicted so far [s].
+            name: Of the present method.
+            duration: Of the run [s].
+            candidate: Given the pace of the present method, in simulated seconds per second,
+                returns another one that may come further, and what a trial is predicted to
+                cost [s].
+        """
+        if effort[0] < self.look:
+            return None
+        pace = (now.time - self.time) / max(cost - self.spent, 1e-12)
+        behind = self.rival_pace > BETTER * pace
+        # Equations that are hard to solve may cost many times as much as was predicted.
+        lost = behind and cost - self.spent > self.allowance > 0.0
+        if effort[0] < self.end and not lost:
+            self.look = min(int(effort[0]) + GLANCE, self.end)
+            return None
+        if self.warming and not lost:
+            self._open(now, effort, cost, self.window, warming=False)
+            return None
+        ahead = duration - now.time
+        change, window, allowance = None, self.length, 0.0
+        if self.rival and behind:
+            gain = self.rival_pace / pace if pace else np.inf
+            reason = f"it advances {gain:.2g} times as fast as {name}, by counts of operations"
+            change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
+            self.length *= 4
+            window = self.length
+        elif (
+            not self.rival
+            and ahead > WORTHWHILE * pace
+            and (found := candidate(pace)) is not None
+            and ahead > TRIALS * found[1] * pace
+        ):
+            other = found[0]
+            reason = (
+                f"explicit steps at the limit of stability may come further than {name}"
+                if INTEGRATORS[name].implicit
+                else f"stability and not accuracy limits the steps of {name}: tried instead"
+            )
+            change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
+            window, allowance = STEPS * INTEGRATORS[other].evaluations, 0.5 * found[1]
+        else:
+            # What the other method was worth then is forgotten, so that it is tried again.
+            self.length, self.rival = 2 * self.length, ""
+            window = self.length
+        self.allowance = allowance
+        self._open(now, effort, cost, window, warming=change is not None)
+        return change
+
+    def _open(
+        self, now: Progress, effort: np.ndarray, cost: float, window: int, *, warming: bool
+    ) -> None:
+        self.window, self.end = window, int(effort[0]) + window
+        self.look = min(self.end, int(effort[0]) + GLANCE) if self.allowance else self.end
+        self.time, self.spent, self.warming = now.time, cost, warming
+
+    def state(self) -> dict[str, Any]:
+        """Return all of it for a checkpoint."""
+        return asdict(self)
+
+    @classmethod
+    def restore(cls, state: Mapping[str, Any]) -> "Contest":
+        """Return what ``state`` gave; numbers may come back as those of NumPy."""
+        fresh = cls()
+        return cls(**{name: type(value)(state[name]) for name, value in asdict(fresh).items()})
+
+
+def evaluation_time(situation: Situation, springs: int) -> float:
+    """Return the predicted time of a compiled force evaluation [s].
+
+    Args:
+        springs: That act.
+    """
+    beside = sum(field.seconds for field in situation.fields)
+    return CALL + SPRING * springs + NODE * situation.network.node_count + beside
+
+
+def cost_of(effort: np.ndarray, evaluation: float, springs: int, solver: Solver) -> float:
+    """Return the predicted time of compiled steps so far [s].
+
+    Args:
+        effort: As ``Work.effort``.
+        evaluation: Predicted time of a force evaluation [s].
+        springs: That act.
+    """
+    numbers = solver.band.size
+    factor = FACTOR * numbers * solver.band.shape[1] + 4.0 * SPRING * springs
+    solution = BAND * numbers if numbers else GRADIENTS * springs
+    return float(effort[0] * evaluation + effort[1] * factor + effort[2] * solution)
+
+
+def candidate_for(
+    name: str,
+    step: float,
+    pace: float,
+    facts: Mapping[str, float],
+    evaluation: float,
+    *,
+    banded: bool,
+) -> str | None:
+    """Return what may come further: another kind than an explicit method at its limit, or back.
+
+    Solved by conjugate gradients, implicit steps of solid blocks cost more than explicit ones
+    even there; what dashpots brake is left to stabilised ones.
+
+    Args:
+        name: Of the present method.
+        step: Its present step [s].
+        pace: Its simulated seconds per second.
+        facts: As ``measured_facts`` gives them.
+        evaluation: Predicted time of a force evaluation [s].
+        banded: Whether the matrix of implicit steps has a narrow band.
+    """
+    member, explicit = INTEGRATORS[name], INTEGRATORS["dop853"]
+    limit = explicit.stability_limit(facts["omega"], facts["zeta"])
+    if member.implicit:
+        foreseen = HELD * limit / (explicit.evaluations * evaluation)
+        return "dop853" if foreseen > BETTER * pace else None
+    if step < BOUND * member.stability_limit(facts["omega"], facts["zeta"]):
+        return None
+    if not banded:
+        return "rkc2" if facts["zeta"] > OVERDAMPED else None
+    return "esdirk43"
+
+
+def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> float:
+    """Return the predicted time of both windows of a trial [s]."""
+    member = INTEGRATORS[name]
+    steps, solutions = 2 * STEPS, member.evaluations if member.implicit else 0
+    effort = np.array([member.evaluations, int(member.implicit), solutions]) * steps
+    return cost_of(effort, evaluation, springs, solver)

@@ -1,0 +1,61 @@
+"""Samples on their way to the recorder: a buffer that the stepping code fills."""
+
+from collections.abc import Callable
+
+from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.method import Samples
+from tissuec.engine.state import glances, new_buffer
+from tissuec.kernels.records import GLANCES, Progress
+from tissuec.model.network import Floats
+
+
+class Outbox:
+    """Holds samples until there are enough to hand over.
+
+    Args:
+        times: When to record [s], ascending without repetitions, shape (sample,).
+        layout: How the stepping code keeps nodes.
+        record: Takes the batches, in the order of the network.
+    """
+
+    def __init__(self, times: Floats, layout: Layout, record: Callable[[Samples], None]):
+        self.buffer = new_buffer(times, len(layout.order), layout.spring_count)
+        self._layout, self._record = layout, record
+
+    def make_room(self, steps: int) -> None:
+        """Have room for states within some steps."""
+        buffer = self.buffer
+        if buffer.glance_time.size < GLANCES * steps:
+            self.buffer = buffer._replace(**glances(steps, buffer.position.shape[1]))
+
+    def is_due(self, progress: Progress, until: float) -> bool:
+        """Tell whether the next sample comes before a time [s]."""
+        times = self.buffer.times
+        return progress.sample < times.size and bool(times[progress.sample] < until)
+
+    def enter(self, progress: Progress, x: Floats, v: Floats, ledger: Floats) -> Progress:
+        """Enter the next sample; return the progress with that."""
+        buffer = self.buffer
+        if progress.filled == buffer.time.size:
+            progress = self.flush(progress)
+        index = progress.filled
+        buffer.time[index] = buffer.times[progress.sample]
+        buffer.position[index], buffer.velocity[index], buffer.ledger[index] = x, v, ledger
+        buffer.error[index] = progress.error
+        return progress._replace(sample=progress.sample + 1, filled=index + 1)
+
+    def flush(self, progress: Progress) -> Progress:
+        """Hand over what the buffer holds; return the progress with that."""
+        count, buffer = progress.filled, self.buffer
+        if count:
+            self._record(
+                Samples(
+                    time=buffer.time[:count].copy(),
+                    position=self._layout.outwards(buffer.position[:count]),
+                    velocity=self._layout.outwards(buffer.velocity[:count]),
+                    work=buffer.ledger[:count, 0].copy(),
+                    dissipated=buffer.ledger[:count, 1].copy(),
+                    error=buffer.error[:count].copy(),
+                )
+            )
+        return progress._replace(filled=0)

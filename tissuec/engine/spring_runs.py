@@ -1,0 +1,132 @@
+"""Springs in runs, which the processor takes eight at a time.
+
+A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …, of which
+lattices, tubes and sheets have many; springs of no strength fill short gaps. They need no lists
+of nodes: all that belongs to a run lies in a row in memory.
+
+Runs are kept in blocks by their lower nodes. Where no spring is longer than a block, every
+other block has no node in common with the next one, so that threads can do these at a time.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.kernels.records import Runs
+from tissuec.kernels.thread_loops import PIECE
+from tissuec.model.network import Floats, Indices
+
+Places = NDArray[np.integer]
+GAP = 8  # springs that are missing in a row, at most
+# What a run costs, and each of its springs, beside a spring by itself.
+RUN_COST, SPRING_COST = 3.5, 0.4
+BLOCK_NODES = 1024  # of a block, at least; what belongs to its springs fits into a cache
+LEAST_BLOCKS = 4  # that are worth being shared by threads
+
+
+class RunPlaces(Struct, frozen=True, eq=False):
+    """Where springs stand in runs.
+
+    Attributes:
+        first, length, offset, at: As in ``Runs``, shape (run,).
+        block: As in ``Runs``; a single one if some springs are too long for several.
+        place: Of each spring among those in runs, shape (spring,).
+        size: How many those are, with what fills gaps.
+    """
+
+    first: Indices
+    length: Indices
+    offset: Indices
+    at: Indices
+    block: Indices
+    place: NDArray[np.integer]
+    size: int
+
+    @property
+    def is_worthwhile(self) -> bool:
+        """Return whether forces are computed faster in runs."""
+        return RUN_COST * len(self.first) + SPRING_COST * self.size < len(self.place)
+
+
+def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
+    """Return springs in runs.
+
+    Args:
+        low, high: Their ends as places of nodes, low < high, shape (spring,); of a type that
+            can count the springs and all gaps between them.
+    """
+    if not len(low):
+        none = np.zeros(0, dtype=np.int64)
+        return RunPlaces(none, none, none, none, np.zeros(1, dtype=np.int64), none, 0)
+    if (low[1:] < low[:-1]).any():
+        order = np.argsort(low, kind="stable")
+        found = places_of(low[order], high[order])
+        place = np.empty_like(found.place)
+        place[order] = found.place
+        return replace(found, place=place)
+    size = block_size(low, high)
+    apart = are_several(high, size)
+    width = size if apart else 4 * BLOCK_NODES
+    # Block by block, so that what is needed on the way takes little room.
+    begins = np.searchsorted(low, np.arange(0, int(low[-1]) + 1, width, dtype=low.dtype))
+    place, filled = np.empty_like(low), 0
+    parts: list[tuple[Places, Places, Places]] = []
+    for begin, end in pairwise([*begins.tolist(), len(low)]):
+        first, length, offset, within = _runs_of_block(low[begin:end], high[begin:end])
+        place[begin:end] = within + filled
+        filled += int(length.sum())
+        parts.append((first, length, offset))
+    first, length, offset = (
+        np.concatenate(each).astype(np.int64) for each in zip(*parts, strict=True)
+    )
+    at = np.cumsum(length) - length
+    counts = [len(firsts) for firsts, _, _ in parts] if apart else [len(first)]
+    return RunPlaces(first, length, offset, at, np.cumsum([0, *counts]), place, filled)
+
+
+def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, Places]:
+    """Return first nodes, lengths and offsets of runs, and the place of each spring in them."""
+    offset = high - low
+    order = np.argsort(offset, kind="stable")
+    offset, ordered = offset[order], low[order]
+    step = np.diff(ordered)
+    ends = (np.diff(offset) != 0) | (step <= 0) | (step > GAP + 1)
+    start = np.flatnonzero(np.concatenate([[True], ends])[: len(low)])
+    stop = np.append(start, len(low))[1:]
+    first = ordered[start]
+    length = ordered[stop - 1] - first + 1
+    place = np.empty_like(low)
+    place[order] = np.repeat(np.cumsum(length) - length - first, stop - start) + ordered
+    return first, length, offset[start], place
+
+
+def block_size(low: NDArray[np.integer], high: NDArray[np.integer]) -> int:
+    """Return how many nodes a block has, so that no spring is longer."""
+    longest = int((high - low).max(initial=0))
+    return -(-max(longest, BLOCK_NODES) // PIECE) * PIECE
+
+
+def are_several(high: NDArray[np.integer], size: int) -> bool:
+    """Return whether there are several blocks of a size, so that threads can share them."""
+    return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * size
+
+
+def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:
+    """Return springs in runs for the stepping code.
+
+    Args:
+        nodes: How many there are.
+        **values: ``stiffness``, ``damping``, ``rest``, ``near`` and ``near_crush`` of springs,
+            shape (spring,); None for what no spring has.
+    """
+    fills = {"near": np.inf, "near_crush": np.inf}
+    filled: dict[str, Floats] = {}
+    for name, value in values.items():
+        filled[name] = np.full(0 if value is None else places.size, fills.get(name, 0.0))
+        if value is not None:
+            filled[name][places.place] = value
+    where = places.first, places.length, places.offset, places.at, places.block
+    return Runs(*where, **filled, apart=np.zeros((9, nodes)))

@@ -1,0 +1,192 @@
+"""What happens within an accepted step: ruptures and triggers, found on its dense output."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.engine.backends import Inside
+from tissuec.engine.kernel_inputs import Layout, Springs
+from tissuec.engine.operations import OPERATIONS
+from tissuec.kernels.record_tables import RecordTable
+from tissuec.kernels.records import Progress
+from tissuec.model.network import Floats, Indices
+
+FINE = 32  # pieces in which a suspect spring is followed
+TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
+SUSPECT = 0.99  # of the limit: springs whose course over the step is followed
+RESOLUTION = 1e-12  # of the step, to which times are located
+
+Watch = Callable[[float, Floats, Floats], bool]
+Survey = Callable[[Floats, Floats, Floats], bool]
+
+
+class Within:
+    """The accepted step that has not been taken over yet.
+
+    Args:
+        inside: Code that evaluates the step inside.
+        progress: With a pending step.
+        work: The arrays of the run, as a table.
+        net: What acts, as a table.
+        layout: Where nodes and springs stand.
+    """
+
+    def __init__(
+        self,
+        inside: Inside,
+        progress: Progress,
+        work: RecordTable,
+        net: RecordTable,
+        layout: Layout,
+    ):
+        self._inside, self._work, self._net, self._layout = inside, work, net, layout
+        self.start, self.end, self._current = progress.time, progress.end, progress.current
+        self._prepared = bool(progress.prepared)
+
+    def state(self, when: float) -> tuple[Floats, Floats, Floats]:
+        """Return flat position, velocity and the ledger at a time in the step."""
+        work, now = self._work, self._current
+        if when == self.end:
+            other = 1 - now
+            return work.x[other].copy(), work.v[other].copy(), work.ledger[other].copy()
+        if not self._prepared:
+            self._inside.prepare(self.start, self.end, now, work, self._net)
+            self._prepared = True
+        x, v, ledger = np.empty_like(work.zero), np.empty_like(work.zero), np.zeros(2)
+        self._inside.look(when, self.start, self.end, now, x, v, ledger, work, self._net)
+        return x, v, ledger
+
+    def loads(self, when: float, limits: "Limits") -> Floats:
+        """Return how strongly springs pull or press towards their limits at a time [N]."""
+        x, v, _ = self.state(when)
+        if when == self.end:  # else rest lengths are those of this time
+            OPERATIONS["place"](when, x, v, self._net)
+        tension = np.empty(len(self._layout.springs.ids))
+        OPERATIONS["tension"](x, v, tension, self._net)
+        return limits.sign * tension[limits.spring]
+
+    def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
+        """Return when the first spring surpasses a limit, and which do at that time."""
+        limits = self._suspects(Limits.of(self._layout.springs), looks)
+        if not len(limits.spring):
+            return None
+        times = np.linspace(self.start, self.end, FINE + 1)
+        loads = np.array([self.loads(t, limits) for t in times])
+        first = np.inf
+        for row in range(len(limits.spring)):
+            limit = limits.some([row])
+            bracket = self._bracket(times, loads[:, row], limit)
+            if bracket is None or bracket[0] >= first:
+                continue
+            below, above = bracket
+            # A spring that is surpassed behind the first rupture so far is of no interest.
+            if above < first or self._exceeds(first, limit):
+                first = self._crossing(below, min(above, first), limit)
+        if first == np.inf:
+            return None
+        broken = self.loads(first, limits) >= limits.force * (1.0 - TOGETHER)
+        found = np.sort(self._layout.springs.ids[limits.spring[broken]])
+        return first, found.astype(np.int64)
+
+    def _suspects(self, limits: "Limits", looks: int) -> "Limits":
+        """Return the limits that springs come close to at any look."""
+        times = np.linspace(self.start, self.end, looks + 1)
+        loads = np.array([self.loads(t, limits) for t in times])
+        tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:]).max(axis=0)
+        return limits.some(tops > SUSPECT * limits.force)
+
+    def _bracket(
+        self, times: Floats, loads: Floats, limit: "Limits"
+    ) -> tuple[float, float] | None:
+        """Return times below and above the first crossing of one limit, None without one."""
+        above = np.flatnonzero(loads > limit.force)
+        first = int(above[0]) if len(above) else len(times)
+        if first == 0:
+            return times[0], times[0]
+        tops = parabola_tops(loads[:-2], loads[1:-1], loads[2:])
+        for peak in np.flatnonzero(tops > limit.force * (1.0 - 1e-4)) + 1:
+            if peak >= first:
+                break
+            if loads[peak] < max(loads[peak - 1], loads[peak + 1]):
+                continue
+            summit = self._summit(times[peak - 1], times[peak + 1], limit)
+            if self._exceeds(summit, limit):
+                return times[peak - 1], summit
+        return (times[first - 1], times[first]) if first < len(times) else None
+
+    def _summit(self, low: float, high: float, limit: "Limits") -> float:
+        """Return when the load of one limit is largest, by golden section."""
+        ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+        left, right = high - ratio * (high - low), low + ratio * (high - low)
+        value_left, value_right = self.loads(left, limit)[0], self.loads(right, limit)[0]
+        # Times in a very short step are only as fine as rounding lets them be.
+        while high - low > max(1e-8 * (self.end - self.start), 4.0 * np.spacing(self.end)):
+            if value_left > value_right:
+                high, right, value_right = right, left, value_left
+                left = high - ratio * (high - low)
+                value_left = self.loads(left, limit)[0]
+            else:
+                low, left, value_left = left, right, value_right
+                right = low + ratio * (high - low)
+                value_right = self.loads(right, limit)[0]
+        return left if value_left > value_right else right
+
+    def _exceeds(self, when: float, limit: "Limits") -> bool:
+        return bool(self.loads(when, limit)[0] > limit.force[0])
+
+    def _crossing(self, below: float, above: float, limit: "Limits") -> float:
+        """Return the first time with a load above its limit, by bisection."""
+        resolution = RESOLUTION * (self.end - self.start)
+        return bisect(lambda when: self._exceeds(when, limit), below, above, resolution)
+
+
+class Limits(NamedTuple):
+    """Forces at which springs break, by tension or by pressure.
+
+    Attributes:
+        spring: Places among the springs that act, shape (limit,).
+        sign: 1 for tension, -1 for pressure.
+        force: Limits of the tension times ``sign`` [N].
+    """
+
+    spring: Indices
+    sign: Floats
+    force: Floats
+
+    @classmethod
+    def of(cls, springs: Springs) -> "Limits":
+        """Return all limits that there are."""
+        torn = np.flatnonzero(np.isfinite(springs.strength))
+        crushed = np.flatnonzero(np.isfinite(springs.crush))
+        sign = np.repeat([1.0, -1.0], [len(torn), len(crushed)])
+        force = np.concatenate([springs.strength[torn], springs.crush[crushed]])
+        return cls(np.concatenate([torn, crushed]), sign, force)
+
+    def some(self, chosen: NDArray[np.bool_] | list[int]) -> "Limits":
+        """Return the chosen ones."""
+        return Limits(self.spring[chosen], self.sign[chosen], self.force[chosen])
+
+
+def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
+    """Return the highest values of parabolas through three equidistant looks."""
+    bend = 2.0 * here - before - after
+    inside_it = (here >= before) & (here >= after) & (bend > 0.0)
+    rise = (after - before) ** 2 / (8.0 * np.where(inside_it, bend, 1.0))
+    return np.maximum(np.maximum(before, after), here) + np.where(inside_it, rise, 0.0)
+
+
+def bisect(
+    holds: Callable[[float], bool], false_at: float, true_at: float, resolution: float
+) -> float:
+    """Return a time at which a claim holds, at most ``resolution`` after one where it fails."""
+    while true_at - false_at > resolution:
+        middle = 0.5 * (false_at + true_at)
+        if not false_at < middle < true_at:
+            break
+        if holds(middle):
+            true_at = middle
+        else:
+            false_at = middle
+    return true_at

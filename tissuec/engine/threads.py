@@ -1,0 +1,85 @@
+"""Threads that share the loops of a run over nodes and springs.
+
+While compiled code steps, they busy-wait for the next loop, which
+``kernels.thread_loops.share`` begins; between calls of that code they sleep.
+"""
+
+import ctypes
+import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, Self
+
+import numpy as np
+
+from tissuec.forces.runs_kernel import BLOCK
+from tissuec.kernels import loading, records
+from tissuec.kernels.thread_loops import pieces_of
+
+LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains
+PARTS = 4  # of a loop for each thread: who is held up by something else leaves parts to others
+WORDS, ALL_PARTS, GIVE_WAY = 32, 3, 24  # as in ``building/team.ll``
+
+
+class Team:
+    """The threads of one run, awake within ``with team:``.
+
+    Args:
+        threads: How many, the one that enters included.
+        nodes: Of the net.
+
+    Attributes:
+        record: What kernels are given.
+    """
+
+    def __init__(self, threads: int, nodes: int):
+        pieces, parts = max(pieces_of(nodes), 1), PARTS * threads if threads > 1 else 1
+        self.record = records.Team(
+            threads=threads,
+            words=np.zeros(WORDS, dtype=np.int64),
+            found=np.zeros(parts),
+            each=np.zeros((parts, 5, BLOCK)),
+            work=np.zeros(pieces),
+            lost=np.zeros(pieces),
+            near=np.zeros(pieces, dtype=np.int64),
+        )
+        self._pool: ThreadPoolExecutor | None = None
+        self._awake: list[Future[None]] = []
+
+    def __enter__(self) -> Self:
+        others, words = self.record.threads - 1, self.record.words
+        if others and self._pool is None:
+            self._pool = ThreadPoolExecutor(others, "tissuec")
+            words[0] = words[ALL_PARTS] = len(self.record.found)
+            words[GIVE_WAY] = _giving_way()
+        if self._pool is not None:
+            serve = _function("serve", ctypes.c_void_p)
+            self._awake = [self._pool.submit(serve, words.ctypes.data) for _ in range(others)]
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        if self._awake:
+            dismiss = _function("dismiss", ctypes.c_void_p, ctypes.c_int64)
+            dismiss(self.record.words.ctypes.data, len(self._awake))
+            for thread in self._awake:
+                thread.result()
+            self._awake = []
+
+
+def useful(threads: int, springs: int) -> int:
+    """Return how many of some threads a net keeps busy."""
+    return max(1, min(threads, springs // LEAST_SPRINGS))
+
+
+def _function(name: str, *arguments: Any) -> Callable[..., None]:
+    """Return a function of threads, for C."""
+    return ctypes.CFUNCTYPE(None, *arguments)(loading.address("team", name))
+
+
+def _giving_way() -> int:
+    """Return where the function of the system is that lets others have the processor."""
+    if os.name == "nt":
+        function = ctypes.WinDLL("kernel32").SwitchToThread  # type: ignore[attr-defined]
+    else:
+        function = ctypes.CDLL(None).sched_yield
+    return ctypes.cast(function, ctypes.c_void_p).value or 0

@@ -1,0 +1,1 @@
+"""Geometry of points, lines, triangles and closed surfaces."""

@@ -1,0 +1,85 @@
+"""Edges of triangles: which triangles share them, and whether those face the same way.
+
+Triangles that share an edge face the same way where they run along it in opposite directions.
+"""
+
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.topology import pieces
+
+Floats: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.int64]
+
+
+class Edges(Struct, frozen=True, eq=False, dict=True):
+    """The edges of a set of triangles.
+
+    Attributes:
+        triangles: Corners, shape (triangle, 3).
+        ends: Both nodes of each edge, lower one first, shape (edge, 2), in ascending order.
+        count: How many triangles have each edge, shape (edge,).
+        of: Edges of each triangle: of its corners 0-1, 1-2 and 2-0, shape (triangle, 3).
+    """
+
+    triangles: Indices
+    ends: Indices
+    count: Indices
+    of: Indices
+
+    @classmethod
+    def among(cls, triangles: Indices) -> "Edges":
+        """Return the edges of triangles."""
+        first, second = triangles, np.roll(triangles, -1, axis=1)
+        size = int(triangles.max(initial=0)) + 1
+        keys = (np.minimum(first, second) * size + np.maximum(first, second)).ravel()
+        found, number, count = np.unique(keys, return_inverse=True, return_counts=True)
+        ends = np.stack(np.divmod(found, size), axis=1)
+        return cls(triangles, ends, count, number.reshape(-1, 3))
+
+    @property
+    def is_closed(self) -> bool:
+        """Return whether each edge belongs to exactly two triangles, and there are some."""
+        return bool(len(self.count)) and bool(np.all(self.count == 2))
+
+    @cached_property
+    def pairs(self) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+        """Return the two triangles at each edge that has two, and whether they agree."""
+        order = np.argsort(self.of.ravel(), kind="stable")
+        upward = (self.triangles < np.roll(self.triangles, -1, axis=1)).ravel()[order]
+        start = (np.cumsum(self.count) - self.count)[self.count == 2]
+        triangle = order // 3
+        return triangle[start], triangle[start + 1], upward[start] != upward[start + 1]
+
+    def facing_alike(self) -> tuple[NDArray[np.bool_], Indices, int]:
+        """Return how to make the triangles agree with their neighbours.
+
+        Each triangle stands twice in a graph, as it is and turned, and is joined to those
+        states of its neighbours that agree. Then the states that go together are one piece.
+
+        Returns:
+            Which triangles are to be turned, shape (triangle,), so that the lowest of each
+            patch stays; the number of the patch that each belongs to; and how many patches
+            cannot agree at all, as a Moebius strip.
+        """
+        one, other, agrees = self.pairs
+        size, turn = len(self.triangles), np.where(agrees, 0, len(self.triangles))
+        joined = np.concatenate(
+            [np.stack([one, other + turn], 1), np.stack([one + size, other + size - turn], 1)]
+        )
+        label = pieces(2 * size, joined).astype(np.int64)
+        kept, turned = label[:size], label[size:]
+        patch = np.minimum(kept, turned)
+        return turned < kept, patch, len(np.unique(patch[kept == turned]))
+
+
+def volume(position: Floats, triangles: Indices) -> float:
+    """Return what closed triangles enclose, below zero where they face inwards."""
+    if not len(triangles):
+        return 0.0
+    a, b, c = (position[triangles] - position[triangles[0, 0]]).swapaxes(0, 1)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

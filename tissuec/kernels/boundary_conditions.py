@@ -1,0 +1,107 @@
+"""Prescribed motions and time-dependent loads, evaluated from tables inside kernels.
+
+Between two knots of all courses every course is one curve, a polynomial or a sine:
+s(t) = Σ powerₖ uᵏ + amplitude sin(angular u), u = t - origin. ``engine.boundary_conditions``
+writes these tables anew for each stretch between knots, so that kernels need no cases.
+"""
+
+from math import cos, sin
+
+from tissuec.kernels.records import Acts, Floats
+
+
+def curve(which: int, time: float, acts: Acts) -> tuple[float, float]:
+    """Return value and rate [1/s] of a curve."""
+    u = time - acts.origin[which]
+    value = rate = 0.0
+    for k in range(acts.power.shape[1] - 1, -1, -1):
+        rate = rate * u + value
+        value = value * u + acts.power[which, k]
+    angular = acts.angular[which]
+    if angular != 0.0:
+        value += acts.amplitude[which] * sin(angular * u)
+        rate += acts.amplitude[which] * angular * cos(angular * u)
+    return value, rate
+
+
+def total(act: int, time: float, acts: Acts) -> tuple[float, float, float, float, float, float]:
+    """Return the sum of an act's terms and of their rates, three components each."""
+    s0 = s1 = s2 = u0 = u1 = u2 = 0.0
+    for term in range(acts.term_first[act], acts.term_first[act + 1]):
+        factor, rate = curve(acts.term_curve[term], time, acts)
+        t0, t1, t2 = (
+            acts.term_vector[term, 0],
+            acts.term_vector[term, 1],
+            acts.term_vector[term, 2],
+        )
+        s0 += factor * t0
+        s1 += factor * t1
+        s2 += factor * t2
+        u0 += rate * t0
+        u1 += rate * t1
+        u2 += rate * t2
+    return s0, s1, s2, u0, u1, u2
+
+
+def turning(act: int, time: float, acts: Acts) -> tuple[float, float, float]:
+    """Return cosine and sine of an act's angle and its rate [rad/s]."""
+    factor, rate = curve(acts.turn_curve[act], time, acts)
+    angle = acts.turn_angle[act]
+    return cos(angle * factor), sin(angle * factor), angle * rate
+
+
+def put_driven(time: float, x: Floats, v: Floats, acts: Acts) -> None:
+    """Put driven nodes where their motions have them."""
+    for act in range(acts.motions):
+        s0, s1, s2, u0, u1, u2 = total(act, time, acts)
+        for entry in range(acts.first[act], acts.first[act + 1]):
+            i = 3 * acts.nodes[entry]
+            x[i] = acts.base[entry, 0] + s0
+            x[i + 1] = acts.base[entry, 1] + s1
+            x[i + 2] = acts.base[entry, 2] + s2
+            v[i], v[i + 1], v[i + 2] = u0, u1, u2
+        if acts.turn_curve[act] >= 0:
+            turn(act, time, x, v, acts)
+
+
+def turn(act: int, time: float, x: Floats, v: Floats, acts: Acts) -> None:
+    """Add what an act's rotation does to its nodes.
+
+    Rodrigues' formula: R r - r = (n × r) sin θ - (r - n n·r) (1 - cos θ).
+    """
+    cosine, sine, spin = turning(act, time, acts)
+    n0, n1, n2 = acts.turn_axis[act, 0], acts.turn_axis[act, 1], acts.turn_axis[act, 2]
+    c0, c1, c2 = acts.turn_centre[act, 0], acts.turn_centre[act, 1], acts.turn_centre[act, 2]
+    for entry in range(acts.first[act], acts.first[act + 1]):
+        i = 3 * acts.nodes[entry]
+        r0, r1, r2 = (
+            acts.base[entry, 0] - c0,
+            acts.base[entry, 1] - c1,
+            acts.base[entry, 2] - c2,
+        )
+        along = n0 * r0 + n1 * r1 + n2 * r2
+        a0, a1, a2 = r0 - along * n0, r1 - along * n1, r2 - along * n2
+        k0, k1, k2 = n1 * r2 - n2 * r1, n2 * r0 - n0 * r2, n0 * r1 - n1 * r0
+        x[i] += k0 * sine - a0 * (1.0 - cosine)
+        x[i + 1] += k1 * sine - a1 * (1.0 - cosine)
+        x[i + 2] += k2 * sine - a2 * (1.0 - cosine)
+        # The velocity n × R r lies across the axis: k cos θ - a sin θ.
+        v[i] += spin * (k0 * cosine - a0 * sine)
+        v[i + 1] += spin * (k1 * cosine - a1 * sine)
+        v[i + 2] += spin * (k2 * cosine - a2 * sine)
+
+
+def pull_free(time: float, v: Floats, f: Floats, inverse_mass: Floats, acts: Acts) -> float:
+    """Add time-dependent loads to the forces of free nodes; return their power [W]."""
+    power = 0.0
+    for act in range(acts.motions, acts.first.size - 1):
+        s0, s1, s2, _, _, _ = total(act, time, acts)
+        for entry in range(acts.first[act], acts.first[act + 1]):
+            node = acts.nodes[entry]
+            if inverse_mass[node] > 0.0:
+                i = 3 * node
+                f[i] += s0
+                f[i + 1] += s1
+                f[i + 2] += s2
+                power += s0 * v[i] + s1 * v[i + 1] + s2 * v[i + 2]
+    return float(power)

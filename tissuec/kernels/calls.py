@@ -1,0 +1,197 @@
+"""Compiled functions, called from Python by their addresses.
+
+Compiled code takes an array as a structure by value. LLVM passes the parts of one as arguments
+by themselves, one after the other, whatever C does with structures on a system: the owner of
+the memory and the object of Python, both none here, the number of numbers and the size of one,
+where they are, the shape, and the strides.
+"""
+
+import ctypes
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tissuec.kernels import vectors
+from tissuec.kernels.bundles import BUNDLES, of_field
+from tissuec.kernels.loading import address, is_shipped
+from tissuec.kernels.record_tables import Field, RecordTable, place_of, signature
+from tissuec.kernels.records import Net
+
+_RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
+
+
+class Shipped:
+    """A function of a bundle.
+
+    It is no function of Python, so that ``engine.binding`` leaves it as it is. It takes records
+    as they are or as ``RecordTable``, and lets other threads run meanwhile.
+
+    Args:
+        made_from: What it was translated from.
+        bundle: Where it is.
+
+    Raises:
+        TypeError: An array is not what the function takes, or not contiguous.
+    """
+
+    def __init__(self, made_from: Callable[..., Any], bundle: str):
+        self.__name__, self._bundle = made_from.__name__, bundle
+        self._fields, self._result = signature(made_from)
+
+    def __call__(self, *values: Any) -> Any:
+        words, _kept = self._words(self._fields.values(), values)
+        result = self._function(values)(*words)
+        # Of the byte, one bit is the answer, and the others may be anything.
+        return bool(result & 1) if self._result is bool else result
+
+    def of_first(self, *values: Any) -> Callable[..., Any]:
+        """Return the function of its first arguments, which are numbers, given all others.
+
+        That spares looking where arrays are each time, which may take longer than the function.
+        """
+        fields = list(self._fields.values())[-len(values) :]
+        words, kept = self._words(fields, values)
+        function = self._function(values)
+
+        def call(*first: float, _kept: object = (values, kept)) -> Any:
+            return function(*first, *words)
+
+        return call
+
+    def _words(
+        self, fields: Iterable[Field], values: Sequence[Any]
+    ) -> tuple[list[float], list[RecordTable]]:
+        """Return what the function for C takes, and what must be kept until it returns."""
+        tables: list[RecordTable] = []
+        words: list[float] = []
+        for field, value in zip(fields, values, strict=True):
+            if field.kind in (float, int):
+                words.append(value)
+            elif field.dtype is not None:
+                place = place_of(value, field)
+                words += (0, 0, value.size, value.itemsize, place, *value.shape, *value.strides)
+            else:
+                tables.append(value if isinstance(value, RecordTable) else RecordTable(value))
+                words.append(tables[-1].address)
+        return words, tables
+
+    def _function(self, values: Sequence[Any]) -> Callable[..., Any]:
+        """Return the function for C, given its arguments."""
+        return self._shipped
+
+    @cached_property
+    def _shipped(self) -> Callable[..., Any]:
+        return self._kind(address(self._bundle, self.__name__))
+
+    @cached_property
+    def _kind(self) -> Any:
+        kinds = [kind for field in self._fields.values() for kind in _kinds(field)]
+        return ctypes.CFUNCTYPE(_RESULTS[self._result], *kinds)
+
+
+class Operation(Shipped):
+    """An operation on nets, whose address the net has."""
+
+    def __init__(self, made_from: Callable[..., Any]):
+        super().__init__(made_from, "")
+        self._net = [field.kind for field in self._fields.values()].index(Net)
+        self._found: dict[int, Callable[..., Any]] = {}
+
+    def _function(self, values: Sequence[Any]) -> Callable[..., Any]:
+        """Return the function at the address that the net has; raises TypeError without one."""
+        place = getattr(values[self._net].operations, self.__name__)
+        if not place:
+            raise TypeError(f"the net has nothing that {self.__name__} is needed for")
+        if place not in self._found:
+            self._found[place] = self._kind(place)
+        return self._found[place]
+
+
+def _kinds(field: Field) -> list[Any]:
+    """Return the types of the words of an argument."""
+    pointer, size = ctypes.c_void_p, ctypes.c_ssize_t
+    if field.kind is np.ndarray:
+        return [pointer, pointer, size, size, pointer] + 2 * field.axes * [size]
+    return [{float: ctypes.c_double, int: ctypes.c_int64}.get(field.kind, pointer)]
+
+
+#: What loops over steps do with vectors, where they run as Python.
+VECTORS = {name: Shipped(getattr(vectors, name), "vectors") for name in BUNDLES["vectors"]}
+
+
+# --- kernels of fields -----------------------------------------------------------------------
+
+_VECTOR = Field(0, np.ndarray, np.dtype(float), 1)
+_OF_FIELDS = ctypes.CFUNCTYPE(
+    None, ctypes.c_double, *(4 * _kinds(_VECTOR)), ctypes.c_void_p
+)  # fmt: skip
+
+
+class InPython:
+    """The kernel of a field that is not shipped, for compiled code to call it as Python.
+
+    It is slow, but needs no compiler. An error in it cannot pass through compiled code: forces
+    become no numbers, and ``failure`` is what it was.
+
+    Args:
+        made_from: See ``tissuec.forces.Field.kernel``.
+        record: What it is given.
+
+    Attributes:
+        address: Where it is.
+    """
+
+    def __init__(self, made_from: Callable[..., None], record: Any):
+        self._made_from, self._record = made_from, record
+        self.failure: Exception | None = None
+        self._called = _OF_FIELDS(self._call)
+        self.address = ctypes.cast(self._called, ctypes.c_void_p).value or 0
+
+    def _call(self, time: float, *words: Any) -> None:
+        x, v, f, power = (
+            np.frombuffer((ctypes.c_double * count).from_address(place))
+            for place, count in zip(words[4::7], words[2::7], strict=False)
+        )
+        try:
+            self._made_from(time, x, v, f, power, self._record)
+        except Exception as error:
+            self.failure = self.failure or error
+            f[:] = np.nan
+
+
+def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
+    """Return where the kernel of a field is: compiled, or as Python if it is not shipped.
+
+    Args:
+        table: What it will be given; it keeps what has to be kept.
+    """
+    bundle = of_field(kernel)
+    if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
+        return address(bundle, kernel.__name__)
+    table.called = InPython(kernel, table.record)
+    return table.called.address
+
+
+def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
+    """Return the kernel of a field of all arguments but the last one, a record."""
+    table = RecordTable(record)
+    function = _OF_FIELDS(kernel_address(kernel, table))
+    kind = _VECTOR._replace(what=f"a vector of {kernel.__name__}")
+
+    def call(time: float, *vectors: Any) -> None:
+        words: list[int] = []
+        for vector in vectors:
+            place = place_of(vector, kind)
+            words += (0, 0, vector.size, vector.itemsize, place, vector.size, vector.itemsize)
+        function(time, *words, table.address)
+        raise_failure(table)
+
+    return call
+
+
+def raise_failure(table: RecordTable) -> None:
+    """Raise the error of a kernel that was called back as Python, if there was one."""
+    if table.called is not None and table.called.failure is not None:
+        raise table.called.failure

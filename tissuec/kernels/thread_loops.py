@@ -1,0 +1,32 @@
+"""Loops that a team of threads shares; see ``engine.threads``.
+
+What a thread does to a node or spring depends on nothing that another one does at the same
+time, and what is summed up is summed in pieces of a fixed size, one after the other. So results
+are the same to the last bit for any number of threads.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from tissuec.kernels.records import Team
+
+PIECE = 512  # nodes that are not divided
+
+
+def share(team: Team, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    """Call ``function(part, parts, *arguments)`` for every part, each in a thread of the team.
+
+    In compiled code something else stands in its place: ``engine.codegen.thread_loops``.
+    """
+    function(0, 1, *arguments)
+
+
+def part_of(part: int, parts: int, nodes: int) -> tuple[int, int]:
+    """Return the first node of a part, and the first behind it."""
+    pieces = pieces_of(nodes)
+    return part * pieces // parts * PIECE, min((part + 1) * pieces // parts * PIECE, nodes)
+
+
+def pieces_of(nodes: int) -> int:
+    """Return into how many pieces nodes are divided."""
+    return (nodes + PIECE - 1) // PIECE

@@ -1,0 +1,1 @@
+"""Predictions of experiments, with exact derivatives of every step and equilibrium."""

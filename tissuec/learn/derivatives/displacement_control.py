@@ -1,0 +1,179 @@
+"""How far the script has moved some nodes, and when it has moved them so far.
+
+The script is gone through once without any physics: driven nodes are on their paths, all
+others stay where they are drawn. The displacement of a row is the mean one of the moved nodes,
+along the line to where they are in the end; what counts is the first way out, as far as it
+never turns back.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.sampling import SAME
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.plan import Plan
+from tissuec.script.verbs.settle import Settle
+
+LOOKS = 4096  # at the whole way, to find where it turns back
+ROUNDING = 1e-9  # of the whole way: displacements closer than this are one
+
+
+class Piece(NamedTuple):
+    """A stretch of time between two events.
+
+    Attributes:
+        start, stop: [s].
+        at: Returns how far the nodes are from where they are drawn, in the mean, and how fast
+            they move, [m] and [m/s], shape (3,) each.
+    """
+
+    start: float
+    stop: float
+    at: Callable[[float], tuple[Floats, Floats]]
+
+
+class Travel:
+    """The way of some nodes, as far as they are held.
+
+    Args:
+        nodes: That the script moves, shape (node,).
+
+    Attributes:
+        greatest: Displacement where they first turn back, or end [m]; 0 if nothing moves them.
+        released: When they are first let go of [s]; infinite if never.
+    """
+
+    def __init__(self, network: Network, plan: Plan, nodes: Indices):
+        self.near = SAME * plan.simulation.duration
+        self.released = np.inf
+        pieces = list(self._pieces(network, plan, nodes))
+        looks = max(8, LOOKS // max(len(pieces), 1))
+        grids = [np.linspace(piece.start, piece.stop, looks + 1) for piece in pieces]
+        self._pieces_of = np.repeat(np.arange(len(pieces)), looks + 1)
+        self._list, times = pieces, np.concatenate([np.zeros(0), *grids])
+        means = [pieces[p].at(t)[0] for p, t in zip(self._pieces_of, times, strict=True)]
+        self._direction = _direction(np.array(means).reshape(-1, 3))
+        self._times, self._sizes = times, np.array(means).reshape(-1, 3) @ self._direction
+        self.greatest = 0.0
+        far = float(np.abs(self._sizes).max(initial=0.0))
+        if far > 0.0:
+            first = int(np.argmax(np.abs(self._sizes) > ROUNDING * far))
+            if self._sizes[first] < 0.0:  # the way out counts, wherever it ends
+                self._direction, self._sizes = -self._direction, -self._sizes
+            self._end_where_it_turns(ROUNDING * far)
+            self.greatest = float(self._sizes.max())
+
+    def time(self, displacement: float) -> float | None:
+        """Return when the nodes are first displaced so far [s]; None if they never are.
+
+        Of no displacement it is the time at which they set out.
+        """
+        close = ROUNDING * self.greatest
+        if not -close <= displacement <= self.greatest + close:
+            return None
+        if displacement <= close:
+            return self._departure(close)
+        wanted = min(displacement, self.greatest)
+        place = int(np.argmax(self._sizes >= wanted))
+        low, high = self._times[max(place - 1, 0)], self._times[place]
+        piece = self._list[self._pieces_of[place]]
+        while low < (middle := 0.5 * (low + high)) < high:
+            if self._size(piece, middle) >= wanted:
+                high = middle
+            else:
+                low = middle
+        return self._held(float(high))
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _pieces(self, network: Network, plan: Plan, nodes: Indices) -> Iterator[Piece]:
+        """Yield what is between events, until somebody lets go of the nodes."""
+        situation = plan.start(network)
+        agenda = Timetable.of(plan)
+        stop, were_held = plan.simulation.duration, False
+        while situation.time < stop:
+            for action in agenda.due(situation.time):
+                if not isinstance(action, Settle):
+                    action.apply(situation, agenda)
+            situation.place_held()
+            are_held = bool(situation.held[nodes].all())
+            if were_held and not are_held:
+                self.released = situation.time
+                return
+            were_held = are_held
+            until = min(agenda.next, stop)
+            yield Piece(situation.time, until, _mean_of(situation, nodes))
+            situation.time = until
+            situation.place_held()
+
+    def _end_where_it_turns(self, close: float) -> None:
+        """Forget the way from where it first turns back, and end it right there."""
+        back = np.flatnonzero(np.diff(self._sizes) < -close)
+        if not len(back):
+            return
+        last = int(back[0])
+        piece = self._list[self._pieces_of[last]]
+        low = max(self._times[max(last - 1, 0)], piece.start)
+        high = min(self._times[last + 1], piece.stop)
+        while low < (middle := 0.5 * (low + high)) < high:
+            if piece.at(middle)[1] @ self._direction > 0.0:
+                low = middle
+            else:
+                high = middle
+        keep = self._times[: last + 1] < low
+        sizes = np.append(self._sizes[: last + 1][keep], self._size(piece, low))
+        self._pieces_of = np.append(self._pieces_of[: last + 1][keep], self._pieces_of[last])
+        self._times, self._sizes = np.append(self._times[: last + 1][keep], low), sizes
+
+    def _departure(self, close: float) -> float:
+        """Return the start of the piece on which the nodes set out [s]."""
+        away = np.flatnonzero(self._sizes > close)
+        place = int(away[0]) if len(away) else 0
+        return self._list[self._pieces_of[place]].start
+
+    def _size(self, piece: Piece, time: float) -> float:
+        return float(piece.at(time)[0] @ self._direction)
+
+    def _held(self, time: float) -> float:
+        """Return a time before the nodes are let go of [s]."""
+        return min(time, self.released - 4.0 * self.near)
+
+
+def _direction(means: Floats) -> Floats:
+    """Return the unit vector to where the nodes are in the end, or farthest if that is home."""
+    sizes = np.linalg.norm(means, axis=1)
+    farthest = float(sizes.max(initial=0.0))
+    if farthest == 0.0:
+        return np.zeros(3)
+    last = len(sizes) - 1
+    chosen = last if sizes[last] > ROUNDING * farthest else int(np.argmax(sizes))
+    return means[chosen] / sizes[chosen]
+
+
+def _mean_of(
+    situation: Situation, nodes: Indices
+) -> Callable[[float], tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Return how far nodes are from where they are drawn on a piece that begins now."""
+    home, place = situation.network.position[nodes], situation.position[nodes]
+    still = (place - home).sum(axis=0)
+    moved = []
+    for motion in situation.motions.values():
+        mine = np.flatnonzero(np.isin(motion.nodes, nodes))
+        if len(mine):
+            begun = motion.at(situation.time)[0][mine].sum(axis=0)
+            moved.append((motion, mine, begun))
+
+    def at(time: float) -> tuple[Floats, Floats]:
+        total, speed = still.copy(), np.zeros(3)
+        for motion, mine, begun in moved:
+            there, rate = motion.at(time)
+            total += there[mine].sum(axis=0) - begun
+            speed += rate[mine].sum(axis=0)
+        return total / len(nodes), speed / len(nodes)
+
+    return at

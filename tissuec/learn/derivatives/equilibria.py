@@ -1,0 +1,163 @@
+"""The equilibria of a net along its script, frozen: what acts in each, and who is held where.
+
+The net is brought to rest at each time that is looked at. Before an event, too, because what
+is taken hold of stays where it is then, and blades cut what is there.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.units import TIME, show
+from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.failures import overloaded
+from tissuec.kernels.sensitivity import Values
+from tissuec.learn.derivatives.event_recording import note
+from tissuec.learn.derivatives.event_schedule import Change, Leg, leg_of
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.mechanics.settling import Remark, Unsettled, settle
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.plan import Plan
+from tissuec.script.verbs.motion import EndMotion
+from tissuec.script.verbs.settle import Settle
+
+
+class Unbalanced(Diverged):
+    """A net has no equilibrium; the time in the script [s] is its argument.
+
+    Attributes:
+        message: What is wrong, as a sentence.
+    """
+
+    def __init__(self, time: float, message: str):
+        super().__init__(time)
+        self.message = message
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class Stand(Struct, frozen=True, eq=False):
+    """An equilibrium.
+
+    Attributes:
+        leg: What acts; of no duration.
+        free: Nodes that move to it, shape (free,); springs reach each of them.
+        chosen: Which nodes may move if nobody holds them, shape (node,).
+        way: How far nodes that are held went since the stand before [m], shape (node, 3); 0 of
+            all others.
+        remarks: What is to be known of it.
+    """
+
+    leg: Leg
+    free: Indices
+    chosen: NDArray[np.bool_]
+    way: Floats
+    remarks: tuple[Remark, ...]
+
+    @property
+    def time(self) -> float:
+        """Return when it is in the script [s]."""
+        return self.leg.start
+
+    def balanced(self, network: Network, values: Values, before: Floats) -> Floats:
+        """Return the places in equilibrium [m], shape (node, 3).
+
+        Args:
+            network: With numbers in its laws.
+            values: The numbers of this stand.
+            before: Places in the stand before [m], shape (node, 3).
+
+        Raises:
+            Unbalanced: There are none.
+        """
+        leg = self.leg
+        situation = Situation.start(network, gravity=leg.gravity, drag=0.0)
+        situation.time, situation.alive = leg.start, leg.alive_springs
+        situation.mass, situation.stiffness = values.mass, values.stiffness
+        situation.damping, situation.rest = values.damping, values.rest
+        situation.holders = dict(leg.holders)
+        situation.loads = {str(number): load for number, load in enumerate(leg.loads)}
+        situation.position[:] = before + self.way
+        situation.velocity[:] = 0.0
+        _settle(situation, self.chosen)
+        return situation.position
+
+
+def stands(network: Network, plan: Plan, times: Floats) -> Iterator[tuple[Stand, bool]]:
+    """Yield the equilibria up to the last of some times, and whether each is at one of them.
+
+    Springs that are under too much load there break, and the net comes to rest anew.
+
+    Args:
+        network: With all its numbers.
+        times: In the script [s], ascending, each once, shape (time,).
+
+    Raises:
+        Unbalanced: There is no equilibrium.
+    """
+    situation = plan.start(network)
+    situation.velocity[:] = 0.0
+    agenda = Timetable.of(plan)
+    changes: dict[str, Change] = {}
+    everything = np.ones(network.node_count, dtype=bool)
+    before = situation.position.copy()
+
+    def stand(chosen: NDArray[np.bool_]) -> Stand:
+        nonlocal before
+        found = _stand(situation, chosen, changes, before)
+        before = situation.position.copy()
+        return found
+
+    waiting = times.tolist()
+    while waiting:
+        situation.time = min(agenda.next, waiting[0])
+        situation.place_held()
+        is_settled = situation.time <= 0.0
+        for action in agenda.due(situation.time):
+            if isinstance(action, Settle):
+                yield stand(action.chosen(situation)), False
+                continue
+            if not is_settled and not isinstance(action, EndMotion):
+                yield stand(everything), False
+                is_settled = True
+            note(action, changes, situation)
+            action.apply(situation, agenda)
+            situation.place_held()
+        if waiting[0] <= situation.time + agenda.near:
+            waiting.pop(0)
+            yield stand(everything), True
+
+
+def _stand(
+    situation: Situation, chosen: NDArray[np.bool_], changes: dict[str, Change], before: Floats
+) -> Stand:
+    """Bring a situation to rest; return its equilibrium."""
+    held = situation.held
+    way = np.where(held[:, None], situation.position - before, 0.0)
+    remarks = _settle(situation, chosen)
+    while len(broken := overloaded(situation)):
+        situation.alive = situation.alive.copy()
+        situation.alive[broken] = False
+        remarks = _settle(situation, chosen)
+    reached = np.zeros_like(held)
+    reached[situation.network.ends[situation.alive]] = True
+    leg = leg_of(situation, situation.time, changes)
+    return Stand(leg, np.flatnonzero(chosen & ~held & reached), chosen, way, remarks)
+
+
+def _settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+    try:
+        return settle(situation, chosen)
+    except Unsettled as failure:
+        node = situation.network.node_ids[failure.node]
+        when = show(situation.time, TIME)
+        message = f"at {when} of the script, {failure.message}, mainly at node {node}"
+        raise Unbalanced(situation.time, message) from failure
+    except np.linalg.LinAlgError as failure:
+        when = show(situation.time, TIME)
+        message = f"at {when} of the script, the forces of the net are not finite"
+        raise Unbalanced(situation.time, message) from failure

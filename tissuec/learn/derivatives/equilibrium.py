@@ -1,0 +1,68 @@
+"""A net in equilibrium, and how that changes with numbers and with the places of held nodes."""
+
+from functools import cached_property
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.kernels.sensitivity import Laws, Seeds, State, Values
+from tissuec.learn.derivatives.equilibria import Stand
+from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
+from tissuec.learn.derivatives.matrices import derivatives
+from tissuec.learn.derivatives.response import Resistance
+from tissuec.learn.derivatives.stepping import Act, act_on
+from tissuec.learn.derivatives.views import View
+from tissuec.model.network import Floats
+
+
+class Equilibrium(Struct, eq=False, dict=True):
+    """A net in equilibrium, and how that changes."""
+
+    stand: Stand
+    view: View
+    laws: Laws
+
+    @cached_property
+    def act(self) -> Act:
+        return act_on(self.stand.leg, self.laws, self.view.values)
+
+    @cached_property
+    def state(self) -> State:
+        """Return the state, with what rounding left of accelerations."""
+        leg, view = self.stand.leg, self.view
+        found = State(view.x, view.v, np.empty_like(view.x))
+        acceleration(self.act.forces, leg.paths(np.array([leg.start])).load[0], found)
+        return found
+
+    @cached_property
+    def resistance(self) -> Resistance:
+        by_x, _ = derivatives(self.act.forces, self.state)
+        mass, extent = self.view.values.mass, self.stand.leg.network.extent
+        return Resistance(by_x, mass, self.stand.free, extent)
+
+    def move(self, tx: Floats, seeds: Seeds) -> None:
+        """Change the changes of free places to those in equilibrium, shape (3 node, change)."""
+        if not len(self.stand.free):
+            return
+        ta = np.empty_like(tx)
+        change = State(tx.ravel(), np.zeros(tx.size), ta.ravel())
+        push_forward(self.act.forces, self.state, seeds, change)
+        entries, weights = self.resistance.entries, self.resistance.weights
+        tx[entries] += self.resistance.moved(weights[:, None] * ta[entries])
+
+    def back(self, due: Floats) -> Values:
+        """Turn derivatives by all places into those by held places; return those by numbers.
+
+        Args:
+            due: By places, shape (3 node,); changed.
+        """
+        by = Values(*(np.zeros_like(part) for part in self.view.values))
+        if not len(self.stand.free):
+            return by
+        entries, found = self.resistance.entries, State(*np.zeros((3, len(due))))
+        moved = self.resistance.moved(due[entries])
+        found.a[entries] = self.resistance.weights * moved
+        pull_back(self.act.forces, self.state, found, by)
+        due += found.x
+        due[entries] = 0.0  # from wherever free nodes come, they come here
+        return by

@@ -1,0 +1,213 @@
+"""What happens to a net, frozen: legs between events, each with what acts and where tools go.
+
+Which springs are alive, who is held, and when, is found by going through the script once; then
+it stays as it is, so that the motion is a smooth function of the numbers of the net. Ruptures
+and conditions come at the times at which the engine finds them.
+"""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.forces.load import Load
+from tissuec.kernels.sensitivity import Links, Values
+from tissuec.mechanics.situation import Motion, Situation
+from tissuec.model.network import Floats, Indices, Network
+
+
+class Change(NamedTuple):
+    """What a script made of an array: factor times the number that it began with, plus more."""
+
+    factor: Floats
+    more: Floats
+
+
+class Paths(NamedTuple):
+    """What is prescribed at some times.
+
+    Attributes:
+        place: Of driven nodes [m], shape (time, 3 driven).
+        speed: Of driven nodes [m/s], shape (time, 3 driven).
+        load: Forces that change in time [N], shape (time, 3 loaded).
+    """
+
+    place: Floats
+    speed: Floats
+    load: Floats
+
+
+class Leg(Struct, frozen=True, eq=False, dict=True):
+    """A stretch of time in which nothing but the state changes.
+
+    Attributes:
+        start, stop: [s].
+        alive: Springs that act, shape (spring,).
+        held: Nodes that are no unknowns, shape (node,).
+        stopped: Nodes whose velocity is set when the leg begins, shape (node,).
+        given: Their velocities [m/s], shape (node, 3).
+        gravity: [m/s²], shape (3,).
+        drag: Of each node [N s/m], shape (node,).
+        holders: Who holds which nodes.
+        changes: What the script made of arrays, by name.
+    """
+
+    start: float
+    stop: float
+    network: Network
+    alive: Indices
+    held: NDArray[np.bool_]
+    stopped: NDArray[np.bool_]
+    given: Floats
+    gravity: Floats
+    drag: Floats
+    holders: Mapping[str, Indices]
+    motions: tuple[Motion, ...]
+    loads: tuple[Load, ...]
+    changes: Mapping[str, Change]
+    _paths: dict[bytes, Paths] = field(default_factory=dict)
+
+    @cached_property
+    def alive_springs(self) -> NDArray[np.bool_]:
+        """Return which springs act, shape (spring,)."""
+        found = np.zeros(self.network.spring_count, dtype=bool)
+        found[self.alive] = True
+        return found
+
+    @property
+    def driven(self) -> Indices:
+        """Return the nodes that are moved, shape (driven,)."""
+        return np.unique(np.concatenate([_NONE, *(m.nodes for m in self.motions)]))
+
+    @property
+    def loaded(self) -> Indices:
+        """Return the free nodes with external forces, shape (loaded,)."""
+        nodes = np.unique(np.concatenate([_NONE, *(load.nodes for load in self.loads)]))
+        return nodes[~self.held[nodes]]
+
+    @property
+    def factors(self) -> Mapping[str, Floats]:
+        """Return what the script has multiplied the entries of arrays by, by name."""
+        return {name: change.factor for name, change in self.changes.items()}
+
+    def present(self, values: Values) -> Values:
+        """Return the numbers that hold on this leg."""
+        changed = {
+            name: change.factor * getattr(values, name) + change.more
+            for name, change in self.changes.items()
+        }
+        return values._replace(**changed)
+
+    def past(self, by: Values) -> Values:
+        """Return derivatives by the numbers of this leg as those by the first numbers."""
+        changed = {
+            name: change.factor * getattr(by, name) for name, change in self.changes.items()
+        }
+        return by._replace(**changed)
+
+    def links(self, values: Values) -> Links:
+        """Return what acts, with the masses of this leg."""
+        network, free = self.network, ~self.held
+        low, high = network.ends[self.alive].astype(np.int64).T
+        steady = free[:, None] * self.gravity
+        inverse = np.where(free, 1.0 / values.mass, 0.0)
+        return Links(
+            np.ascontiguousarray(low),
+            np.ascontiguousarray(high),
+            self.alive.astype(np.int64),
+            network.law[self.alive].astype(np.int64),
+            inverse,
+            steady.ravel(),
+            self.drag,
+            self.loaded,
+            self.driven,
+        )
+
+    def paths(self, times: Floats) -> Paths:
+        """Return what is prescribed at some times [s], shape (time,)."""
+        key = times.tobytes()
+        if key not in self._paths:
+            self._paths[key] = self._prescribed(times)
+        return self._paths[key]
+
+    def _prescribed(self, times: Floats) -> Paths:
+        driven, loaded = self.driven, self.loaded
+        place, speed = np.zeros((2, len(times), len(driven), 3))
+        load = np.zeros((len(times), len(loaded), 3))
+        # Courses that jump at either end are taken from inside.
+        inside = np.clip(times, *self._inside)
+        for motion in self.motions:
+            where = np.searchsorted(driven, motion.nodes)
+            place[:, where], speed[:, where] = motion.at(inside)
+        for acting in self.loads:
+            nodes = acting.nodes[~self.held[acting.nodes]]
+            where = np.searchsorted(loaded, nodes)
+            load[:, where] += acting.at(inside)[:, None]
+        shape = len(times), -1
+        return Paths(place.reshape(shape), speed.reshape(shape), load.reshape(shape))
+
+    @property
+    def _inside(self) -> tuple[float, float]:
+        margin = 1e-12 * (self.stop - self.start)
+        return self.start + margin, self.stop - margin
+
+
+class Course(Struct, frozen=True, eq=False):
+    """All legs of a run, one behind the other."""
+
+    legs: tuple[Leg, ...]
+
+    @property
+    def stop(self) -> float:
+        """Return when the last leg ends [s]."""
+        return self.legs[-1].stop
+
+    def until(self, time: float) -> "Course":
+        """Return the part of this before a time [s], which is later than 0 s."""
+        near = 1e-12 * self.stop
+        kept = [leg for leg in self.legs if leg.start < time - near]
+        if kept[-1].stop > time + near:
+            kept[-1] = replace(kept[-1], stop=time, _paths={})
+        return Course(tuple(kept))
+
+    def leg_at(self, times: Floats) -> Indices:
+        """Return the number of the leg that each time belongs to, shape (time,)."""
+        starts = np.array([leg.start for leg in self.legs])
+        near = 1e-12 * max(self.stop, 1e-300)
+        return np.maximum(np.searchsorted(starts, times + near, side="right") - 1, 0)
+
+
+def leg_of(
+    situation: Situation,
+    stop: float,
+    changes: Mapping[str, Change],
+    set_anew: NDArray[np.bool_] | bool = False,
+) -> Leg:
+    """Return the leg that begins with a situation whose events are over.
+
+    Args:
+        set_anew: Which free nodes were given their velocities by events, shape (node,).
+    """
+    held = situation.held
+    return Leg(
+        situation.time,
+        stop,
+        situation.network,
+        np.flatnonzero(situation.alive),
+        held,
+        held | set_anew,
+        situation.velocity.copy(),
+        situation.gravity.copy(),
+        situation.braking,
+        dict(situation.holders),
+        tuple(situation.motions.values()),
+        tuple(situation.loads.values()),
+        dict(changes),
+    )
+
+
+_NONE: Indices = np.zeros(0, dtype=np.int64)

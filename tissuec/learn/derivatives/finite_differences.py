@@ -1,0 +1,170 @@
+"""An experiment of any scene, run by the engine, with differences of runs as derivatives.
+
+Everything that a run can do is in it: contact, volumes, jets, threads, springs that relax. A
+derivative is the difference of two runs over a small step in one parameter, as large as makes
+the error of the difference least: that of the runs, divided by the step, against that of the
+third derivative, which grows with its square (J. Nocedal, S. J. Wright, Numerical Optimization,
+2006, chapter 8).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.core.errors import TissueError
+from tissuec.engine.execution.companion import USUAL
+from tissuec.engine.execution.run import run
+from tissuec.engine.execution.signals import interruption
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.derivatives.engine_run import Watcher, without_outputs
+from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.learn.derivatives.model import measured, slots_of
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.model.network import Floats
+from tissuec.script.plan import RELAXATION, Simulation
+
+FINER = 1e-3  # of the tolerance of the scene, so that runs differ by the parameters only
+FINEST = 1e-11
+COARSER = 10.0  # times the tolerance, to see what errors of runs are like
+OF_STEPS, OF_RELAXING = 1e-12, 1e-9  # errors of runs that have no tolerance
+SMALLEST, LARGEST = 1e-4, 1e-2  # steps in parameters
+
+
+class Told(NamedTuple):
+    """The predictions of a run, and the method that it ended with."""
+
+    values: Floats
+    method: str
+
+
+class Differing:
+    """Predictions of a run by the engine."""
+
+    name = "differences of whole runs"
+
+    def __init__(self, shaping: Shaping, series: tuple[Series, ...]):
+        self.shaping, self.series = shaping, series
+        self.slots = slots_of(series)
+        self.size = len(measured(series))
+        self.times = np.unique(np.concatenate([one.times for one in series]))
+        self._stop = np.inf
+        self._known: tuple[bytes, Told] | None = None
+        self._slopes: tuple[bytes, Floats] | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return why derivatives are differences, in sentences."""
+        compiled = self.shaping.compiled
+        reason = refusal(compiled.plan, compiled.network)
+        return (f"derivatives are {self.name}" + (f": {reason}" if reason else ""),)
+
+    @property
+    def step(self) -> float:
+        """Return the step in a parameter over which differences are taken."""
+        simulation = self._simulation(np.inf)
+        error = OF_STEPS if simulation.tolerance is None else simulation.tolerance
+        if simulation.integrator == RELAXATION:
+            error = OF_RELAXING
+        return float(np.clip(np.cbrt(3.0 * error), SMALLEST, LARGEST))
+
+    def freeze(self, theta: Floats) -> None:
+        """Keep nothing: every run finds what happens by itself."""
+
+    def limit(self, stop: float) -> None:
+        """Predict only up to a time [s]."""
+        self._stop, self._known, self._slopes = stop, None, None
+
+    def predict(self, theta: Floats) -> Floats:
+        """Return the predictions; raises Diverged, and TissueError where there is no scene."""
+        return self._told(theta).values.copy()
+
+    def gradient(self, theta: Floats, weights: Floats) -> Floats:
+        """Return the derivatives of Σ weights · predictions."""
+        return self.jacobian(theta).T @ weights
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of all predictions, by differences in each parameter."""
+        key = theta.tobytes()
+        if self._slopes is None or self._slopes[0] != key:
+            here = self._told(theta)
+            bounds = self.shaping.bounds()
+            rows = [self._slope(theta, here, k, bounds) for k in range(len(theta))]
+            self._slopes = key, np.array(rows).reshape(len(theta), self.size).T.copy()
+        return self._slopes[1].copy()
+
+    def step_error(self, theta: Floats) -> Floats:
+        """Return what predictions of a coarser run, or of half the step, have more."""
+        here = self._told(theta)
+        try:
+            return self._run(theta, here.method, COARSER).values - here.values
+        except (Diverged, TissueError):
+            return np.full(self.size, np.inf)
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _slope(
+        self, theta: Floats, here: Told, k: int, bounds: tuple[Floats, Floats]
+    ) -> Floats:
+        """Return the derivatives by one parameter; from one side only where the other ends."""
+        sides = [(theta[k], here.values)]
+        for sign in (-1.0, 1.0):
+            at = float(np.clip(theta[k] + sign * self.step, bounds[0][k], bounds[1][k]))
+            moved = theta.copy()
+            moved[k] = at
+            try:
+                values = self._run(moved, here.method).values if at != theta[k] else None
+            except (Diverged, TissueError):
+                values = None
+            if values is not None:
+                sides.append((at, values))
+        if len(sides) == 1:
+            return np.zeros(self.size)
+        (before, low), (after, high) = sides[-2:]
+        return (high - low) / (after - before)
+
+    def _told(self, theta: Floats) -> Told:
+        """Return what is predicted, the last of it from memory."""
+        key = theta.tobytes()
+        if self._known is None or self._known[0] != key:
+            self._known = key, self._run(theta, "")
+        return self._known[1]
+
+    def _run(self, theta: Floats, method: str, coarser: float = 1.0) -> Told:
+        """Run the scene.
+
+        Args:
+            method: By which it is stepped; "" for that of the scene. Of runs whose difference
+                is taken, none may choose another one.
+            coarser: Times the tolerance; half the step, where there is no tolerance.
+        """
+        times = self.times[self.times <= self._stop]
+        if not len(times):
+            return Told(np.zeros(self.size), method)
+        present = self.shaping.present(theta)
+        stop = float(times[-1]) or min(present.plan.simulation.duration, self._stop)
+        simulation = self._simulation(stop)
+        simulation = replace(simulation, integrator=method or simulation.integrator)
+        if coarser != 1.0 and simulation.step is not None:
+            simulation = replace(simulation, step=0.5 * simulation.step)
+        elif coarser != 1.0:
+            simulation = replace(simulation, tolerance=coarser * simulation.tolerance)
+        plan = replace(without_outputs(present.plan), simulation=simulation)
+        watcher = Watcher(present.network, plan, self.series, self.slots, self._stop)
+        outcome = run(present.network, plan, watcher)
+        if outcome.kind == "interrupted":
+            raise interruption(outcome.signal)
+        if outcome.kind != "done":
+            raise Diverged(outcome.situation.time)
+        statistics = outcome.statistics
+        settled = len(statistics.changes) < 2  # it came to no other method on the way
+        return Told(watcher.found, statistics.method if settled else "")
+
+    def _simulation(self, stop: float) -> Simulation:
+        """Return how runs are stepped: as in the scene, but more finely."""
+        simulation = replace(self.shaping.compiled.plan.simulation, duration=stop)
+        if simulation.step is not None:
+            return simulation
+        tolerance = simulation.tolerance or USUAL
+        return replace(simulation, tolerance=max(FINER * tolerance, min(tolerance, FINEST)))

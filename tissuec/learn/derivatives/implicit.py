@@ -1,0 +1,177 @@
+"""Runge-Kutta methods for x'' = a(x, v) with one implicit stage after another.
+
+Stage i is at x_i = x + c_i h v + h² Σ X_ij a_j and v_i = v + h Σ V_ij a_j, where a_i is the
+acceleration. Where V_ii is not zero, Newton's method finds a_i to rounding, so that derivatives
+are exact:
+
+    S = 1 - (h V_ii)² ∂a/∂x - h V_ii ∂a/∂v,    S δa_i = changes by everything before.
+
+Backwards, from the last stage to the first, the derivatives α_i by a_i give μ_i = S⁻ᵀ α_i, and
+``pull_back`` of μ_i those by x_i and v_i, which belong to x, v and the stages before.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.sparse.linalg import SuperLU, splu
+
+from tissuec.core.units import TIME, show
+from tissuec.kernels.sensitivity import Laws, Seeds, State, States, Values
+from tissuec.kernels.stepping import Steps, length_of, moment_of, state
+from tissuec.learn.derivatives.kernels import (
+    acceleration,
+    begin_dues,
+    combine_stage,
+    enter_stage,
+    leave_step,
+    pull_back,
+    push_forward,
+    weigh_stage,
+)
+from tissuec.learn.derivatives.matrices import solver
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.derivatives.stepping import Act, Trail
+from tissuec.learn.derivatives.tableaus import ByTableau
+from tissuec.model.network import Floats, Indices
+
+ITERATIONS = 40
+SLOW = 0.1  # contraction from which S is made anew
+ROUNDING = 4.0 * np.finfo(float).eps
+
+
+class Unsolved(Diverged):
+    """A stage is not found; the time [s] is its argument."""
+
+    def __str__(self) -> str:
+        return f"a step at {show(float(self.args[0]), TIME)} has no solution that can be found"
+
+
+class Implicit(ByTableau):
+    """Steps by a tableau whose stages are found one after the other."""
+
+    def __init__(self, name: str, laws: Laws):
+        super().__init__(name, laws)
+        self._own = np.diagonal(self.tableau.for_v[:, 1:])[: self.tableau.result + 1]
+        self._factor: SuperLU | None = None
+        self._factored: tuple[object, float] = (None, 0.0)
+
+    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
+        """Return no accelerations; matrices of other numbers are forgotten."""
+        self._factor = None
+        return super().begin(act, x, v)
+
+    def run(self, act: Act, times: Floats, state: State) -> Trail:
+        """Return the states at some times."""
+        trail = self._begun(times, state)
+        steps = self._steps(act, times)
+        for row in range(len(times) - 1):
+            stages = self._found(act, steps, row, trail)
+            trail.states.x[row + 1], trail.states.v[row + 1] = stages.x[-1], stages.v[-1]
+        return trail
+
+    def back(self, act: Act, trail: Trail, entering: States, due: State, by: Values) -> None:
+        """Turn derivatives by the last row of a trail into those by its first row."""
+        steps, dues = self._steps(act, trail.times), self._room(trail)
+        for row in range(len(trail.times) - 2, -1, -1):
+            stages = self._found(act, steps, row, trail)
+            begin_dues(act.forces, due, state(row + 1, entering), dues)
+            for i in range(len(dues.a) - 1, -1, -1):
+                own = length_of(row, steps) * self._own[i]
+                if i < len(dues.a) - 1:
+                    weigh_stage(i, row, steps, dues)
+                else:
+                    dues.a[i] = own * own * dues.x[i] + own * dues.v[i]
+                if own != 0.0:
+                    factor = self._factorised(act, state(i, stages), own, steps.times[row])
+                    dues.a[i] = factor.solve(dues.a[i], "T")
+                pull_back(act.forces, state(i, stages), state(i, dues), by)
+            leave_step(row, act.forces, steps, dues, due)
+
+    def change(
+        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+    ) -> Iterator[None]:
+        """Carry changes from the first row on; yield at some rows."""
+        steps, looked_at = self._steps(act, trail.times), set(rows.tolist())
+        for row in range(len(trail.times) - 1):
+            self._change(act, steps, row, trail, seeds, change)
+            if row + 1 in looked_at:
+                yield
+
+    # --- one step -----------------------------------------------------------------------------
+
+    def _change(
+        self, act: Act, steps: Steps, row: int, trail: Trail, seeds: Seeds, change: State
+    ) -> None:
+        """Carry changes over a step."""
+        stages, h = self._found(act, steps, row, trail), length_of(row, steps)
+        x, v, known = *np.empty((2, len(change.x))), np.empty((len(stages.a), len(change.x)))
+        for i, own in enumerate(h * self._own):
+            moved = State(x, v, known[i])
+            combine_stage(i, row, act.forces, steps, change, known, moved)
+            push_forward(act.forces, state(i, stages), seeds, moved)
+            if own != 0.0:
+                factor = self._factorised(act, state(i, stages), own, steps.times[row])
+                moved.a[:] = factor.solve(moved.a.reshape(stages.x.shape[1], -1)).ravel()
+            x += own * own * moved.a
+            v += own * moved.a
+        change.x[:], change.v[:] = x, v
+
+    def _found(self, act: Act, steps: Steps, row: int, trail: Trail) -> States:
+        """Return all stages of a step, the last of which is its result."""
+        start, stages, h = state(row, trail.states), self._room(trail), length_of(row, steps)
+        for i, own in enumerate(h * self._own):
+            at, load = state(i, stages), steps.load[moment_of(i, row, steps)]
+            enter_stage(i, row, act.forces, steps, start, stages.a, at)
+            if own == 0.0:
+                acceleration(act.forces, load, at)
+            else:
+                at.a[:] = stages.a[i - 1] if i else 0.0
+                self._solve(act, at, load, own, steps.times[row])
+        return stages
+
+    def _solve(self, act: Act, at: State, load: Floats, own: float, time: float) -> None:
+        """Find the a with a = a(x + own² a, v + own a), by Newton's method to rounding.
+
+        Args:
+            at: x and v, and a guess of a; then the solution.
+        """
+        found, before = np.empty_like(at.a), np.inf
+        for _ in range(ITERATIONS):
+            there = State(at.x + own * own * at.a, at.v + own * at.a, found)
+            acceleration(act.forces, load, there)
+            factor = self._factor
+            if factor is None or not self._is_made_for(act, own):
+                factor = self._made(act, there, own, time)
+            step = factor.solve(found - at.a)
+            at.a[:] += step
+            size, scale = np.abs(step).max(initial=0.0), np.abs(at.a).max(initial=0.0)
+            noise = ROUNDING * (scale + np.abs(at.x).max() / (own * own))
+            if size <= noise or (size < 1e-9 * scale and size >= before):
+                at.x[:] += own * own * at.a
+                at.v[:] += own * at.a
+                return
+            if not np.isfinite(size):
+                break
+            if size > SLOW * before:
+                there = State(at.x + own * own * at.a, at.v + own * at.a, found)
+                self._made(act, there, own, time)
+            before = size
+        raise Unsolved(time)
+
+    def _is_made_for(self, act: Act, own: float) -> bool:
+        """Tell whether S is that of a leg, for a step that differs by rounding only."""
+        leg, size = self._factored
+        return leg is act.leg and abs(size - own) <= 1e-9 * own
+
+    def _made(self, act: Act, at: State, own: float, time: float) -> SuperLU:
+        """Return S, factorised, and keep it."""
+        self._factor = self._factorised(act, at, own, time)
+        self._factored = act.leg, own
+        return self._factor
+
+    def _factorised(self, act: Act, at: State, own: float, time: float) -> SuperLU:
+        """Return S, factorised; raises Unsolved where it is singular."""
+        try:
+            return splu(solver(act.forces, at, own))
+        except RuntimeError as failure:
+            raise Unsolved(time) from failure

@@ -1,0 +1,60 @@
+"""Which method steps a motion that is to be derived, and how finely."""
+
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.method_choice import measured_facts
+from tissuec.kernels.sensitivity import Laws
+from tissuec.learn.derivatives.explicit import Explicit
+from tissuec.learn.derivatives.implicit import Implicit
+from tissuec.learn.derivatives.stepping import Stepping
+from tissuec.model.network import Network
+from tissuec.script.plan import AUTOMATIC, Plan
+
+# Errors of a step h of order p are about (h ω)ᵖ / (p + 1)!: at this, they are near 1e-6 of the
+# motion after some swings.
+FINE = 1 / 15_000
+MOST = 50_000  # explicit steps above which a method is implicit
+
+
+class Chosen(NamedTuple):
+    """A method and its largest step [s]."""
+
+    stepping: Stepping
+    step: float
+
+
+def choose(
+    name: str, step: float | None, network: Network, *, plan: Plan, duration: float, laws: Laws,
+) -> Chosen:  # fmt: skip
+    """Return how to step.
+
+    Args:
+        name: Of an integrator with a tableau; "automatic" takes DOP853, or ESDIRK4(3) for stiff
+            nets.
+        step: [s]; None: so that errors are small against those of any measurement.
+        network: With numbers in its laws.
+        laws: With variables for what is learnt of them.
+    """
+    situation = plan.start(network)
+    facts = measured_facts(situation)
+    rate = facts["omega"] * max(1.0, 2.0 * facts["zeta"])
+    if name == AUTOMATIC:
+        explicit = duration * rate / swing(INTEGRATORS["dop853"].order) <= MOST
+        name = "dop853" if explicit else "esdirk43"
+    member = INTEGRATORS[name]
+    if step is None:
+        if member.implicit:
+            step = duration / (160 * 5 ** (4 / member.order))
+        else:
+            step = swing(member.order) / rate if rate else duration / 20
+    step = min(step, duration) if np.isfinite(step) else duration
+    return Chosen((Implicit if member.implicit else Explicit)(name, laws), step)
+
+
+def swing(order: int) -> float:
+    """Return the steps of explicit methods in units of 1/ω, to two digits."""
+    return float(f"{(FINE * factorial(order + 1)) ** (1 / order):.2g}")

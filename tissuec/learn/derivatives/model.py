@@ -1,0 +1,77 @@
+"""What is predicted of one experiment, with derivatives: moving, at rest, or by differences."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from tissuec.learn.data.experiment import Series
+from tissuec.model.network import Floats
+
+
+class Model(Protocol):
+    """Predictions of one experiment as a function of the parameters.
+
+    Everything that was measured stands in one vector, one series behind the other and in each
+    row by row; gaps have predictions, too.
+    """
+
+    name: str  # how derivatives are found, for people
+
+    def freeze(self, theta: Floats) -> None:
+        """Find what happens, and keep it for all that follows."""
+        ...
+
+    def limit(self, stop: float) -> None:
+        """Predict only up to a time [s]; what is later is 0 and has no derivatives."""
+        ...
+
+    def predict(self, theta: Floats) -> Floats:
+        """Return the predictions in SI units, shape (number,)."""
+        ...
+
+    def step_error(self, theta: Floats) -> Floats:
+        """Return what predictions of other steps have more, shape (number,)."""
+        ...
+
+    def gradient(self, theta: Floats, weights: Floats) -> Floats:
+        """Return the derivatives of Σ weights · predictions, shape (parameter,)."""
+        ...
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of all predictions, shape (number, parameter)."""
+        ...
+
+
+class Slots(NamedTuple):
+    """Where a series stands in the vector.
+
+    Attributes:
+        start: Its first number.
+        rows: How many rows it has.
+        width: How many numbers a row has.
+    """
+
+    start: int
+    rows: int
+    width: int
+
+    def of(self, row: int) -> slice:
+        """Return the part of one row."""
+        first = self.start + row * self.width
+        return slice(first, first + self.width)
+
+
+def slots_of(series: tuple[Series, ...]) -> tuple[Slots, ...]:
+    """Return where each series stands."""
+    found, start = [], 0
+    for one in series:
+        rows = len(one.times)
+        width = int(np.prod(one.values.shape[1:]))
+        found.append(Slots(start, rows, width))
+        start += rows * width
+    return tuple(found)
+
+
+def measured(series: tuple[Series, ...]) -> Floats:
+    """Return what was measured in SI units, NaN in gaps, shape (number,)."""
+    return np.concatenate([np.zeros(0), *(one.values.ravel() for one in series)])

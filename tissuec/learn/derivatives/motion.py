@@ -1,0 +1,315 @@
+"""The motion of a net as a function of its numbers, with derivatives in both directions.
+
+Steps are those of a frozen course: equal ones on each leg, or, where a method takes large ones,
+equal ones between the times that are looked at. Between steps, places follow the cubic through
+places and velocities at both ends. Backwards, only every √N-th state is kept; the
+rest is stepped again, one stretch after the other, so that N steps need the memory of 2 √N.
+(A. Griewank, A. Walther, Evaluating Derivatives, 2008, chapter 12.)
+"""
+
+from collections.abc import Callable, Iterator
+from math import ceil, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from scipy import sparse
+
+from tissuec.core.units import TIME, show
+from tissuec.kernels.sensitivity import Seeds, State, States, Values
+from tissuec.kernels.stepping import state as state_at
+from tissuec.learn.derivatives.event_schedule import Course, Leg
+from tissuec.learn.derivatives.stepping import Act, Stepping, Trail, act_on
+from tissuec.learn.parameters.numbers import Order
+from tissuec.model.network import Floats, Indices
+
+
+class Diverged(Exception):
+    """The motion has no numbers any more; the time [s] is its argument."""
+
+    def __str__(self) -> str:
+        return f"the motion is not finite after {show(float(self.args[0]), TIME)}"
+
+
+class Samples(NamedTuple):
+    """States at the times that are looked at, shape (sample, 3 node)."""
+
+    x: Floats
+    v: Floats
+
+
+class Between(NamedTuple):
+    """Where samples lie on a stretch, and their weights of x, v, x and v at both ends.
+
+    Attributes:
+        samples: Their numbers, shape (sample,).
+        rows: Rows of the trail before them, shape (sample,).
+        of_x, of_v: Weights, shape (4, sample).
+    """
+
+    samples: Indices
+    rows: Indices
+    of_x: Floats
+    of_v: Floats
+
+
+Visit = Callable[[int, Floats, Floats], None]
+
+
+class Stretch(Struct, frozen=True, eq=False):
+    """Some steps of a leg, between two states that are kept.
+
+    Attributes:
+        leg: Its number in the course.
+        times: Of its rows [s], shape (row,).
+        between: The samples on it.
+        first: Whether its leg begins with it.
+    """
+
+    leg: int
+    times: Floats
+    between: Between
+    first: bool
+
+
+class Motion:
+    """The motion on a course.
+
+    Args:
+        step: Largest step [s].
+        times: When the motion is looked at [s], ascending, shape (sample,).
+
+    Attributes:
+        steps, longest: How many steps there are, and how long the longest is [s].
+    """
+
+    def __init__(
+        self, course: Course, stepping: Stepping, order: Order, step: float, times: Floats
+    ):
+        self.course, self.stepping, self.order, self.times = course, stepping, order, times
+        self.leg_of = course.leg_at(times)
+        grids = [self._grid(k, leg, step) for k, leg in enumerate(course.legs)]
+        self.steps = sum(len(grid) - 1 for grid in grids)
+        self.longest = max(float(np.diff(grid).max()) for grid in grids)
+        length = max(1, ceil(sqrt(self.steps)))
+        self.stretches = tuple(self._divide(grids, length))
+        # Of the last motion: its numbers, the beginning of every stretch, and the last one.
+        self._vector: Floats = np.zeros(0)
+        self._kept: list[State] = []
+        self._trail: Trail | None = None
+
+    def forward(self, vector: Floats) -> Samples:
+        """Return the states that are looked at; remembers what ``backward`` needs.
+
+        Raises:
+            Diverged: They are no numbers.
+        """
+        count = 3 * self.order.sizes["mass"]
+        found = Samples(*np.empty((2, len(self.times), count)))
+        self._vector, self._kept = vector, []
+        for stretch, trail in self._trails(vector, keep=True):
+            end = state_at(-1, trail.states)
+            if not (np.isfinite(end.x).all() and np.isfinite(end.v).all()):
+                raise Diverged(_last_finite(trail))
+            _look(trail, stretch.between, found)
+            self._trail = trail
+        return found
+
+    def backward(self, by_x: Floats, by_v: Floats) -> Floats:
+        """Return derivatives by all numbers from those by the last ``forward``'s answer.
+
+        Args:
+            by_x, by_v: Shape (sample, 3 node).
+
+        Returns:
+            In the order of numbers, shape (number,).
+        """
+        order = self.order
+        gradient = np.zeros(order.size)
+        due = State(*np.zeros((3, by_x.shape[1])))
+        act = self._act(self._vector, self.course.legs[-1])
+        by = _nothing(act.forces.values)
+        for number in range(len(self.stretches) - 1, -1, -1):
+            stretch = self.stretches[number]
+            leg = self.course.legs[stretch.leg]
+            if act.leg is not leg:
+                act = self._act(self._vector, leg)
+                by = _nothing(act.forces.values)
+            trail = self._trail if number == len(self.stretches) - 1 else None
+            if trail is None:
+                trail = self.stepping.run(act, stretch.times, self._kept[number])
+            entering = _enter(trail.states, stretch.between, by_x, by_v)
+            self.stepping.back(act, trail, entering, due, by)
+            due.x[:] += entering.x[0]
+            due.v[:] += entering.v[0]
+            if stretch.first:
+                self.stepping.begin_back(act, state_at(0, trail.states), due, by)
+                due.v[np.repeat(leg.stopped, 3)], due.a[:] = 0.0, 0.0
+                order.add(gradient, leg.past(by))
+        order.array(gradient, "position")[:] += due.x
+        order.array(gradient, "velocity")[:] += due.v
+        return gradient
+
+    def forward_with(
+        self,
+        vector: Floats,
+        change: sparse.csr_matrix,
+        visit: Visit,
+    ) -> None:
+        """Tell how the states that are looked at change with parameters.
+
+        Args:
+            change: Of all numbers by each parameter, shape (number, parameter).
+            visit: Told, for each sample, its number and the changes of places and velocities,
+                shape (3 node, parameter), which it must not keep.
+        """
+        order = self.order
+        tx, tv = (
+            np.ascontiguousarray(change[order.places[name]].toarray())
+            for name in ("position", "velocity")
+        )
+        moved = State(*(part.ravel() for part in (tx, tv, np.zeros_like(tx))))
+        seeds, act = None, None
+        for stretch, trail in self._trails(vector, keep=False):
+            leg = self.course.legs[stretch.leg]
+            if stretch.first:
+                act, seeds = self._act(vector, leg), order.seeds(change, leg.factors)
+                tv[np.repeat(leg.stopped, 3)] = 0.0
+                self.stepping.begin_change(act, state_at(0, trail.states), seeds, moved)
+            assert act is not None and seeds is not None
+            self._change(act, trail, seeds, moved, stretch.between, visit)
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _divide(self, grids: list[Floats], length: int) -> Iterator[Stretch]:
+        """Yield stretches of at most some steps, with the samples on each."""
+        for number, (leg, grid) in enumerate(zip(self.course.legs, grids, strict=True)):
+            count = len(grid) - 1
+            mine = np.flatnonzero(self.leg_of == number)
+            times = np.clip(self.times[mine], leg.start, leg.stop)
+            row = np.clip(np.searchsorted(grid, times, side="right") - 1, 0, count - 1)
+            part = (times - grid[row]) / (grid[row + 1] - grid[row])
+            part = np.where(np.abs(part - np.round(part)) < 1e-9, np.round(part), part)
+            for first in range(0, count, length):
+                last = min(first + length, count)
+                chosen = (row >= first) & (row < last)
+                step = (grid[row + 1] - grid[row])[chosen]
+                between = _between(mine[chosen], row[chosen] - first, part[chosen], step)
+                yield Stretch(number, grid[first : last + 1], between, first == 0)
+
+    def _grid(self, number: int, leg: Leg, step: float) -> Floats:
+        """Return the ends of all steps of a leg [s]; on samples, if the method needs that."""
+        anchors = np.array([leg.start, leg.stop])
+        if self.stepping.lands:
+            mine = self.times[self.leg_of == number]
+            near = 1e-9 * step
+            inner = mine[(mine > leg.start + near) & (mine < leg.stop - near)]
+            anchors = np.concatenate([anchors[:1], np.unique(inner), anchors[1:]])
+        counts = np.maximum(1, np.ceil(np.diff(anchors) / step * (1.0 - 1e-12))).astype(int)
+        parts = [
+            np.linspace(a, b, n + 1)[:-1]
+            for a, b, n in zip(anchors, anchors[1:], counts, strict=False)
+        ]
+        return np.concatenate([*parts, anchors[-1:]])
+
+    def _trails(self, vector: Floats, *, keep: bool) -> Iterator[tuple[Stretch, Trail]]:
+        """Yield all stretches with their states, from the first to the last."""
+        order, act = self.order, None
+        x, v = order.array(vector, "position").copy(), order.array(vector, "velocity").copy()
+        state = State(x, v, np.zeros_like(x))
+        for stretch in self.stretches:
+            leg = self.course.legs[stretch.leg]
+            if stretch.first:
+                act = self._act(vector, leg)
+                begun = np.where(np.repeat(leg.stopped, 3), leg.given.ravel(), state.v)
+                state = State(state.x, begun, self.stepping.begin(act, state.x, begun))
+            assert act is not None
+            if keep:
+                self._kept.append(state)
+            trail = self.stepping.run(act, stretch.times, state)
+            yield stretch, trail
+            state = trail.last
+
+    def _act(self, vector: Floats, leg: Leg) -> Act:
+        return act_on(leg, self.stepping.laws, leg.present(self.order.values(vector)))
+
+    def _change(
+        self,
+        act: Act,
+        trail: Trail,
+        seeds: Seeds,
+        moved: State,
+        between: Between,
+        visit: Visit,
+    ) -> None:
+        """Carry changes to the end of a stretch; tell those of the samples on it."""
+        rows = np.unique([*between.rows, *(between.rows + 1), len(trail.times) - 1])
+        rows = rows[rows > 0]
+        tx, tv = (part.reshape(-1, seeds.total.size) for part in (moved.x, moved.v))
+        before = tx.copy(), tv.copy()
+        changes = self.stepping.change(act, trail, seeds, moved, rows)
+        for row, _ in zip(rows.tolist(), changes, strict=True):
+            for k in np.flatnonzero(between.rows == row - 1).tolist():
+                visit(int(between.samples[k]), *_mixed(between, k, before, (tx, tv)))
+            before = tx.copy(), tv.copy()
+
+
+def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Between:
+    """Return the weights of Hermite's cubic at parts of steps."""
+    s, h = part, step
+    of_x = [
+        (1 + 2 * s) * (1 - s) ** 2,
+        h * s * (1 - s) ** 2,
+        s * s * (3 - 2 * s),
+        h * s * s * (s - 1),
+    ]
+    of_v = [6 * s * (s - 1) / h, (1 - s) * (1 - 3 * s), 6 * s * (1 - s) / h, s * (3 * s - 2)]
+    return Between(samples, rows, np.array(of_x), np.array(of_v))
+
+
+def _look(trail: Trail, between: Between, found: Samples) -> None:
+    """Enter the samples of a stretch."""
+    rows, ends, (x, v, _) = between.rows, between.rows + 1, trail.states
+    four = x[rows], v[rows], x[ends], v[ends]
+    for weights, into in ((between.of_x, found.x), (between.of_v, found.v)):
+        into[between.samples] = sum(
+            w[:, None] * part for w, part in zip(weights, four, strict=True)
+        )
+
+
+def _enter(states: States, between: Between, by_x: Floats, by_v: Floats) -> States:
+    """Return derivatives by the rows of a stretch from those by its samples."""
+    (count, size), rows = states.x.shape, between.rows
+    at_x, at_v, _ = entering = States(*np.zeros((3, count, size)))
+    for weights, given in ((between.of_x, by_x), (between.of_v, by_v)):
+        mine = given[between.samples]
+        for into, row, weight in zip(
+            (at_x, at_v, at_x, at_v), (rows, rows, rows + 1, rows + 1), weights, strict=True
+        ):
+            np.add.at(into, row, weight[:, None] * mine)
+    return entering
+
+
+def _mixed(
+    between: Between, k: int, before: tuple[Floats, Floats], after: tuple[Floats, Floats]
+) -> tuple[Floats, Floats]:
+    """Return the changes of one sample from those of the rows around it."""
+
+    def weighed(weights: Floats) -> Floats:
+        found = np.zeros_like(before[0])
+        for weight, part in zip(weights.tolist(), (*before, *after), strict=True):
+            if weight:
+                found += weight * part
+        return found
+
+    return weighed(between.of_x[:, k]), weighed(between.of_v[:, k])
+
+
+def _nothing(values: Values) -> Values:
+    return Values(*(np.zeros_like(part) for part in values))
+
+
+def _last_finite(trail: Trail) -> float:
+    """Return the last time at which a motion has numbers [s]."""
+    good = (np.isfinite(trail.states.x) & np.isfinite(trail.states.v)).all(axis=1)
+    return float(trail.times[max(int(np.argmin(good)) - 1, 0)])

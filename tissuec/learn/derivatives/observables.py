@@ -1,0 +1,198 @@
+"""What is measured of a motion, as a smooth function of states and numbers, derived."""
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.kernels.sensitivity import Laws
+from tissuec.learn.derivatives.reactions import Support
+from tissuec.learn.derivatives.views import Look, Slope, View, mixed, nodes_of
+from tissuec.learn.parameters.numbers import Order
+from tissuec.model.network import Floats, Indices
+from tissuec.script.fit_problem import Fit
+from tissuec.script.measures import Subject
+
+
+class Places:
+    """The places of nodes, or of one along a direction."""
+
+    def __init__(self, nodes: Indices, along: Floats | None):
+        self.nodes, self.along = nodes, along
+
+    def at(self, view: View) -> Floats:
+        """Return x, y and z of every node, or the part along the direction."""
+        places = view.x.reshape(-1, 3)[self.nodes]
+        return places.ravel() if self.along is None else np.asarray(places @ self.along)
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return ones."""
+        found, rest = [], np.zeros_like(view.v)
+        axes = np.eye(3) if self.along is None else self.along[None]
+        for node in self.nodes:
+            for axis in axes:
+                by = np.zeros_like(view.x)
+                by[3 * node : 3 * node + 3] = axis
+                found.append(Slope(by, rest, None))
+        return found
+
+
+class Mean:
+    """The mean place of some nodes, as ``position``."""
+
+    def __init__(self, subject: Subject):
+        self.subject = subject
+
+    def at(self, view: View) -> Floats:
+        """Return x, y and z [m]."""
+        return view.x.reshape(-1, 3)[nodes_of(self.subject, view.leg)].mean(axis=0)
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return an equal share for every node."""
+        nodes, rest = nodes_of(self.subject, view.leg), np.zeros_like(view.v)
+        found = []
+        for axis in range(3):
+            by = np.zeros_like(view.x)
+            by[3 * nodes + axis] = 1.0 / len(nodes)
+            found.append(Slope(by, rest, None))
+        return found
+
+
+class Between:
+    """The distance of the mean places of two sets, as ``distance``."""
+
+    def __init__(self, first: Subject, second: Subject):
+        self.ends = Mean(first), Mean(second)
+
+    def at(self, view: View) -> Floats:
+        """Return the distance [m], shape (1,)."""
+        return np.array([float(np.linalg.norm(self._way(view)))])
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return the direction, shared among the nodes."""
+        way = self._way(view)
+        away = way / (np.linalg.norm(way) or 1.0)
+        first, second = (mixed(end.slopes(view), away) for end in self.ends)
+        return [Slope(second.x - first.x, np.zeros_like(view.v), None)]
+
+    def _way(self, view: View) -> Floats:
+        first, second = self.ends
+        return second.at(view) - first.at(view)
+
+
+class Length:
+    """The sum of the lengths of intact springs, as ``length``."""
+
+    def __init__(self, subject: Subject):
+        self.subject = subject
+
+    def at(self, view: View) -> Floats:
+        """Return the length [m], shape (1,)."""
+        return np.array([np.linalg.norm(self._reach(view)[1], axis=1).sum()])
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return the directions at both ends of every spring."""
+        ends, reach = self._reach(view)
+        length = np.linalg.norm(reach, axis=1)
+        away = reach / np.where(length > 0.0, length, 1.0)[:, None]
+        by = np.zeros((len(view.x) // 3, 3))
+        np.add.at(by, ends[:, 0], -away)
+        np.add.at(by, ends[:, 1], away)
+        return [Slope(by.ravel(), np.zeros_like(view.v), None)]
+
+    def _reach(self, view: View) -> tuple[Indices, Floats]:
+        springs = self.subject.springs[view.leg.alive_springs[self.subject.springs]]
+        ends = view.leg.network.ends[springs].astype(np.int64)
+        places = view.x.reshape(-1, 3)
+        return ends, places[ends[:, 1]] - places[ends[:, 0]]
+
+
+class Along:
+    """The part of a vector along a direction."""
+
+    def __init__(self, look: Look, direction: Floats):
+        self.look, self.direction = look, direction
+
+    def at(self, view: View) -> Floats:
+        """Return the part, shape (1,)."""
+        return np.array([self.look.at(view) @ self.direction])
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return the same part of the derivatives."""
+        return [mixed(self.look.slopes(view), self.direction)]
+
+
+class Size:
+    """The length of a vector."""
+
+    def __init__(self, look: Look):
+        self.look = look
+
+    def at(self, view: View) -> Floats:
+        """Return the length, shape (1,)."""
+        return np.array([float(np.linalg.norm(self.look.at(view)))])
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return the part of the derivatives along the vector."""
+        vector = self.look.at(view)
+        return [mixed(self.look.slopes(view), vector / (np.linalg.norm(vector) or 1.0))]
+
+
+def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Look | None:
+    """Return what a fit looks at; None for a measure without derivatives.
+
+    Args:
+        nodes: Of positions, those that were measured.
+    """
+    if fit.measure is None:
+        assert nodes is not None
+        return Places(nodes, fit.along)
+    form, first = fit.measure.form.partition("(")[0], fit.subjects[0]
+    match form:
+        case "position":
+            mean = Mean(first)
+            return mean if fit.along is None else Along(mean, fit.along)
+        case "force":
+            support = Support(first, laws)
+            if fit.along is not None:
+                return Along(support, fit.along)
+            return support if len(fit.columns) == 3 else Size(support)
+        case "distance":
+            return Between(first, fit.subjects[1])
+        case "length":
+            return Length(first)
+        case _:
+            return None
+
+
+def pull(look: Look, view: View, weights: Floats) -> Slope:
+    """Return the derivatives of Σ weights · components."""
+    if isinstance(look, Places):
+        by = np.zeros((len(view.x) // 3, 3))
+        sense = weights.reshape(-1, 3) if look.along is None else np.outer(weights, look.along)
+        np.add.at(by, look.nodes, sense)
+        return Slope(by.ravel(), np.zeros_like(view.v), None)
+    return mixed(look.slopes(view), weights)
+
+
+def push(
+    look: Look, view: View, tx: Floats, tv: Floats, order: Order, change: sparse.csr_matrix
+) -> Floats:
+    """Return how components change with the state and with numbers, shape (component, change).
+
+    Args:
+        tx, tv: Changes of places and velocities, shape (3 node, change).
+        order: Of the numbers.
+        change: Of all numbers, shape (number, change).
+    """
+    if isinstance(look, Places):
+        moved = tx.reshape(-1, 3, tx.shape[1])[look.nodes]
+        if look.along is not None:
+            moved = np.einsum("k,nkm->nm", look.along, moved)
+        return moved.reshape(-1, tx.shape[1]).copy()
+    slopes = look.slopes(view)
+    moved = np.array([slope.x @ tx + slope.v @ tv for slope in slopes])
+    for row, slope in enumerate(slopes):
+        if slope.values is not None:
+            direct = np.zeros(order.size)
+            order.add(direct, view.leg.past(slope.values))
+            moved[row] += change.T @ direct
+    return moved

@@ -1,0 +1,62 @@
+"""Forces of springs on nodes as something to look at."""
+
+import numpy as np
+
+from tissuec.kernels.record_tables import tabulated
+from tissuec.kernels.sensitivity import Forces, Laws, Links, State, Values
+from tissuec.learn.derivatives.event_schedule import Leg
+from tissuec.learn.derivatives.kernels import acceleration, pull_back
+from tissuec.learn.derivatives.views import Slope, View, nodes_of
+from tissuec.model.network import Floats, Indices
+from tissuec.script.measures import Subject
+
+_NONE: Indices = np.zeros(0, dtype=np.int64)
+
+
+class Support:
+    """Minus the sum of the forces of springs on some nodes, as ``force``."""
+
+    def __init__(self, subject: Subject, laws: Laws):
+        self.subject, self.laws = subject, laws
+        # By the identity of the leg, which is kept so that no other gets its number.
+        self._links: dict[int, tuple[Leg, Links]] = {}
+
+    def at(self, view: View) -> Floats:
+        """Return x, y and z [N]."""
+        return -self._pulled(view)[1].a.reshape(-1, 3).sum(axis=0)
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return the derivatives, by what a force on these nodes depends on."""
+        forces, at = self._pulled(view)
+        nodes, found = np.flatnonzero(forces.links.inverse), []
+        for axis in range(3):
+            due = State(*np.zeros((3, len(view.x))))
+            due.a[3 * nodes + axis] = -1.0
+            by = Values(*(np.zeros_like(part) for part in view.values))
+            pull_back(forces, at, due, by)
+            by.mass[:] = 0.0  # no mass is in a force
+            found.append(Slope(due.x, due.v, by))
+        return found
+
+    def _pulled(self, view: View) -> tuple[Forces, State]:
+        """Return what acts, and the state with the forces in place of accelerations."""
+        forces = tabulated(Forces(self.laws, self._of(view.leg), view.values))
+        at = State(view.x, view.v, np.empty_like(view.x))
+        acceleration(forces, np.zeros(0), at)
+        return forces, at
+
+    def _of(self, leg: Leg) -> Links:
+        """Return the springs that reach out of the nodes, each of which weighs 1 kg."""
+        if id(leg) not in self._links:
+            inside = np.zeros(len(leg.held), dtype=bool)
+            inside[nodes_of(self.subject, leg)] = True
+            ends = leg.network.ends
+            alive = np.flatnonzero(leg.alive_springs & (inside[ends].sum(axis=1) == 1))
+            low, high = (np.ascontiguousarray(e) for e in ends[alive].astype(np.int64).T)
+            law = leg.network.law[alive].astype(np.int64)
+            steady, drag = np.zeros(3 * len(inside)), np.zeros(len(inside))
+            links = Links(
+                low, high, alive, law, inside.astype(float), steady, drag, _NONE, _NONE
+            )
+            self._links[id(leg)] = leg, tabulated(links)
+        return self._links[id(leg)][1]

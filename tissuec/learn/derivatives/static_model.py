@@ -1,0 +1,235 @@
+"""An experiment without a time: the net is in equilibrium in each row, with exact derivatives.
+
+With A(x, θ) = 0 the accelerations of free nodes in equilibrium, ∂A/∂x δx + ∂A/∂x_held δx_held +
+∂A/∂θ δθ = 0 tells how the equilibrium changes. What holds nodes carries along how these were
+changed when they were taken hold of.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.units import LENGTH, show
+from tissuec.kernels.sensitivity import Laws
+from tissuec.learn.data.experiment import Series
+from tissuec.learn.derivatives.displacement_control import Travel
+from tissuec.learn.derivatives.equilibria import Stand, Unbalanced, stands
+from tissuec.learn.derivatives.equilibrium import Equilibrium
+from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.learn.derivatives.model import measured, slots_of
+from tissuec.learn.derivatives.observables import pull, push
+from tissuec.learn.derivatives.response import Yielding
+from tissuec.learn.derivatives.views import Look, View
+from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.model.network import Floats, Indices
+
+CHANGES = 256  # that are carried from equilibrium to equilibrium at once
+
+
+class Resting:
+    """Predictions of a net at rest.
+
+    Args:
+        looks: What each series is of.
+        axis_nodes: The moved nodes whose displacement rows are sorted by, shape (node,).
+
+    Attributes:
+        notes: What is to be known of the equilibria, as sentences.
+
+    Raises:
+        CompileError: The script does not move the nodes as far as a row says, or does
+            something that has no exact derivatives.
+    """
+
+    name = "exact derivatives of every equilibrium"
+
+    def __init__(
+        self,
+        shaping: Shaping,
+        series: tuple[Series, ...],
+        looks: tuple[Look, ...],
+        axis_nodes: Indices,
+        laws: Laws,
+    ):
+        self.shaping, self.series, self.looks, self.laws = shaping, series, looks, laws
+        self.slots, self.size = slots_of(series), len(measured(series))
+        self.notes: tuple[str, ...] = ()
+        _refuse(shaping, series, looks)
+        self._times, self._rows = _rows_of(shaping, series, axis_nodes)
+        self._theta: Floats | None = None  # at which everything is frozen
+        self._stands: list[Stand] = []
+        self._looked: list[int] = []
+        self._known: tuple[bytes, list[Equilibrium]] | None = None
+
+    def freeze(self, theta: Floats) -> None:
+        """Go through the script once; which springs break and who is held stays so.
+
+        Raises:
+            Unbalanced: The net has no equilibrium in a row.
+        """
+        if self._theta is not None and np.array_equal(theta, self._theta):
+            return
+        plan, network = self.shaping.compiled.plan, self.shaping.network(theta)
+        found = list(stands(network, plan, self._times))
+        self._stands = [stand for stand, _ in found]
+        self._looked = [k for k, (_, is_row) in enumerate(found) if is_row]
+        self.notes, self._known, self._theta = self._remarks(), None, theta.copy()
+
+    def limit(self, stop: float) -> None:
+        """Do nothing: rows have no time."""
+
+    def predict(self, theta: Floats) -> Floats:
+        """Return the predictions; raises Unbalanced."""
+        found = np.zeros(self.size)
+        for balanced, parts in self._measured(theta):
+            for look, part in parts:
+                found[part] = look.at(balanced.view)
+        return found
+
+    def gradient(self, theta: Floats, weights: Floats) -> Floats:
+        """Return the derivatives of Σ weights · predictions, from the last row to the first."""
+        order = self.shaping.order
+        every = list(self._measured(theta))
+        if not all(balanced.resistance.sound for balanced, _ in every):
+            # What cannot be told along a mechanism is found forwards only.
+            return self.jacobian(theta).T @ weights
+        due, direct = np.zeros(order.sizes["position"]), np.zeros(order.size)
+        for balanced, parts in reversed(every):
+            for look, part in parts:
+                slope = pull(look, balanced.view, weights[part])
+                due += slope.x
+                if slope.values is not None:
+                    order.add(direct, balanced.stand.leg.past(slope.values))
+            order.add(direct, balanced.stand.leg.past(balanced.back(due)))
+        order.array(direct, "position")[:] += due
+        return np.asarray(self.shaping.change(theta).T @ direct)
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of all predictions, by changes carried from row to row.
+
+        Raises:
+            Unbalanced: The net could move without any force, and something acts that way.
+        """
+        order, change = self.shaping.order, self.shaping.change(theta)
+        count = self.shaping.size
+        found = np.zeros((self.size, count))
+        for first in range(0, count, CHANGES):
+            columns = slice(first, min(first + CHANGES, count))
+            some = sparse.csr_matrix(change[:, columns])
+            start = sparse.csr_matrix(some[order.places["position"]])
+            tx = np.ascontiguousarray(start.toarray())
+            still = np.zeros_like(tx)
+            for balanced, parts in self._measured(theta):
+                self._move(balanced, some, tx)
+                for look, part in parts:
+                    found[part, columns] = push(look, balanced.view, tx, still, order, some)
+        return found
+
+    def step_error(self, theta: Floats) -> Floats:
+        """Return 0: an equilibrium is found to rounding."""
+        return np.zeros(self.size)
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _measured(
+        self, theta: Floats
+    ) -> Iterator[tuple[Equilibrium, list[tuple[Look, slice]]]]:
+        """Yield all equilibria in order, with what is looked at in each and where it goes."""
+        parts: list[list[tuple[Look, slice]]] = [[] for _ in self._stands]
+        for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
+            for row, time in enumerate(rows):
+                parts[self._looked[time]].append((look, slot.of(row)))
+        yield from zip(self._balanced(theta), parts, strict=True)
+
+    def _balanced(self, theta: Floats) -> list[Equilibrium]:
+        """Return the equilibria."""
+        assert self._stands, "freeze comes first"
+        key = theta.tobytes()
+        if self._known is None or self._known[0] != key:
+            order, network = self.shaping.order, self.shaping.network(theta)
+            vector, found = self.shaping.vector(theta), []
+            places = order.array(vector, "position").reshape(-1, 3)
+            for stand in self._stands:
+                values = stand.leg.present(order.values(vector))
+                places = stand.balanced(network, values, places)
+                view = View(stand.leg, values, places.ravel(), np.zeros(places.size))
+                found.append(Equilibrium(stand, view, self.laws))
+            self._known = key, found
+        return self._known[1]
+
+    def _move(self, balanced: Equilibrium, change: sparse.csr_matrix, tx: Floats) -> None:
+        """Carry changes of places from one equilibrium to the next."""
+        try:
+            seeds = self.shaping.order.seeds(change, balanced.stand.leg.factors)
+            balanced.move(tx, seeds)
+        except Yielding as failure:
+            stand = balanced.stand
+            node = stand.leg.network.node_ids[stand.free[failure.args[0]]]
+            message = (
+                f"{self._where(stand)} node {node} can move along the forces without "
+                "resistance, so derivatives are not defined"
+            )
+            raise Unbalanced(stand.time, message) from failure
+
+    def _where(self, stand: Stand) -> str:
+        """Return how the place of an equilibrium in the experiment is called."""
+        time = int(np.argmin(np.abs(self._times - stand.time)))
+        for one, rows in zip(self.series, self._rows, strict=True):
+            for row in np.flatnonzero(rows == time):
+                return f"at a displacement of {show(float(one.times[row]), LENGTH)}"
+        raise AssertionError("every time is that of a row")
+
+    def _remarks(self) -> tuple[str, ...]:
+        """Return each remark once, with where it is first made."""
+        found: dict[str, str] = {}
+        for stand in self._stands:
+            ids = stand.leg.network.node_ids
+            for remark in stand.remarks:
+                text = f"{remark.message}, mainly at node {ids[remark.node]}"
+                found.setdefault(remark.message, f"{self._where(stand)}, {text}")
+        return tuple(found.values())
+
+
+def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -> None:
+    """Refuse what has no exact derivatives."""
+    plan, network = shaping.compiled.plan, shaping.compiled.network
+    reason = refusal(plan, network, at_rest=True)
+    if not reason and len(looks) < len(series):
+        reason = "a measured quantity is not a smooth function of the positions"
+    if reason:
+        message = f"this cannot be fitted to a net at rest: {reason}"
+        hint = "measure over time instead of over a displacement"
+        raise CompileError([Diagnostic("TIS802", message, series[0].fit.span, hint)])
+
+
+def _rows_of(
+    shaping: Shaping, series: Sequence[Series], axis_nodes: Indices
+) -> tuple[Floats, list[Indices]]:
+    """Return all times that rows belong to [s], ascending, and which one each row has."""
+    compiled = shaping.compiled
+    travel = Travel(compiled.network, compiled.plan, axis_nodes)
+    if not travel.greatest:
+        message = "the script does not move the nodes whose displacement is measured"
+        hint = "for example: from 0 s to 1 s: move SET by (5, 0, 0) mm using smooth profile"
+        raise CompileError([Diagnostic("TIS703", message, series[0].fit.span, hint)])
+    times: dict[float, float] = {}
+    for one in series:
+        for displacement in one.times.tolist():
+            time = travel.time(displacement)
+            if time is None:
+                there = show(travel.greatest, LENGTH, digits=6)
+                message = (
+                    f"a row has a displacement of {show(displacement, LENGTH, digits=6)}, and "
+                    f"the script moves the nodes from 0 m to {there}"
+                )
+                hint = "let the script move them as far, or remove such rows"
+                raise CompileError([Diagnostic("TIS703", message, one.fit.span, hint)])
+            times[displacement] = time
+    known = np.unique(list(times.values()))
+    rows = [
+        np.searchsorted(known, [times[u] for u in one.times.tolist()]).astype(np.int64)
+        for one in series
+    ]
+    return known, rows

@@ -1,0 +1,101 @@
+"""Stepping that can be derived: forwards, backwards, and with many changes at once.
+
+A member steps a leg over rows of times. Every one of its methods gives exactly the derivative
+of what ``run`` computes, discretisation included.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple, Protocol
+
+from msgspec import Struct
+
+from tissuec.kernels.record_tables import tabulated
+from tissuec.kernels.sensitivity import Forces, Laws, Seeds, State, States, Values
+from tissuec.learn.derivatives.event_schedule import Leg
+from tissuec.model.network import Floats, Indices
+
+
+class Trail(NamedTuple):
+    """States at some times of a leg.
+
+    Attributes:
+        times: [s], shape (row,).
+        states: There; accelerations are those that steps begin with, if the method carries them
+            on from one step to the next.
+    """
+
+    times: Floats
+    states: States
+
+    @property
+    def last(self) -> State:
+        """Return a copy of the last row."""
+        return State(*(part[-1].copy() for part in self.states))
+
+
+class Act(Struct, frozen=True, eq=False):
+    """What holds on a leg for the numbers of the moment."""
+
+    leg: Leg
+    forces: Forces
+
+
+def act_on(leg: Leg, laws: Laws, values: Values) -> Act:
+    """Return what holds on a leg.
+
+    Args:
+        values: Numbers as they are on this leg.
+    """
+    return Act(leg, tabulated(Forces(laws, leg.links(values), values)))
+
+
+class Stepping(Protocol):
+    """A method of integration.
+
+    Attributes:
+        laws: Of the springs, compiled.
+        lands: Whether its steps are so large that they must end where one looks.
+    """
+
+    name: str
+    laws: Laws
+    lands: bool
+
+    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
+        """Return the accelerations at the beginning of a leg, shape (3 node,)."""
+        ...
+
+    def begin_back(self, act: Act, start: State, due: State, by: Values) -> None:
+        """Add what is due to the answer of ``begin`` to what is due to the state."""
+        ...
+
+    def begin_change(self, act: Act, start: State, seeds: Seeds, change: State) -> None:
+        """Set the changes of the answer of ``begin``."""
+        ...
+
+    def run(self, act: Act, times: Floats, state: State) -> Trail:
+        """Return the states at some times, the first of which is given."""
+        ...
+
+    def back(self, act: Act, trail: Trail, entering: States, due: State, by: Values) -> None:
+        """Turn derivatives by the last row of a trail into those by its first row.
+
+        Args:
+            entering: Derivatives that enter in each row, shape (row, 3 node); those of the
+                first row are not looked at.
+            due: Derivatives by the last row, beside these.
+            by: Derivatives by numbers; added to.
+        """
+        ...
+
+    def change(
+        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+    ) -> Iterator[None]:
+        """Carry changes from the first row on; yield at some rows.
+
+        Args:
+            seeds: How numbers change.
+            change: Of the first row, shape (3 node change,); set anew.
+            rows: Which ones, ascending, of those behind the first one.
+        """
+        ...

@@ -1,0 +1,61 @@
+"""What all methods with a tableau have in common."""
+
+import numpy as np
+
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.kernels.record_tables import tabulated
+from tissuec.kernels.sensitivity import Laws, Seeds, State, States, Values
+from tissuec.kernels.stepping import Steps
+from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
+from tissuec.learn.derivatives.stepping import Act, Trail
+from tissuec.model.network import Floats
+
+
+class ByTableau:
+    """The tableau of an integrator, and the beginning of a leg; see ``Stepping``."""
+
+    def __init__(self, name: str, laws: Laws):
+        member = INTEGRATORS[name]
+        assert member.tableau is not None, f"{name} has no tableau"
+        self.name, self.laws, self.tableau = name, laws, tabulated(member.tableau)
+        # Between both ends of its steps, a cubic is as exact as a method of second order.
+        self.lands = member.implicit or member.order > 2
+        nodes = self.tableau.for_x[: self.tableau.result + 1, 0]
+        # Moments of a step; its end is the beginning of the next one.
+        self._parts = np.append(0.0, np.setdiff1d(nodes, [0.0, 1.0]))
+        self._moment = np.array([[*self._parts, 1.0].index(node) for node in nodes])
+
+    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
+        """Return the accelerations that the first step begins with, if it needs any."""
+        a = np.zeros_like(x)
+        if self.tableau.carries:
+            load = act.leg.paths(np.array([act.leg.start])).load[0]
+            acceleration(act.forces, load, State(x, v, a))
+        return a
+
+    def begin_back(self, act: Act, start: State, due: State, by: Values) -> None:
+        """Add what is due to these accelerations to what is due to the state."""
+        if self.tableau.carries:
+            pull_back(act.forces, start, due, by)
+
+    def begin_change(self, act: Act, start: State, seeds: Seeds, change: State) -> None:
+        """Set the changes of these accelerations."""
+        if self.tableau.carries:
+            push_forward(act.forces, start, seeds, change)
+
+    def _begun(self, times: Floats, state: State) -> Trail:
+        """Return a trail of which only the first row is known."""
+        states = States(*np.zeros((3, len(times), len(state.x))))
+        for rows, first in zip(states, state, strict=True):
+            rows[0] = first
+        return Trail(times, states)
+
+    def _room(self, trail: Trail) -> States:
+        """Return room for all stages up to the result."""
+        return States(*np.empty((3, self.tableau.result + 1, trail.states.x.shape[1])))
+
+    def _steps(self, act: Act, times: Floats) -> Steps:
+        """Return the steps between some times, with what is prescribed at their stages."""
+        within = times[:-1, None] + np.diff(times)[:, None] * self._parts
+        paths = act.leg.paths(np.append(within.ravel(), times[-1]))
+        return Steps(self.tableau, times, *paths, len(self._parts), self._moment)

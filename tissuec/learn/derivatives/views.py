@@ -1,0 +1,80 @@
+"""States as they are looked at, and how what is seen in them is derived."""
+
+from collections.abc import Iterable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from tissuec.core.units import TIME, show
+from tissuec.kernels.sensitivity import Values
+from tissuec.learn.derivatives.event_schedule import Leg
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.model.network import Floats, Indices
+from tissuec.script.measures import Subject
+
+_NONE: Indices = np.zeros(0, dtype=np.int64)
+
+
+class Unseen(Diverged):
+    """A tool that holds nothing is looked at; its arguments are the time [s] and its name."""
+
+    def __str__(self) -> str:
+        since = show(float(self.args[0]), TIME)
+        return (
+            f"{self.args[1]} holds nothing from {since} on, but the data has later values of it"
+        )
+
+
+class View(NamedTuple):
+    """A state, on a leg with its numbers; shape (3 node,)."""
+
+    leg: Leg
+    values: Values
+    x: Floats
+    v: Floats
+
+
+class Slope(NamedTuple):
+    """Derivatives of one component: by places and velocities, shape (3 node,), and numbers."""
+
+    x: Floats
+    v: Floats
+    values: Values | None  # None where numbers do not enter
+
+
+class Look(Protocol):
+    """Something that is measured."""
+
+    def at(self, view: View) -> Floats:
+        """Return its components in SI units, shape (component,)."""
+        ...
+
+    def slopes(self, view: View) -> list[Slope]:
+        """Return the derivatives of all components."""
+        ...
+
+
+def nodes_of(subject: Subject, leg: Leg) -> Indices:
+    """Return the nodes of a subject: for a tool, those that it holds on a leg."""
+    if subject.nodes is not None:
+        return subject.nodes
+    held = leg.holders.get(subject.name, _NONE)
+    if not len(held):
+        raise Unseen(leg.start, subject.name)
+    return held
+
+
+def mixed(slopes: Iterable[Slope], weights: Floats) -> Slope:
+    """Return the derivatives of Σ weights · components from those of each component."""
+    pairs = list(zip(weights.tolist(), slopes, strict=True))
+    x, v = np.zeros_like(pairs[0][1].x), np.zeros_like(pairs[0][1].v)
+    values: Values | None = None
+    for weight, slope in pairs:
+        x += weight * slope.x
+        v += weight * slope.v
+        if slope.values is not None:
+            parts = [weight * part for part in slope.values]
+            if values is not None:
+                parts = [a + b for a, b in zip(values, parts, strict=True)]
+            values = Values(*parts)
+    return Slope(x, v, values)

@@ -1,0 +1,1 @@
+"""The fit: problem, search, identifiability and outcome."""

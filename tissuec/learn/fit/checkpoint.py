@@ -1,0 +1,59 @@
+"""A search on disk between two passes, so that an interrupted learning goes on."""
+
+import hashlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from msgspec.structs import asdict
+
+from tissuec.learn.fit.search import SearchState
+from tissuec.learn.fit.session import Session
+from tissuec.pipeline import Request
+from tissuec.results.manifest import versions
+
+
+def key_of(session: Session, request: Request, texts: Sequence[str]) -> str:
+    """Return a digest of what the result depends on: texts, what was set, data, versions."""
+    digest = hashlib.sha256()
+    trials = (*session.learning, *session.held_out)
+    parts = (
+        *texts,
+        *request.overrides,
+        session.lesson.name,
+        *(trial.experiment.digest for trial in trials),
+        *(f"{name} {version}" for name, version in sorted(versions().items())),
+    )
+    for part in parts:
+        digest.update(part.encode() + b"\0")
+    return digest.hexdigest()
+
+
+def keep(path: Path, key: str, state: SearchState) -> None:
+    """Write where a search stands; the file is whole at any moment."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    half = path.with_name(path.name + ".new")
+    with half.open("wb") as file:
+        np.savez(file, key=key, **asdict(state))
+    os.replace(half, path)
+
+
+def kept(path: Path, key: str) -> SearchState | None:
+    """Return where a search of the same learning stood; None without one."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            if str(file["key"]) != key:
+                return None
+            return SearchState(
+                **{name: _value(file[name]) for name in SearchState.__struct_fields__}
+            )
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return None
+
+
+def _value(array: np.ndarray) -> Any:
+    """Return a plain value as such, and not as an array without axes."""
+    return array if array.ndim else array.item()

@@ -1,0 +1,52 @@
+"""What was expected of a learning, held against the errors that it came to."""
+
+from collections.abc import Iterable, Sequence
+from math import sqrt
+from typing import NamedTuple
+
+from tissuec.learn.fit.outcome import Fitted, Learnt
+from tissuec.script.fit_problem import Demand
+
+HELD_OUT, ALL = "held out", "data"
+
+
+class Verdict(NamedTuple):
+    """Whether a demand is met, and what was measured."""
+
+    demand: Demand
+    holds: bool
+    measured: str
+
+
+def judged(learnt: Learnt) -> list[Verdict]:
+    """Return a verdict on each ``expect error(…)`` of the lesson."""
+    errors = errors_of(learnt.fitted)
+    return [
+        Verdict(demand, demand.holds(errors), demand.describe(errors))
+        for demand in learnt.lesson.demands
+    ]
+
+
+def errors_of(fitted: Sequence[Fitted]) -> dict[str, float]:
+    """Return the errors by the name of each file, "data" and "held out".
+
+    "data" is all that was learnt from. A file whose last part is held out has both of its parts
+    under its name. Where nothing belongs to a name, it is not there.
+    """
+    parts = {
+        ALL: [one for one in fitted if not one.held_out],
+        HELD_OUT: [one for one in fitted if one.held_out],
+        **{file: [one for one in fitted if one.file == file] for file in _files(fitted)},
+    }
+    return {name: joined(some) for name, some in parts.items() if some}
+
+
+def joined(fitted: Iterable[Fitted]) -> float:
+    """Return the error of several experiments: root of the mean square, by their numbers."""
+    some = list(fitted)
+    total = sum(one.count for one in some)
+    return sqrt(sum(one.count * one.error**2 for one in some) / max(total, 1))
+
+
+def _files(fitted: Iterable[Fitted]) -> list[str]:
+    return list(dict.fromkeys(one.file for one in fitted))

@@ -1,0 +1,105 @@
+"""Whether what is left is so much that the search, or the model, has failed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core.errors import TissueError
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.problem import LIMIT, Problem
+from tissuec.learn.fit.search import MET
+from tissuec.learn.fit.shown import percent
+from tissuec.model.network import Floats
+
+NOTHING = 0.8  # error from which on it is near that of knowing the mean alone, which is 1
+STRUCTURED = 0.2  # size from which on residuals that are no noise are a failure
+WRONG_UNIT = 300.0  # times as large, or as small, as predicted
+COARSE = 0.05  # error of steps from which on a fit is none
+TOLD = 0.02  # size from which on they are told
+
+
+def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> str:
+    """Return why some parameters are no answer, as a sentence; empty if they may be one.
+
+    Args:
+        theta: Where the search ended, its whole horizon in use.
+        singles: The same problem for each experiment by itself.
+    """
+    if _is_met(problem, theta):
+        return ""
+    error = problem.relative(theta)
+    if error >= NOTHING:
+        return (
+            f"the error is {percent(error)}; a guess that knows only the mean of the data has "
+            "100 %: the fit explains nothing"
+        )
+    if problem.structure(theta, LIMIT).exceeds(STRUCTURED):
+        return (
+            f"the error is {percent(error)}, and the residuals are correlated, so they are not "
+            "noise: this is a wrong minimum, or the scene does not describe the experiment"
+        )
+    for one in singles:
+        found = one.structure(theta, LIMIT)
+        share = found.size * float((one.spread / problem.spread).max(initial=0.0))
+        if found.exceeds(NOTHING) and share >= TOLD:
+            name = one.trials[0].experiment.name
+            return (
+                f"the error of {name} is {percent(found.size)}, and its residuals are not "
+                "noise: the scene, with what may change in it, does not describe the experiment"
+            )
+    return ""
+
+
+def too_coarse(error: float) -> str:
+    """Return why steps are too large for an answer, as a sentence; empty if they are not.
+
+    Args:
+        error: How much predictions change with half the steps, as a part of their range.
+    """
+    if error < COARSE:
+        return ""
+    return (
+        f"halving the step changes predictions by {percent(error)} of their range: write a "
+        "smaller step, or leave it out so that one is chosen"
+    )
+
+
+def remark(problem: Problem, theta: Floats) -> str:
+    """Return what is to be known of residuals that are small and yet no noise, if they are."""
+    found = problem.structure(theta, LIMIT)
+    if _is_met(problem, theta) or not found.exceeds(TOLD):
+        return ""
+    return (
+        f"the residuals are not noise: their neighbours correlate by {found.correlation:.2f} "
+        f"({percent(found.size)} without outliers); the scene differs from the experiment, "
+        "and parameters may be off by more than their intervals"
+    )
+
+
+def units(problem: Problem) -> list[str]:
+    """Return which fits are measured so large or small that their unit may be wrong.
+
+    Sizes of the data are held against those of the first prediction.
+    """
+    theta = np.zeros(problem.size)
+    try:
+        problem.freeze(theta)
+        predicted = problem.predicted(theta)[problem.counted]
+    except (Diverged, TissueError):
+        return []
+    found, data = [], problem.data[problem.counted]
+    for k, fit in enumerate(problem.lesson.fits):
+        mine = problem.fits == k
+        sizes = [float(np.abs(some[mine]).max(initial=0.0)) for some in (data, predicted)]
+        ratio = sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0
+        if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT:
+            found.append(
+                f"the data of {fit.text} is {ratio:.1g} times as large as the first "
+                "prediction: check its unit"
+            )
+    return found
+
+
+def _is_met(problem: Problem, theta: Floats) -> bool:
+    """Tell whether all noise was given, and no more is left."""
+    return problem.noise_is_given and problem.rms(theta) < MET

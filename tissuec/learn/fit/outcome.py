@@ -1,0 +1,119 @@
+"""What was learnt, with what it rests on: values for tissuec itself to write and to tell."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from msgspec import Struct, field
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats
+from tissuec.script.fit_problem import Adjust, Lesson
+
+
+class Estimates(Struct, frozen=True, eq=False):
+    """The numbers of one ``adjust`` entry.
+
+    Attributes:
+        names: Of each, such as "spring constant of fat" or "spring 17", shape (number,).
+        start: Before the learning, in SI units, shape (number,).
+        value: After it.
+        low, high: Ends of the interval that contains the true value with 95 % probability, if
+            the model is right and the noise is as estimated; infinite where nothing is known.
+        identified: Whether the data tells the number at all.
+        parts: Of each ``per region`` or ``per tissue``: whose it is; else spring or node.
+    """
+
+    adjust: Adjust
+    names: tuple[str, ...]
+    start: Floats
+    value: Floats
+    low: Floats
+    high: Floats
+    identified: NDArray[np.bool_]
+    parts: tuple[str, ...] | NDArray[np.int64]
+
+
+class Blind(Struct, frozen=True):
+    """A combination of numbers that the data cannot tell.
+
+    Attributes:
+        sentence: What it is: "multiplying all masses, spring constants and viscosities by one
+            number changes nothing that was measured: only their ratios are known".
+        advice: What would tell it: "give one mass or force".
+        spread: By which factor it may be off (one standard deviation of its logarithm);
+            infinite if nothing is known.
+    """
+
+    sentence: str
+    advice: str
+    spread: float
+
+
+class Fitted(Struct, frozen=True, eq=False):
+    """How well one experiment is met.
+
+    Attributes:
+        file: Name of the data.
+        held_out: Whether the learning did not see it (or "last part" of it).
+        count: Of numbers compared.
+        error: Root of the mean square of what is left over that of the data's own deviation
+            from its mean, 0 at best.
+        left: Root of the mean square of what is left, in SI units, by the text of the fit.
+        digest: SHA-256 of the file.
+    """
+
+    file: str
+    held_out: bool
+    count: int
+    error: float
+    left: Mapping[str, float]
+    digest: str
+
+
+class Learnt(Struct, frozen=True, eq=False):
+    """A finished learning.
+
+    Attributes:
+        estimates: Of each ``adjust`` entry, in their order; words apart.
+        zeros: Unknown constants of fits with a free zero, by the text of the fit.
+        error, first_error: The error function after and before.
+        fitted: Of each experiment.
+        noise: Standard deviations that were given or found, in SI units, by the text of fits.
+        singular: Singular values of the sensitivity of what was measured (in units of the
+            noise) by the logarithms of the numbers, descending.
+        blind: Combinations that are not identified.
+        method: "least squares, forward sensitivities" or "L-BFGS-B, adjoint".
+        stepping: "velocity verlet, 1000 steps of 50 us"; empty where nothing was stepped.
+        stepping_error: Of what is predicted, compared with half the steps, relative to the
+            range of what was measured.
+        passes, evaluations: What was used.
+        reason: Why it ended.
+        converged: Whether that was not because the passes ran out.
+        failure: Why it is no answer although it ended: what is left is too large, or no noise;
+            empty if it is one.
+        wall_time: [s].
+        notes: What else is to be known.
+        words: New text of vocabularies by the name of their file, where words were adjusted or
+            rules revised.
+    """
+
+    lesson: Lesson
+    estimates: tuple[Estimates, ...]
+    zeros: Mapping[str, float]
+    error: float
+    first_error: float
+    fitted: tuple[Fitted, ...]
+    noise: Mapping[str, float]
+    singular: Floats
+    blind: tuple[Blind, ...]
+    method: str
+    stepping: str
+    stepping_error: float
+    passes: int
+    evaluations: int
+    reason: str
+    converged: bool
+    wall_time: float
+    notes: tuple[str, ...] = ()
+    failure: str = ""
+    words: Mapping[str, str] = field(default_factory=dict)

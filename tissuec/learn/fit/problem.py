@@ -1,0 +1,348 @@
+"""All experiments together: what is left between prediction and measurement, with slopes.
+
+With y the predictions, p what was measured, σ the noise and w a weight of each series, the
+error is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where
+z is the unknown zero of a series, if it has one. With σ = w = 1 it is the error function of the
+paper (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each
+parameter that has one; a faint one for all others keeps where they are those that the data does
+not tell.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.errors import TissueError
+from tissuec.learn.data.experiment import Experiment
+from tissuec.learn.derivatives.model import Model, measured, slots_of
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.parameters.priors import Prior
+from tissuec.model.network import Floats, Indices
+from tissuec.script.fit_problem import Lesson
+
+REACH = 2.0  # of logarithms: a factor of 7
+LIMIT = 3.0  # standard deviations of what is left, beyond which it counts as such
+CONSTANT = 1e-9  # of data: a deviation from the mean that is rounding
+CORRELATED = 0.3  # of neighbouring residuals: more is structure, if it is significant
+
+
+class Trial(Struct, frozen=True, eq=False):
+    """An experiment with what predicts it."""
+
+    experiment: Experiment
+    model: Model
+
+
+class Structure(NamedTuple):
+    """What residuals are like.
+
+    Attributes:
+        correlation: Of a residual with the one in the next row.
+        pairs: How many of them there are.
+        size: Root of the mean square of residuals.
+    """
+
+    correlation: float
+    pairs: int
+    size: float
+
+    @property
+    def is_significant(self) -> bool:
+        """Tell whether the correlation is more than that of noise may well be."""
+        return self.correlation > CORRELATED + 3.0 / np.sqrt(max(self.pairs, 1))
+
+    def exceeds(self, least: float) -> bool:
+        """Tell whether correlated residuals, as those of a wrong model are, have some size."""
+        return self.size >= least and self.is_significant
+
+
+class Problem:
+    """Residuals of all experiments as a function of parameters and zeros.
+
+    Parameters of the net stand first, then one zero for each fit that has one, in units of
+    ``zeros`` (of how far the data deviates from its mean, where not given).
+
+    Attributes:
+        fit_of: Place in the lesson of the fit of each number, shape (number,).
+        rows: Number of the row of each number in its series, shape (number,).
+        part: Which numbers are in use, shape (number,).
+        noise: Standard deviation by which each fit is measured, by its place in the lesson.
+        reaches: By how much each parameter may well differ from its start, shape (parameter,):
+            a factor of 7 where nothing else is given; infinite for zeros.
+        faint: Weight with which each parameter is drawn to its start, shape (parameter,).
+        trust: Factor of what was expected: 0 as long as the noise is not known, against which
+            it is weighed.
+    """
+
+    def __init__(
+        self,
+        lesson: Lesson,
+        trials: Sequence[Trial],
+        parameters: int,
+        priors: Sequence[Prior] = (),
+        *,
+        zeros: Floats | None = None,
+        reaches: Floats | None = None,
+    ):
+        self.lesson, self.trials, self.own = lesson, tuple(trials), parameters
+        self.priors = tuple(priors)
+        self.zeroed = [k for k, fit in enumerate(lesson.fits) if fit.free_zero]
+        self.size = parameters + len(self.zeroed)
+        self.data = np.concatenate(
+            [np.zeros(0), *(measured(t.experiment.series) for t in trials)]
+        )
+        self.fit_of = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
+        self._time = np.concatenate([np.zeros(0), *self._of_times()])
+        self.rows = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_rows()])
+        self.part = np.ones(len(self.data), dtype=bool)
+        self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
+        self.unit_of_zero = self.spread if zeros is None else zeros
+        self.noise = self.first_noise()
+        own = np.full(parameters, REACH) if reaches is None else reaches
+        self.reaches = np.concatenate([own, np.full(len(self.zeroed), np.inf)])
+        self.stop, self.faint, self.trust = np.inf, np.zeros(self.size), 1.0
+        self.evaluations = 0
+
+    def first_noise(self) -> Floats:
+        """Return what residuals are measured by at first, shape (fit,)."""
+        if not self.lesson.scaled:
+            return np.ones(len(self.lesson.fits))
+        given = [fit.noise for fit in self.lesson.fits]
+        return np.array(
+            [s if n is None else n for n, s in zip(given, self.spread, strict=True)]
+        )
+
+    @property
+    def noise_is_given(self) -> bool:
+        """Tell whether residuals are measured by noise that was given for every fit."""
+        return self.lesson.scaled and all(fit.noise is not None for fit in self.lesson.fits)
+
+    @property
+    def duration(self) -> float:
+        """Return the last time of all experiments [s], or the greatest displacement [m]."""
+        return float(self._time.max(initial=0.0))
+
+    def limit(self, stop: float) -> None:
+        """Look only at what is measured up to a time [s]."""
+        self.stop = stop
+        for trial in self.trials:
+            trial.model.limit(stop)
+
+    def limit_to(self, part: float) -> None:
+        """Look only at a part of the data, from its beginning; 1 is all of it."""
+        self.limit(np.inf if part == 1.0 else part * self.duration)
+
+    def freeze(self, theta: Floats) -> None:
+        """Keep what happens in all experiments as it is for these parameters."""
+        for trial in self.trials:
+            trial.model.freeze(theta[: self.own])
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Return which numbers were measured, as far as they are looked at."""
+        return np.isfinite(self.data) & (self._time <= self.stop) & self.part
+
+    @property
+    def fits(self) -> NDArray[np.int64]:
+        """Return the place in the lesson of the fit of each counted number."""
+        return self.fit_of[self.counted]
+
+    def many_until(self, time: float) -> int:
+        """Return how many numbers were measured up to a time [s]."""
+        return int((np.isfinite(self.data) & (self._time <= time) & self.part).sum())
+
+    def predicted(self, theta: Floats) -> Floats:
+        """Return all predictions with their zeros, in SI units, shape (number,)."""
+        self.evaluations += 1
+        parts = [trial.model.predict(theta[: self.own]) for trial in self.trials]
+        return np.concatenate([np.zeros(0), *parts]) + self._zeros(theta)[self.fit_of]
+
+    def left(self, theta: Floats) -> Floats:
+        """Return predictions less measurements in SI units, shape (counted,)."""
+        return (self.predicted(theta) - self.data)[self.counted]
+
+    def relative(self, theta: Floats) -> float:
+        """Return what is left over how far data deviates from its mean; 0 without data."""
+        left = self.left(theta) / self.spread[self.fits]
+        with np.errstate(over="ignore"):
+            return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+
+    def rms(self, theta: Floats) -> float:
+        """Return the root of the mean square of what is left in units of the noise."""
+        left = self._scale * self.left(theta)
+        return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
+
+    def structure(self, theta: Floats, limit: float = np.inf) -> Structure:
+        """Return what residuals are like, in units of how far data deviates from its mean.
+
+        Args:
+            limit: Robust standard deviations; residuals beyond count as that many. With it,
+                outliers do not hide what has a structure.
+        """
+        left = np.full(len(self.data), np.nan)
+        left[self.counted] = self.left(theta) / self.spread[self.fits]
+        products, squares, pairs, clipped = 0.0, 0.0, 0, []
+        for rows in self._of_series(left):
+            known = rows[np.isfinite(rows)]
+            size = 1.4826 * float(np.median(np.abs(known))) if len(known) else 0.0
+            rows = np.clip(rows, -limit * size, limit * size) if size > 0.0 else rows
+            product, square = rows[1:] * rows[:-1], 0.5 * (rows[1:] ** 2 + rows[:-1] ** 2)
+            both = np.isfinite(product)
+            products, squares = products + product[both].sum(), squares + square[both].sum()
+            pairs += int(both.sum())
+            clipped.append(rows[np.isfinite(rows)])
+        every = np.concatenate([np.zeros(0), *clipped])
+        size = float(np.sqrt(np.mean(every**2))) if len(every) else 0.0
+        return Structure(float(products / squares) if squares > 0.0 else 0.0, pairs, size)
+
+    def residuals(self, theta: Floats) -> Floats:
+        """Return what E is half the sum of squares of, shape (counted + priors,)."""
+        expected = [self.trust * (theta[p.place] - p.value) / p.spread for p in self.priors]
+        return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
+
+    def error(self, theta: Floats) -> float:
+        """Return E; infinite where it is beyond all measure."""
+        with np.errstate(over="ignore"):
+            return 0.5 * float(np.square(self.residuals(theta)).sum())
+
+    def error_at(self, theta: Floats) -> float:
+        """Return E with what happens for these parameters."""
+        self.freeze(theta)
+        return self.error(theta)
+
+    def jacobian(self, theta: Floats) -> Floats:
+        """Return the derivatives of the residuals, shape (residual, parameter)."""
+        rows = np.concatenate([t.model.jacobian(theta[: self.own]) for t in self.trials])
+        counted = self.counted
+        first = int(counted.sum())
+        found = np.zeros((first + len(self.priors) + self.size, self.size))
+        found[:first, : self.own] = self._scale[:, None] * rows[counted]
+        for k, fit in enumerate(self.zeroed):
+            found[:first, self.own + k] = self._scale * (self.fit_of[counted] == fit)
+            found[:first, self.own + k] *= self.unit_of_zero[fit]
+        for k, prior in enumerate(self.priors):
+            found[first + k, prior.place] = self.trust / prior.spread
+        found[first + len(self.priors) :] = np.diag(self.faint)
+        return found
+
+    def gradient(self, theta: Floats) -> tuple[float, Floats]:
+        """Return E and its derivatives, shape (parameter,)."""
+        counted, scale = self.counted, self._scale
+        left = scale * self.left(theta)
+        weights = np.zeros(len(self.data))
+        weights[counted] = scale * left
+        slope = np.zeros(self.size)
+        start = 0
+        for trial in self.trials:
+            stop = start + len(measured(trial.experiment.series))
+            slope[: self.own] += trial.model.gradient(theta[: self.own], weights[start:stop])
+            start = stop
+        for k, fit in enumerate(self.zeroed):
+            slope[self.own + k] = self.unit_of_zero[fit] * weights[self.fit_of == fit].sum()
+        error = 0.5 * float(left @ left)
+        for prior in self.priors:
+            away = self.trust * (theta[prior.place] - prior.value) / prior.spread
+            error += 0.5 * away * away
+            slope[prior.place] += self.trust * away / prior.spread
+        error += 0.5 * float(np.square(self.faint * theta).sum())
+        return error, slope + self.faint**2 * theta
+
+    def influence(self, theta: Floats) -> Floats:
+        """Return how much each parameter changes predictions, shape (parameter,).
+
+        It is the root of the mean square, in units of how far the data deviates from its mean.
+        """
+        rows = self.jacobian(theta)[: int(self.counted.sum())]
+        rows *= (self.noise / self.spread)[self.fits][:, None]
+        return np.sqrt(np.mean(np.square(rows), axis=0))
+
+    def with_zeros(self, theta: Floats) -> Floats:
+        """Return the same parameters with the zeros that suit them best, by medians.
+
+        Zeros stay where there is no prediction.
+        """
+        try:
+            left = self.left(theta)
+        except (Diverged, TissueError):
+            return theta
+        found = theta.copy()
+        for k, fit in enumerate(self.zeroed):
+            mine = left[self.fits == fit]
+            if len(mine) and np.isfinite(mine).all():
+                found[self.own + k] -= float(np.median(mine)) / self.unit_of_zero[fit]
+        return found
+
+    def zero(self, theta: Floats, fit: int) -> float:
+        """Return the zero of a fit in SI units."""
+        return float(self._zeros(theta)[fit])
+
+    # --- parts --------------------------------------------------------------------------------
+
+    @property
+    def _scale(self) -> Floats:
+        """Return √w / σ of each counted number."""
+        fits = self.lesson.fits
+        each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
+        return each[self.fit_of[self.counted]]
+
+    def _zeros(self, theta: Floats) -> Floats:
+        found = np.zeros(len(self.lesson.fits))
+        found[self.zeroed] = theta[self.own :] * self.unit_of_zero[self.zeroed]
+        return found
+
+    def _of_fits(self) -> Iterator[NDArray[np.int64]]:
+        """Yield the place in the lesson of the fit of each number, by series."""
+        fits = self.lesson.fits
+        for trial in self.trials:
+            series = trial.experiment.series
+            for one, slot in zip(series, slots_of(series), strict=True):
+                number = next(k for k, fit in enumerate(fits) if fit.span == one.fit.span)
+                yield np.full(slot.rows * slot.width, number, dtype=np.int64)
+
+    def _of_rows(self) -> Iterator[Indices]:
+        """Yield the number of the row of each number, by series."""
+        for trial in self.trials:
+            for slot in slots_of(trial.experiment.series):
+                yield np.repeat(np.arange(slot.rows), slot.width)
+
+    def _of_series(self, numbers: Floats) -> Iterator[Floats]:
+        """Yield the numbers of each series, shape (row, component)."""
+        start = 0
+        for trial in self.trials:
+            for slot in slots_of(trial.experiment.series):
+                size = slot.rows * slot.width
+                yield numbers[start : start + size].reshape(slot.rows, slot.width)
+                start += size
+
+    def _of_times(self) -> Iterator[Floats]:
+        """Yield the time of each number [s], by series."""
+        for trial in self.trials:
+            series = trial.experiment.series
+            for one, slot in zip(series, slots_of(series), strict=True):
+                yield np.repeat(one.times, slot.width)
+
+    def _deviation(self, fit: int) -> float:
+        """Return how far what was measured deviates from its mean, at least a bit."""
+        mine = self.data[(self.fit_of == fit) & np.isfinite(self.data)]
+        if not len(mine):
+            return 1.0
+        spread = float(np.sqrt(np.mean(np.square(mine - self._means(fit)))))
+        most = float(np.abs(mine).max())
+        return spread if spread > CONSTANT * most else most or 1.0
+
+    def _means(self, fit: int) -> Floats:
+        """Return the mean in time of each component that a fit measured."""
+        parts = []
+        for trial in self.trials:
+            for one in trial.experiment.series:
+                if one.fit.span == self.lesson.fits[fit].span:
+                    values = one.values.reshape(len(one.times), -1)
+                    known = np.isfinite(values)
+                    # A component that was never measured has no mean, and needs none.
+                    many = np.maximum(known.sum(axis=0), 1)
+                    mean = np.where(known, values, 0.0).sum(axis=0) / many
+                    parts.append(np.broadcast_to(mean, values.shape)[known])
+        return np.concatenate(parts)

@@ -1,0 +1,91 @@
+"""Rules that are revised: each candidate is fitted anew and chosen by rows that it did not see.
+
+Words and numbers are fitted to two thirds of the rows from where the text has them, with each
+candidate: words that were moved for a wrong rule say nothing of the right one. The other rows
+choose. What is held out has no say in it, so that it can judge the result.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import TissueError
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.problem import Problem
+from tissuec.learn.fit.search import Search
+from tissuec.learn.fit.session import prepare
+from tissuec.learn.vocabulary.reread import request_of
+from tissuec.learn.vocabulary.revision import GAIN, revise
+from tissuec.pipeline import Request, compile_request
+from tissuec.script.fit_problem import Lesson
+
+EVERY = 3  # rows, of which the last one chooses
+ROUNDS = 12  # of the fit of a candidate
+CHANCE = 5.0  # over the count of numbers: a part by which errors may differ by chance
+
+
+class Scene(NamedTuple):
+    """A scene with its lesson, and the request that compiles it."""
+
+    compiled: Compiled
+    lesson: Lesson
+    request: Request
+
+
+class Revised(NamedTuple):
+    """New texts by the names of their files, and what was changed, in sentences."""
+
+    texts: Mapping[str, str]
+    sentences: tuple[str, ...]
+
+
+def with_texts(scene: Scene, texts: Mapping[str, str]) -> Scene:
+    """Return a scene with other texts of some of its files; raises CompileError."""
+    files = request_of(scene.compiled.scene, texts)
+    request = replace(scene.request, source=files.source, files=files.files)
+    compiled, _ = compile_request(request)
+    lesson = next(one for one in compiled.lessons if one.name == scene.lesson.name)
+    return Scene(compiled, lesson, request)
+
+
+def revised(scene: Scene) -> Revised:
+    """Return the texts of rules that let rows which were not fitted be met better."""
+    texts, sentences = dict[str, str](), list[str]()
+    problem = prepare(*scene).problem
+    gain = max(GAIN, CHANCE / max(int(_chooses(problem).sum()), 1))
+    for name in scene.lesson.revise:
+        changes = revise(
+            scene.compiled.scene, name, lambda more: _score(scene, more), start=texts, gain=gain
+        )
+        for change in changes:
+            texts[change.file] = change.text
+            sentences.append(change.sentence)
+    return Revised(texts, tuple(sentences))
+
+
+def _score(scene: Scene, texts: Mapping[str, str]) -> tuple[float, float]:
+    """Return the errors of the rows that are fitted and of those that choose.
+
+    Both are infinite where there is no motion.
+    """
+    try:
+        compiled, lesson, request = with_texts(scene, texts)
+        session = prepare(compiled, lesson, request)
+        problem = session.problem
+        chooses = _chooses(problem)
+        problem.part = ~chooses
+        theta = Search(problem, session.bounds(problem), lambda _: None).once(ROUNDS)
+        problem.freeze(theta)
+        fitted = problem.relative(theta)
+        problem.part = chooses
+        return fitted, problem.relative(theta)
+    except (TissueError, Diverged):
+        return np.inf, np.inf
+
+
+def _chooses(problem: Problem) -> np.ndarray:
+    """Return which numbers choose between rules, shape (number,)."""
+    return problem.rows % EVERY == EVERY - 1

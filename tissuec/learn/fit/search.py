@@ -1,0 +1,435 @@
+"""The search for the parameters: SciPy's optimisers from several starts, over growing horizons.
+
+A pass freezes what happens in all experiments where the last one came to, and begins the
+optimiser anew there. Only the state of the search goes from pass to pass, so that an
+interrupted one goes on to the same result. Where the first prediction is far off, the beginning
+of the data is learnt first: over many periods of an oscillation, an error function has a
+minimum for each period that is missed. (H. U. Voss, J. Timmer, J. Kurths, Int. J. Bifurcation
+and Chaos 14:1905, 2004.) The beginning alone tells some parameters next to nothing, and noise
+would carry them far away: there, all are pulled towards where they start.
+
+If what is left on the whole horizon does not look like noise, further starts are tried: the
+same on the whole horizon at once, then the best of a random sample. The best minimum of all is
+refined. No pass ends at a larger error than it began with.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from scipy.optimize import least_squares, minimize
+
+from tissuec.core.errors import TissueError
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.problem import LIMIT, Problem
+from tissuec.model.network import Floats
+
+LEAST_SQUARES, LBFGS = "least squares", "l-bfgs-b"
+FEW = 1000  # parameters up to which every one is carried forward through the motion
+ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
+ROUNDS, ITERATIONS = 50, 60  # of either optimiser in a pass
+HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
+WHOLE = len(HORIZONS) - 1
+FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
+NEAR, WIDE = 1.0, 3.0  # how far a pass goes in any parameter, before and on the last horizon
+LOOKS = 3  # at the noise, at most
+TRIES = 3  # passes at most, before the last horizon
+LOOSE = 1e-3  # tolerance of a start, before the best one is refined
+HALVINGS = 4  # of the way of a pass whose end is worse once events are found anew
+SEARCHING = 0.6  # of all passes, after which no further start is tried
+FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
+PERFECT = 1e-28  # of the first error: rounding is all that is left
+FITTING, MET = (
+    0.3,
+    1.5,
+)  # errors that are good: of uncorrelated residuals, in units of given noise
+SAME_ERROR, SAME_PLACE = 0.01, 0.1  # two starts that are so close came to the same minimum
+
+
+class Countless(Diverged):
+    """Predictions are so far from the data that their error is not finite."""
+
+    def __str__(self) -> str:
+        return "the prediction is too far from the data: the error is not finite"
+
+
+class SearchState(Struct, frozen=True, eq=False):
+    """Where a search stands between two passes.
+
+    Attributes:
+        theta: Parameters, shape (parameter,).
+        horizon: Which of the horizons is learnt.
+        passes: How many are over, in all.
+        error: E over this horizon.
+        noise: By which residuals are measured, shape (fit,).
+        best, best_error: The best parameters on the whole horizon so far, and their E.
+        start: Number of the start in use: 0 with growing horizons, 1 the same on the whole
+            horizon, from 2 on those of ``sample``.
+        sample: Further starts, shape (start, parameter); made when they are needed.
+        refined: Whether all starts are over, and the best minimum is refined.
+        rounds: How often the noise was taken from what was left.
+        rest: Root of the mean square of what was left at the last look.
+        tries: How many passes this horizon has had.
+        reason: Why the search is over; empty while it goes on.
+        converged: Whether that was because nothing changed any more.
+    """
+
+    theta: Floats
+    horizon: int
+    passes: int
+    error: float
+    noise: Floats
+    evaluations: int
+    best: Floats
+    best_error: float
+    sample: Floats
+    start: int = 0
+    refined: bool = False
+    rounds: int = 0
+    rest: float = 0.0
+    tries: int = 0
+    reason: str = ""
+    converged: bool = False
+
+
+Keep = Callable[[SearchState], None]
+
+
+class Search:
+    """A search for the parameters of least error.
+
+    Args:
+        bounds: Least and greatest parameters, shape (parameter,).
+        keep: Told where the search stands after each pass.
+        sample: Returns further starts, shape (start, parameter), the best first; None: there
+            are none.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        bounds: tuple[Floats, Floats],
+        keep: Keep,
+        sample: Callable[[], Floats] | None = None,
+    ):
+        self.problem, self.bounds, self.keep, self.sample = problem, bounds, keep, sample
+        self.rounds = ROUNDS
+        lesson = problem.lesson
+        entries = problem.size * len(problem.data)
+        self.method = lesson.method
+        if self.method == "automatic":
+            is_small = problem.size <= FEW and entries <= ENTRIES
+            self.method = LEAST_SQUARES if is_small else LBFGS
+
+    def begin(self) -> SearchState:
+        """Return where a search begins.
+
+        Raises:
+            Diverged: The first prediction has no numbers, or is beyond all measure.
+        """
+        problem = self.problem
+        problem.trust = self._trust(0, 0.0)
+        theta = np.clip(np.zeros(problem.size), *self.bounds)
+        horizon, theta = self._begun(theta)
+        self._limit(WHOLE)
+        whole = self._error_at(theta)
+        self._limit(horizon)
+        error = problem.error_at(theta)
+        if not np.isfinite(error):
+            raise Countless(problem.stop)
+        none = np.zeros((0, problem.size))
+        return SearchState(
+            theta, horizon, 0, error, problem.noise, problem.evaluations, theta, whole, none
+        )
+
+    def go(self, state: SearchState) -> SearchState:
+        """Return where the search ends, from where it stands.
+
+        Raises:
+            Diverged: No start has a motion with numbers that can be held against the data.
+        """
+        self.problem.evaluations = state.evaluations
+        while not state.reason:
+            with np.errstate(all="ignore"):  # what has no numbers is not gone to
+                state = replace(self._pass(state), evaluations=self.problem.evaluations)
+            self.keep(state)
+        self._enter(state)
+        if not np.isfinite(self.problem.error_at(state.theta)):
+            raise Countless(self.problem.stop)
+        return state
+
+    def once(self, rounds: int) -> Floats:
+        """Return where a single pass from the start on the whole horizon comes to.
+
+        Raises:
+            Diverged: The first prediction has no numbers.
+        """
+        self.rounds = rounds
+        with np.errstate(all="ignore"):
+            _, start = self._begun(np.clip(np.zeros(self.problem.size), *self.bounds))
+            self._limit(WHOLE)
+            self.problem.freeze(start)
+            return self._improved(start, self.problem.error(start), LOOSE, WIDE)[0]
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _limit(self, horizon: int) -> None:
+        self.problem.limit_to(HORIZONS[horizon])
+
+    def _begun(self, theta: Floats) -> tuple[int, Floats]:
+        """Return the horizon to begin with, and parameters with the zeros that suit it.
+
+        The horizon is the whole, unless its prediction is far off.
+        """
+        problem = self.problem
+        self._limit(WHOLE)
+        problem.freeze(theta)
+        best = problem.with_zeros(theta)
+        is_still = problem.lesson.axis.nodes is not None or not problem.duration
+        if is_still or self._is_near(best):
+            return WHOLE, best
+        enough = [
+            k
+            for k, part in enumerate(HORIZONS)
+            if problem.many_until(part * problem.duration) >= 4 * problem.size
+        ]
+        horizon = min(enough, default=WHOLE)
+        self._limit(horizon)
+        return horizon, problem.with_zeros(theta)
+
+    def _is_near(self, theta: Floats) -> bool:
+        """Tell whether a prediction, with events as they are frozen, is near the data."""
+        try:
+            return self.problem.relative(theta) < FAR
+        except (Diverged, TissueError):
+            return False
+
+    def _enter(self, state: SearchState) -> None:
+        """Measure residuals as they are at a state of the search."""
+        self._limit(state.horizon)
+        problem = self.problem
+        problem.trust, problem.noise = self._trust(state.rounds, state.rest), state.noise
+        problem.faint = np.zeros(problem.size)
+
+    def _error_at(self, theta: Floats) -> float:
+        """Return E with what happens for these parameters; infinite where there is none."""
+        try:
+            error = self.problem.error_at(theta)
+        except (Diverged, TissueError):
+            return np.inf
+        return error if np.isfinite(error) else np.inf
+
+    def _pass(self, old: SearchState) -> SearchState:
+        """Return where one pass comes to."""
+        problem, last = self.problem, old.horizon == WHOLE
+        tolerance = problem.lesson.tolerance if old.refined else LOOSE
+        self._enter(old)
+        before = self._error_at(old.theta)
+        if not np.isfinite(before):
+            return self._failed(replace(old, passes=old.passes + 1))
+        if not last:
+            problem.faint = problem.rms(old.theta) / problem.reaches
+            before = problem.error(old.theta)
+        theta, error = self._improved(old.theta, before, tolerance, WIDE if last else NEAR)
+        new = replace(old, theta=theta, passes=old.passes + 1, error=error, tries=old.tries + 1)
+        calm = before - error <= tolerance * before or error <= PERFECT * len(problem.data)
+        if new.passes >= problem.lesson.passes and not (calm and last):
+            return self._ended(new)
+        if not last:
+            over = calm or new.tries == (TRIES if old.start == 0 else 1)
+            return replace(new, horizon=old.horizon + 1, tries=0) if over else new
+        if not old.refined and (calm or new.tries == TRIES):
+            return self._next_start(new)
+        if not calm:
+            return new
+        if self._measures_noise(new):
+            return self._weighed(new)
+        return replace(new, reason="the error no longer decreases", converged=True)
+
+    def _improved(
+        self, theta: Floats, before: float, tolerance: float, reach: float
+    ) -> tuple[Floats, float]:
+        """Return where the optimiser comes to and its E, with events found anew there.
+
+        They may make it worse than the frozen ones promised: then half of the way is tried.
+        """
+        pull = self.problem.faint
+        try:
+            there = self._optimised(theta, tolerance, reach)
+        except (Diverged, TissueError):
+            return theta, before
+        finally:
+            self.problem.faint = pull
+        for _ in range(HALVINGS):
+            error = self._error_at(there)
+            if error <= before:
+                return there, error
+            there = 0.5 * (theta + there)
+        return theta, before
+
+    # --- starts -------------------------------------------------------------------------------
+
+    def _next_start(self, old: SearchState) -> SearchState:
+        """Return the next start, or the best minimum to be refined where no more is needed."""
+        again = (
+            old.start > 1
+            and abs(old.error - old.best_error) <= SAME_ERROR * old.best_error
+            and np.abs(old.theta - old.best).max(initial=0.0) <= SAME_PLACE
+        )
+        if old.error < old.best_error:
+            old = replace(old, best=old.theta, best_error=old.error)
+        if again or self._is_good(old.best):
+            return self._refined(old)
+        if old.start == 1 and self.sample is not None:
+            old = replace(old, sample=self.sample())
+        if old.start > len(old.sample) or old.passes > SEARCHING * self.problem.lesson.passes:
+            return self._refined(old)
+        start = old.start + 1
+        theta = np.zeros(self.problem.size) if start == 1 else old.sample[start - 2]
+        theta = np.clip(theta, *self.bounds)
+        horizon, theta = self._begun(theta)
+        if start == 1:
+            horizon = WHOLE
+        return replace(old, theta=theta, horizon=horizon, start=start, tries=0)
+
+    def _refined(self, old: SearchState) -> SearchState:
+        """Return the best minimum, to be refined."""
+        theta, error = old.best, old.best_error
+        return replace(old, theta=theta, error=error, horizon=WHOLE, refined=True, tries=0)
+
+    def _failed(self, old: SearchState) -> SearchState:
+        """Return what follows a motion without numbers: the next start, if there is one."""
+        if old.refined:
+            return replace(old, reason="the motion is not finite")
+        return self._next_start(replace(old, error=np.inf))
+
+    def _is_good(self, theta: Floats) -> bool:
+        """Tell whether what is left on the whole horizon may well be noise."""
+        problem = self.problem
+        self._limit(WHOLE)
+        try:
+            problem.freeze(theta)
+            if problem.relative(theta) < FAR:
+                return True
+            if problem.noise_is_given:
+                return problem.rms(theta) < MET
+            found = problem.structure(theta, LIMIT)
+        except (Diverged, TissueError):
+            return False
+        return found.size < FAR or (found.size < FITTING and not found.is_significant)
+
+    def _ended(self, state: SearchState) -> SearchState:
+        """Return the end of a search whose passes are over, at the best that it found."""
+        state = replace(state, reason=f"stopped after {state.passes} passes")
+        if state.refined:
+            return state
+        whole = replace(state, horizon=WHOLE)
+        self._enter(whole)
+        error = self._error_at(state.theta)
+        if error < state.best_error:
+            return replace(whole, error=error)
+        return replace(whole, theta=state.best, error=state.best_error)
+
+    def _trust(self, rounds: int, rest: float) -> float:
+        """Return the factor of what was expected, after so many looks at the noise.
+
+        Where errors count as they are, what was expected counts in units of what is left.
+        """
+        if not (self.problem.noise_is_given or rounds):
+            return 0.0
+        return 1.0 if self.problem.lesson.scaled else rest
+
+    def _measures_noise(self, state: SearchState) -> bool:
+        """Tell whether residuals are to be weighed anew by what was left of each fit."""
+        problem = self.problem
+        matters = len(problem.lesson.fits) > 1 or bool(problem.priors)
+        return not problem.noise_is_given and matters and state.rounds < LOOKS
+
+    def _weighed(self, old: SearchState) -> SearchState:
+        """Return the same with the noise that was left, or at least that of rounding."""
+        problem, left = self.problem, self.problem.left(old.theta)
+        rest = float(np.sqrt(np.mean(left**2)))
+        new = replace(old, rounds=old.rounds + 1, rest=rest)
+        if not problem.lesson.scaled:
+            return new
+        found = problem.noise.copy()
+        for k, fit in enumerate(problem.lesson.fits):
+            mine = left[problem.fits == k]
+            if fit.noise is None and len(mine):
+                found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
+        return replace(new, noise=found)
+
+    def _optimised(self, theta: Floats, tolerance: float, farthest: float) -> Floats:
+        """Return where the optimiser comes to, at most so far away in any parameter.
+
+        Data that is noisy or short may tell next to nothing of some parameters, which then
+        would go anywhere in one step.
+        """
+        low, high = self.bounds
+        reach = np.where(
+            np.isfinite(self.problem.reaches), farthest, np.inf
+        )  # zeros are linear
+        bounds = np.maximum(low, theta - reach), np.minimum(high, theta + reach)
+        step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
+        if not self.problem.size:
+            return theta  # only rules are revised
+        return step(theta, bounds, tolerance)
+
+    def _by_least_squares(
+        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
+    ) -> Floats:
+        """Return where SciPy's trust region of least squares comes to."""
+        problem, pull = self.problem, self.problem.faint
+        problem.faint = np.zeros(problem.size)
+        columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
+        if not columns.any():
+            return theta  # nothing that is looked at depends on anything
+        if not np.isfinite(columns).all():
+            raise Countless(problem.stop)
+        problem.faint = np.maximum(FAINT * columns.max(), pull)
+        size = len(problem.residuals(theta))
+
+        def residuals(at: Floats) -> Floats:
+            try:
+                return problem.residuals(at)
+            except (Diverged, TissueError):
+                return np.full(size, np.nan)  # SciPy takes a shorter step
+
+        options: dict[str, Any] = {
+            "jac": problem.jacobian,
+            "bounds": bounds,
+            "ftol": max(tolerance, 1e-15),
+            "xtol": 1e-14,
+            "gtol": None,
+            "max_nfev": self.rounds,
+        }
+        found: Any = least_squares(residuals, theta, **options)
+        return np.asarray(found.x)
+
+    def _by_lbfgs(
+        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
+    ) -> Floats:
+        """Return where SciPy's L-BFGS-B comes to."""
+        scale = max(self.problem.error(theta), 1e-300)
+
+        def value(at: Floats) -> tuple[float, Floats]:
+            try:
+                error, slope = self.problem.gradient(at)
+            except (Diverged, TissueError):
+                return 1e30, np.zeros_like(at)
+            if not (np.isfinite(error) and np.isfinite(slope).all()):
+                return 1e30, np.zeros_like(at)
+            return error / scale, slope / scale
+
+        options = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
+        found: Any = minimize(
+            value,
+            theta,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=np.stack(bounds, axis=1),
+            options=options,
+        )
+        return np.asarray(found.x)

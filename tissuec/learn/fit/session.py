@@ -1,0 +1,175 @@
+"""Everything that a learning works on: experiments read, scenes compiled, models chosen."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import TissueError
+from tissuec.learn.data.experiment import Experiment
+from tissuec.learn.data.reading import check_times, read_experiment
+from tissuec.learn.derivatives.dynamic_model import Moving
+from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.learn.derivatives.kernels import compiled_laws
+from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.model import Model
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.derivatives.observables import look_of
+from tissuec.learn.fit.problem import Problem, Trial
+from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.vocabulary.model import WordsModel
+from tissuec.model.network import Floats
+from tissuec.pipeline import Request, compile_request
+from tissuec.script.fit_problem import WORDS, Data, Lesson
+from tissuec.script.plan import RELAXATION
+
+
+class Session(Struct, frozen=True, eq=False):
+    """A learning, ready to begin.
+
+    Attributes:
+        shaping: Of the scene as it is written.
+        words: Whose words move; None if none do.
+        learning, held_out: Experiments that are learnt from, and those that judge.
+    """
+
+    lesson: Lesson
+    shaping: Shaping
+    words: WordsModel | None
+    learning: tuple[Trial, ...]
+    held_out: tuple[Trial, ...]
+
+    @property
+    def problem(self) -> Problem:
+        """Return the problem of the experiments that are learnt from."""
+        shaping = self.shaping
+        return Problem(
+            self.lesson, self.learning, shaping.size, shaping.priors(), reaches=shaping.reaches
+        )
+
+    def judged(self, trials: Sequence[Trial], like: Problem) -> Problem:
+        """Return a problem of other experiments, with the zeros of one."""
+        return Problem(self.lesson, trials, self.shaping.size, zeros=like.unit_of_zero)
+
+    def bounds(self, problem: Problem) -> tuple[Floats, Floats]:
+        """Return the least and the greatest parameters of a problem."""
+        low, high = self.shaping.bounds()
+        free = np.full(problem.size - self.shaping.size, np.inf)
+        return np.concatenate([low, -free]), np.concatenate([high, free])
+
+
+def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
+    """Return a learning with its data read.
+
+    Raises:
+        CompileError: Data is wrong, or the scene is, as an experiment has it.
+    """
+    session = _prepared(compiled, lesson, request, {})
+    scales = _scales(session)
+    return _prepared(compiled, lesson, request, scales) if scales else session
+
+
+def _prepared(
+    compiled: Compiled, lesson: Lesson, request: Request, scales: Mapping[int, float]
+) -> Session:
+    words = _words(compiled, lesson)
+    shaping = Shaping(compiled, lesson, words, scales)
+    learning: list[Trial] = []
+    held: list[Trial] = []
+    for data in lesson.data:
+        mine = _of_data(compiled, lesson, data, request, scales)
+        own = mine.lesson
+        experiment = read_experiment(data, own, mine.compiled.network)
+        check_times(experiment, mine.compiled.plan.simulation.duration)
+        if data.held_out:
+            held.append(Trial(experiment, mine.model(experiment)))
+            continue
+        experiment, last = experiment.split(lesson.last_part)
+        if any(len(one.times) for one in last.series):  # a single row is not parted
+            held.append(Trial(last, mine.model(last)))
+        learning.append(Trial(experiment, mine.model(experiment)))
+    return Session(lesson, shaping, words, tuple(learning), tuple(held))
+
+
+def _scales(session: Session) -> dict[int, float]:
+    """Return scales of constants, by their blocks, that say more than where they start.
+
+    A constant that starts at 0 says nothing of how large it may be: its scale is what changes
+    predictions as much as the data deviates from its mean.
+    """
+    blocks = session.shaping.blocks
+    chosen = [k for k, one in enumerate(blocks) if one.is_difference and one.scale is not None]
+    if not chosen:
+        return {}
+    problem, found = session.problem, dict[int, float]()
+    theta = np.clip(np.zeros(problem.size), *session.bounds(problem))
+    try:
+        problem.freeze(theta)
+        influence = problem.influence(theta)
+    except (Diverged, TissueError):
+        return {}
+    for k in chosen:
+        most = float(influence[session.shaping.place(k)].max(initial=0.0))
+        if np.isfinite(most) and 0.0 < most < 1.0:
+            found[k] = blocks[k].scale / most
+    return found
+
+
+class _Scene(Struct, frozen=True, eq=False):
+    """A scene as one experiment has it."""
+
+    compiled: Compiled
+    lesson: Lesson
+    shaping: Shaping
+
+    def model(self, experiment: Experiment) -> Model:
+        """Return what predicts an experiment."""
+        series, plan = experiment.series, self.compiled.plan
+        lesson, shaping = self.lesson, self.shaping
+        laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
+        looks = [look_of(one.fit, one.nodes, laws) for one in series]
+        known = tuple(look for look in looks if look is not None)
+        whole = len(known) == len(looks) and not refusal(plan, self.compiled.network)
+        if lesson.axis.nodes is not None:
+            from tissuec.learn.derivatives.static_model import Resting
+
+            return Resting(shaping, series, known, lesson.axis.nodes, laws)
+        if not whole or plan.simulation.integrator == RELAXATION:
+            from tissuec.learn.derivatives.finite_differences import Differing
+
+            return Differing(shaping, series)
+        stop = experiment.duration or plan.simulation.duration
+        chosen = partial(
+            choose,
+            lesson.integrator,
+            lesson.step,
+            plan=plan,
+            duration=stop,
+            laws=laws,
+        )
+        return Moving(shaping, series, known, *chosen(self.compiled.network), chosen)
+
+
+def _of_data(
+    compiled: Compiled,
+    lesson: Lesson,
+    data: Data,
+    request: Request,
+    scales: Mapping[int, float],
+) -> _Scene:
+    """Return the scene as it was set for a measurement."""
+    if data.overrides:
+        own = replace(request, overrides=(*request.overrides, *data.overrides))
+        compiled, _ = compile_request(own)
+        lesson = next(one for one in compiled.lessons if one.name == lesson.name)
+    shaping = Shaping(compiled, lesson, _words(compiled, lesson), scales)
+    return _Scene(compiled, lesson, shaping)
+
+
+def _words(compiled: Compiled, lesson: Lesson) -> WordsModel | None:
+    if not any(adjust.what == WORDS for adjust in lesson.adjusts):
+        return None
+    return WordsModel(compiled.scene, lesson.adjusts)

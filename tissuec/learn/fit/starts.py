@@ -1,0 +1,50 @@
+"""Further starts of a search: the best of a random sample of all parameters.
+
+Parameters of one ``adjust`` entry move together; each word of a vocabulary moves by itself.
+"""
+
+import numpy as np
+
+from tissuec.core.errors import TissueError
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.problem import Problem
+from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.model.network import Floats
+
+SIZE, AT_REST = 48, 12  # of the sample; at rest, there are no periods to be missed
+BEST = 2  # that are taken for each part of the data
+FARTHEST = 1.15  # reaches: of logarithms, a factor of 10
+
+
+def sample(
+    problem: Problem, shaping: Shaping, bounds: tuple[Floats, Floats], parts: tuple[float, ...]
+) -> Floats:
+    """Return starts whose predictions are nearest to the data, shape (start, parameter).
+
+    Args:
+        parts: Of the data, from its beginning, on which predictions are judged.
+    """
+    random = np.random.default_rng(problem.lesson.seed)
+    groups = np.append(shaping.groups, np.full(problem.size - shaping.size, -1))
+    size = SIZE if problem.lesson.axis.nodes is None else AT_REST
+    drawn = random.uniform(-FARTHEST, FARTHEST, (size, shaping.groups.max(initial=0) + 2))
+    drawn[:, -1] = 0.0  # zeros, whose group is -1
+    reaches = np.where(np.isfinite(problem.reaches), problem.reaches, 0.0)
+    points = np.clip(drawn[:, groups] * reaches, *bounds)
+    chosen: list[int] = []
+    for part in parts:
+        problem.limit_to(part)
+        errors = np.array([_error(problem, point) for point in points])
+        order = [
+            k for k in np.argsort(errors, kind="stable").tolist() if np.isfinite(errors[k])
+        ]
+        chosen += [k for k in order if k not in chosen][:BEST]
+    return points[chosen]
+
+
+def _error(problem: Problem, theta: Floats) -> float:
+    try:
+        problem.freeze(theta)
+        return problem.relative(problem.with_zeros(theta))
+    except (Diverged, TissueError):
+        return np.inf

@@ -1,0 +1,167 @@
+"""What each ``adjust`` entry makes: parameters, with their names, values and places.
+
+Parameters are pure numbers that begin at 0: logarithms of what is positive, over its value at
+the beginning, and otherwise differences in units of a scale.
+"""
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.compile import Compiled
+from tissuec.core.names import key_of
+from tissuec.learn.parameters.substitution import Place
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.quantities import QUANTITIES
+from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
+
+ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velocity"}
+_SMALL = {"prestress": 0.01}  # what counts as one of them, where the beginning is at zero
+
+
+class Block(Struct, frozen=True, eq=False):
+    """The parameters of one ``adjust`` entry.
+
+    Attributes:
+        names: What each is, shape (parameter,).
+        start: Values at the beginning, in SI units, shape (parameter,).
+        scale: Of differences; None where parameters are logarithms.
+        group: Of those that act on entries of an array: which parameter each entry belongs to,
+            -1 for none, shape (entry,); None for numbers of tissues and laws.
+        places: Of numbers of tissues and laws: where each is used.
+        parts: Whose each number is: a part of a body by name, or a spring or node by number.
+    """
+
+    adjust: Adjust
+    names: tuple[str, ...]
+    start: Floats
+    scale: float | None
+    group: Indices | None = None
+    places: tuple[Place, ...] = ()
+    parts: "tuple[str, ...] | Indices" = ()
+
+    @property
+    def is_constant(self) -> bool:
+        """Return whether these are constants of laws."""
+        what = self.adjust.what
+        return what not in QUANTITIES and what not in ARRAYS
+
+    @property
+    def is_difference(self) -> bool:
+        """Return whether these are differences whose scale only their start suggests."""
+        return self.scale is not None and (self.is_constant or self.adjust.what == "prestress")
+
+    @property
+    def array(self) -> str:
+        """Return the name of the array that changes."""
+        what = self.adjust.what
+        return ARRAYS[what] if what in ARRAYS else QUANTITIES[what].array
+
+    def value(self, theta: Floats) -> Floats:
+        """Return the values in SI units, shape (parameter,)."""
+        if self.scale is None:
+            return self.start * np.exp(theta)
+        return self.start + self.scale * theta
+
+    def theta(self, value: Floats | float) -> Floats:
+        """Return the parameters that have some values; infinite where they cannot be."""
+        if self.scale is not None:
+            return (value - self.start) / self.scale
+        with np.errstate(divide="ignore"):
+            return np.log(np.maximum(value, 0.0) / self.start)
+
+    def slope(self, theta: Floats) -> Floats:
+        """Return the derivatives of the values, shape (parameter,)."""
+        return self.value(theta) if self.scale is None else np.full(len(theta), self.scale)
+
+
+def block_of(adjust: Adjust, compiled: Compiled) -> Block:
+    """Return the parameters of an entry of a lesson."""
+    if adjust.per in ("tissue", "region"):
+        return _tissue_block(adjust, compiled)
+    if adjust.what in (START_POSITION, START_VELOCITY):
+        return _start_block(adjust, compiled)
+    return _entry_block(adjust, compiled.network)
+
+
+def _entry_block(adjust: Adjust, network: Network) -> Block:
+    """Return factors of entries of an array, or one that a set of them shares."""
+    array = ARRAYS.get(adjust.what) or QUANTITIES[adjust.what].array
+    values = getattr(network, array)
+    group = np.full(len(values), -1, dtype=np.int64)
+    if adjust.per == "set":
+        group[adjust.members] = 0
+        mean = float(np.exp(np.log(values[adjust.members]).mean()))
+        name = f"{_called(adjust.what)} of {adjust.of}"
+        return Block(adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,))
+    group[adjust.members] = np.arange(len(adjust.members))
+    ids = network.spring_ids if adjust.per == "spring" else network.node_ids
+    names = tuple(
+        f"{_called(adjust.what)} of {adjust.per} {ids[m]} of {adjust.of}"
+        for m in adjust.members.tolist()
+    )
+    start = values[adjust.members].astype(float)
+    return Block(adjust, names, start, None, group, parts=np.asarray(adjust.members))
+
+
+def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
+    """Return numbers of a tissue or of its laws, or those of each part of a body."""
+    scene = compiled.scene
+    if adjust.per == "region":
+        body = scene.bodies[key_of(adjust.of)]
+        parts = [("", body.tissue), *((r.name, r.tissue or body.tissue) for r in body.regions)]
+        used = [(name, tissue) for name, tissue in parts if tissue is not None]
+        places = tuple(
+            Place(key_of(tissue.name), (key_of(body.name), key_of(name)))
+            for name, tissue in used
+        )
+        names = tuple(
+            f"{_called(adjust.what)} of {n + ' of ' if n else ''}{body.name}" for n, _ in used
+        )
+        tissues, whose = [tissue for _, tissue in used], tuple(name for name, _ in used)
+    else:
+        tissues, whose = [scene.tissues[key_of(adjust.of)]], (adjust.of,)
+        places, names = (Place(key_of(adjust.of)),), (f"{_called(adjust.what)} of {adjust.of}",)
+    if adjust.what in QUANTITIES:
+        start = np.array([t.given[adjust.what].value for t in tissues])
+    else:
+        start = np.array([_constant_of(t, adjust.what, scene) for t in tissues])
+    may_turn = adjust.what == "prestress" or adjust.what not in QUANTITIES
+    positive = bool((start > 0.0).all()) and not may_turn
+    scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
+    return Block(adjust, names, start, scale, places=places, parts=whose)
+
+
+def _called(what: str) -> str:
+    """Return what is adjusted, as it is written."""
+    return QUANTITIES[what].name if what in QUANTITIES else what
+
+
+def _constant_of(tissue: Tissue, name: str, scene: Scene) -> float:
+    """Return the constant of a law, or the param of a free formula."""
+    laws = (written.law for written in tissue.laws.values())
+    own = [float(getattr(law, name)) for law in laws if hasattr(law, name)]
+    params = {key_of(p.name): p.value for p in scene.constants.parameters()}
+    return own[0] if own else float(params[key_of(name)].amount)
+
+
+def _start_block(adjust: Adjust, compiled: Compiled) -> Block:
+    """Return changes of places or velocities at 0 s, along one direction or all three axes."""
+    network = compiled.network
+    values = getattr(network, ARRAYS[adjust.what])
+    size = max(network.extent, 1e-3)
+    scale = 0.01 * size
+    if adjust.what == START_VELOCITY:
+        scale = max(float(np.abs(values).max()), size / compiled.plan.simulation.duration)
+    whole, along = adjust.per == "set", adjust.along
+    axes = [""] if along is not None else [" x", " y", " z"]
+    group = np.full(values.shape, -1, dtype=np.int64)
+    names, start = [], []
+    for number, node in enumerate(adjust.members.tolist()):
+        first = 0 if whole else number * len(axes)
+        group[node] = first + np.arange(3) if along is None else first
+        if not whole or not number:
+            who = adjust.of if whole else f"node {network.node_ids[node]} of {adjust.of}"
+            names += [f"{adjust.what}{axis} of {who}" for axis in axes]
+            start += values[node].tolist() if along is None else [float(values[node] @ along)]
+    return Block(adjust, tuple(names), np.array(start), scale, group.ravel())

@@ -1,0 +1,82 @@
+"""Parameters of single entries of arrays: of springs, of nodes, of what a set shares."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy import sparse
+
+from tissuec.learn.parameters.blocks import Block
+from tissuec.learn.parameters.numbers import Order
+from tissuec.model.network import Floats, Indices
+
+_NONE: Indices = np.zeros(0, dtype=np.int64)
+
+
+class Entries:
+    """Blocks whose parameters change entries by themselves, on top of all else.
+
+    Args:
+        blocks: All blocks of a lesson.
+        parts: Where the parameters of each stand.
+    """
+
+    def __init__(self, blocks: Sequence[Block], parts: Sequence[slice]):
+        self._own = [
+            (block, block.group, part)
+            for block, part in zip(blocks, parts, strict=True)
+            if block.group is not None
+        ]
+
+    def __bool__(self) -> bool:
+        return bool(self._own)
+
+    def put(self, order: Order, vector: Floats, theta: Floats) -> Floats:
+        """Return the numbers of a net, shape (number,), changed in place."""
+        for block, chosen, parameters in self._chosen():
+            array, change = order.array(vector, block.array), theta[parameters]
+            if block.scale is None:
+                array[chosen] *= np.exp(change)
+            else:
+                array[chosen] += block.scale * change * _sense(block, order)[chosen]
+        return vector
+
+    def factors(self, order: Order, theta: Floats) -> Floats:
+        """Return what ``put`` multiplies numbers by, shape (number,)."""
+        factors = np.ones(order.size)
+        for block, chosen, parameters in self._chosen():
+            if block.scale is None:
+                order.array(factors, block.array)[chosen] *= np.exp(theta[parameters])
+        return factors
+
+    def change(self, order: Order, vector: Floats, size: int) -> sparse.csr_matrix:
+        """Return the derivative of the numbers, shape (number, parameter).
+
+        Args:
+            vector: What ``put`` gave.
+            size: How many parameters there are.
+        """
+        rows, columns, entries = [_NONE], [_NONE], [np.zeros(0)]
+        for block, chosen, parameters in self._chosen():
+            rows.append(chosen + order.places[block.array].start)
+            columns.append(parameters)
+            entries.append(
+                order.array(vector, block.array)[chosen]
+                if block.scale is None
+                else block.scale * _sense(block, order)[chosen]
+            )
+        parts = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
+        return sparse.csr_matrix(sparse.coo_matrix(parts, shape=(order.size, size)))
+
+    def _chosen(self) -> Iterator[tuple[Block, Indices, Indices]]:
+        """Yield each block with the entries that it changes and the parameter of each."""
+        for block, group, part in self._own:
+            chosen = np.flatnonzero(group >= 0)
+            yield block, chosen, part.start + group[chosen]
+
+
+def _sense(block: Block, order: Order) -> Floats:
+    """Return the share that each component of a place or velocity has in its parameter."""
+    along = block.adjust.along
+    if along is None:
+        return np.ones(order.sizes[block.array])
+    return np.tile(along, order.sizes[block.array] // 3)

@@ -1,0 +1,94 @@
+"""The numbers of a network that can be learnt, in one flat vector and in their arrays.
+
+A vector holds masses, spring constants, viscosities, rest lengths, constants of laws, and the
+places and velocities at 0 s, in this order. Derivatives by numbers have the same order.
+"""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from scipy import sparse
+
+from tissuec.kernels.sensitivity import Seeds, Sparse, Values
+from tissuec.model.network import Floats, Network
+
+VALUES = Values._fields
+STATE = ("position", "velocity")
+
+
+class Order(Struct, frozen=True, eq=False, dict=True):
+    """Where each array stands in the vector.
+
+    Args:
+        sizes: By name, in order.
+    """
+
+    sizes: Mapping[str, int]
+
+    @classmethod
+    def of(cls, network: Network, constants: int) -> "Order":
+        """Return the order for a network some constants of whose laws may change."""
+        nodes, springs = network.node_count, network.spring_count
+        counts = (nodes, springs, springs, springs, constants, 3 * nodes, 3 * nodes)
+        return cls(dict(zip((*VALUES, *STATE), counts, strict=True)))
+
+    @cached_property
+    def places(self) -> dict[str, slice]:
+        """Return the part of the vector that each array is."""
+        ends = np.cumsum([0, *self.sizes.values()]).tolist()
+        return {
+            name: slice(first, last)
+            for name, first, last in zip(self.sizes, ends, ends[1:], strict=False)
+        }
+
+    @property
+    def size(self) -> int:
+        """Return how many numbers there are."""
+        return sum(self.sizes.values())
+
+    def array(self, vector: Floats, name: str) -> Floats:
+        """Return a view of one array."""
+        return vector[self.places[name]]
+
+    def values(self, vector: Floats) -> Values:
+        """Return views of the arrays that act all the time."""
+        return Values(*(self.array(vector, name) for name in VALUES))
+
+    def vector(self, network: Network) -> Floats:
+        """Return the numbers that a network has, constants of laws as 0, shape (number,)."""
+        parts = [getattr(network, name) for name in VALUES[:-1]]
+        state = [network.position.ravel(), network.velocity.ravel()]
+        return np.concatenate([*parts, np.zeros(self.sizes["constants"]), *state])
+
+    def network(self, vector: Floats, network: Network) -> Network:
+        """Return a network with other numbers; constants of its laws stay what they are."""
+        arrays = {name: self.array(vector, name).copy() for name in VALUES[:-1]}
+        state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
+        return replace(network, **arrays, **state)
+
+    def add(self, total: Floats, values: Values) -> None:
+        """Add numbers that act all the time, or derivatives by them, to a vector."""
+        for name, part in values._asdict().items():
+            self.array(total, name)[:] += part
+
+    def seeds(self, change: sparse.csr_matrix, factors: Mapping[str, Floats]) -> Seeds:
+        """Return the parts of a change of all numbers that act all the time.
+
+        Args:
+            change: By each parameter, shape (number, parameter).
+            factors: What a script has multiplied the entries of arrays by, by name.
+        """
+        if factors:
+            every = np.ones(self.size)
+            for name, factor in factors.items():
+                self.array(every, name)[:] = factor
+            change = sparse.csr_matrix(sparse.diags(every) @ change)
+        parts = []
+        for name in VALUES:
+            rows = sparse.csr_matrix(change[self.places[name]])
+            places = rows.indptr.astype(np.int64), rows.indices.astype(np.int64)
+            parts.append(Sparse(*places, np.asarray(rows.data, dtype=float)))
+        return Seeds(*parts, total=np.empty(change.shape[1]))

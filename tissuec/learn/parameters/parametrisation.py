@@ -1,0 +1,271 @@
+"""From what is learnt to the numbers of a net: parameters, their meaning, and the derivative.
+
+Parameters of ``adjust`` entries stand first, in the order of the entries; those of words come
+next. All are 0 at the beginning.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+from msgspec.structs import replace
+from scipy import sparse
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.contact import contact_of
+from tissuec.laws.formula import Constant, Formula, Variable, replaced
+from tissuec.laws.partial import constant_name
+from tissuec.learn.parameters.blocks import Block, block_of
+from tissuec.learn.parameters.compilations import Compilations
+from tissuec.learn.parameters.entries import Entries
+from tissuec.learn.parameters.numbers import Order
+from tissuec.learn.parameters.priors import Prior
+from tissuec.learn.parameters.substitution import Place, recompiled
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.scene.findings import Findings
+from tissuec.script.fit_problem import WORDS, Lesson
+
+SIGMA = 0.5  # of words, in the numbers that move them
+REACH, DIFFERENCE = 2.0, 10.0  # of logarithms, and of differences in units of their scale
+
+Given = dict[tuple[Place, str], float]
+
+
+class Words(Protocol):
+    """The words of a vocabulary as parameters; see ``learn.vocabulary``."""
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def size(self) -> int: ...
+    def given(self, theta: Floats) -> Mapping[tuple[str, str], float]: ...
+    def jacobian(self, theta: Floats) -> tuple[Sequence[tuple[str, str]], Floats]: ...
+
+
+class Shaping:
+    """Parameters of a lesson, for a scene as one experiment has it.
+
+    Args:
+        scales: Of blocks of differences, by their places, where the data tells better ones.
+
+    Attributes:
+        compiled: The scene, its net with ``laws`` that have numbers.
+        blocks: Of each entry but words, in order.
+        words: The words of the vocabulary that move; None if none do.
+        own: How many parameters the blocks have.
+        size: How many there are.
+        order: Of the numbers of the net.
+        laws: Of the net, with variables for what is learnt of them.
+    """
+
+    def __init__(
+        self,
+        compiled: Compiled,
+        lesson: Lesson,
+        words: Words | None = None,
+        scales: Mapping[int, float] = MappingProxyType({}),
+    ):
+        self._written, self.words = compiled, words
+        adjusts = [adjust for adjust in lesson.adjusts if adjust.what != WORDS]
+        blocks = [block_of(adjust, compiled) for adjust in adjusts]
+        self.blocks = tuple(
+            replace(block, scale=scales.get(k, block.scale)) for k, block in enumerate(blocks)
+        )
+        ends = np.cumsum([0, *(len(block.names) for block in self.blocks)]).tolist()
+        self._parts = [slice(a, b) for a, b in pairwise(ends)]
+        self.own: int = ends[-1]
+        self.size = self.own + (0 if words is None else words.size)
+        # Constants of laws: each one's block, and which of the block's parameters it is.
+        self._constants = [
+            (block, number)
+            for block in self.blocks
+            if block.is_constant
+            for number in range(len(block.names))
+        ]
+        variables = {
+            (block.places[number], block.adjust.what): Variable(constant_name(k))
+            for k, (block, number) in enumerate(self._constants)
+        }
+        self.order = Order.of(compiled.network, len(self._constants))
+        shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
+        self.laws, self._law = shaped.laws, shaped.law
+        self._entries = Entries(self.blocks, self._parts)
+        first, _ = self._tissues(np.zeros(self.size))
+        self._compilations = Compilations(compiled, self.order, variables, first)
+        start = self._with_laws(compiled.network, np.zeros(self.size))
+        self.compiled = replace(compiled, network=start)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return what each parameter is."""
+        own = [name for block in self.blocks for name in block.names]
+        return (*own, *(() if self.words is None else self.words.names))
+
+    def place(self, number: int) -> slice:
+        """Return where the parameters of a block stand."""
+        return self._parts[number]
+
+    @property
+    def groups(self) -> Indices:
+        """Return the entry of each parameter, each word by itself, shape (parameter,)."""
+        own = [k for k, block in enumerate(self.blocks) for _ in block.names]
+        words = range(len(self.blocks), len(self.blocks) + self.size - self.own)
+        return np.array([*own, *words], dtype=np.int64)
+
+    @property
+    def reaches(self) -> Floats:
+        """Return how far parameters may well be from their start, shape (parameter,)."""
+        own = [
+            REACH if block.scale is None else DIFFERENCE
+            for block in self.blocks
+            for _ in block.names
+        ]
+        return np.array([*own, *[REACH * SIGMA] * (self.size - self.own)])
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Return the least and the greatest parameters, shape (parameter,)."""
+        low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        for block, part in zip(self.blocks, self._parts, strict=True):
+            low[part] = block.theta(block.adjust.low)
+            high[part] = block.theta(block.adjust.high)
+        return low, high
+
+    def priors(self) -> list[Prior]:
+        """Return what is expected of parameters: of words, that they are the expert's."""
+        found = [Prior(place, 0.0, SIGMA) for place in range(self.own, self.size)]
+        for block, where in zip(self.blocks, self._parts, strict=True):
+            if block.adjust.prior is None:
+                continue
+            value, part = block.adjust.prior
+            spread = np.log1p(part) if block.scale is None else part * abs(value) / block.scale
+            places = range(where.start, where.stop)
+            expected = np.broadcast_to(block.theta(value), len(places)).tolist()
+            found += [Prior(k, e, float(spread)) for k, e in zip(places, expected, strict=True)]
+        return found
+
+    def network(self, theta: Floats) -> Network:
+        """Return the net with its numbers, and with numbers in its laws.
+
+        Raises:
+            CompileError: The numbers make no scene.
+        """
+        return self._recompiled(theta).network
+
+    def present(self, theta: Floats) -> Compiled:
+        """Return the net with its numbers, and a plan whose contact is as stiff as it is.
+
+        Raises:
+            CompileError: The numbers make no scene.
+        """
+        found = self._recompiled(theta)
+        if found.plan.contact is None or not self._entries:
+            return found
+        scene = found.scene
+        tools = [tool for tool in scene.tools.values() if tool.may_touch]
+        contact = contact_of(found.network, tools, scene.environment, Findings())
+        return replace(found, plan=replace(found.plan, contact=contact))
+
+    def vector(self, theta: Floats) -> Floats:
+        """Return the numbers of the net, shape (number,).
+
+        Raises:
+            CompileError: The numbers make no scene.
+        """
+        given, _ = self._tissues(theta)
+        vector = self._compilations.vector(given).copy()
+        self.order.array(vector, "constants")[:] = [
+            block.value(theta[self._part(block)])[number] for block, number in self._constants
+        ]
+        return self._entries.put(self.order, vector, theta)
+
+    def change(self, theta: Floats) -> sparse.csr_matrix:
+        """Return the derivative of the numbers by the parameters, shape (number, parameter)."""
+        entries = self._entries.change(self.order, self.vector(theta), self.size)
+        return sparse.csr_matrix(entries + self._of_constants(theta) + self._of_tissues(theta))
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _part(self, block: Block) -> slice:
+        return self._parts[self.blocks.index(block)]
+
+    def _tissues(self, theta: Floats) -> tuple[Given, Given]:
+        """Return the numbers of tissues and the constants of laws."""
+        given: Given = {}
+        constants: Given = {}
+        if self.words is not None:
+            for (tissue, quantity), value in self.words.given(theta[self.own :]).items():
+                given[Place(tissue), quantity] = value
+        for block, part in zip(self.blocks, self._parts, strict=True):
+            into = constants if block.is_constant else given
+            for place, value in zip(block.places, block.value(theta[part]), strict=False):
+                into[place, block.adjust.what] = float(value)
+        return given, constants
+
+    def _recompiled(self, theta: Floats) -> Compiled:
+        """Return the scene with its numbers, also those of single entries."""
+        found = recompiled(self._written, *self._tissues(theta))
+        plain = Order.of(found.network, 0)
+        vector = self._entries.put(plain, plain.vector(found.network), theta)
+        network = self._with_laws(found.network, theta)
+        return replace(found, network=plain.network(vector, network))
+
+    def _with_laws(self, network: Network, theta: Floats) -> Network:
+        """Return a net with numbers in ``laws``, each spring with the law that it has there.
+
+        Two laws, or one and the linear law, may be the same for some numbers: a net that is
+        compiled from these has fewer of them, in another order.
+        """
+        numbers: dict[str, Formula] = {
+            constant_name(k): Constant(float(block.value(theta[self._part(block)])[number]))
+            for k, (block, number) in enumerate(self._constants)
+        }
+        laws = tuple(
+            replace(
+                law,
+                elastic=replaced(law.elastic, numbers),
+                viscous=replaced(law.viscous, numbers),
+            )
+            for law in self.laws
+        )
+        return replace(network, laws=laws, law=self._law) if numbers else network
+
+    def _of_constants(self, theta: Floats) -> sparse.csr_matrix:
+        """Return the derivative by constants of laws."""
+        found = sparse.lil_matrix((self.order.size, self.size))
+        first = self.order.places["constants"].start
+        for k, (block, number) in enumerate(self._constants):
+            part = self._part(block)
+            found[first + k, part.start + number] = block.slope(theta[part])[number]
+        return sparse.csr_matrix(found)
+
+    def _of_tissues(self, theta: Floats) -> sparse.csr_matrix:
+        """Return the derivative by numbers of tissues, and by words through these."""
+        given, _ = self._tissues(theta)
+        factors = self._entries.factors(self.order, theta)
+        found = sparse.lil_matrix((self.order.size, self.size))
+        for block, part in zip(self.blocks, self._parts, strict=True):
+            if block.group is not None or block.is_constant:
+                continue
+            slopes = block.slope(theta[part])
+            for k, (place, slope) in enumerate(zip(block.places, slopes, strict=True)):
+                column = self._compilations.column((place, block.adjust.what), given)
+                _put(found, part.start + k, slope * factors * column)
+        if self.words is not None:
+            pairs, slopes = self.words.jacobian(theta[self.own :])
+            total = np.zeros((self.order.size, self.words.size))
+            for (tissue, quantity), slope in zip(pairs, slopes, strict=True):
+                key = Place(tissue), quantity
+                if slope.any():
+                    column = factors * self._compilations.column(key, given)
+                    total += np.outer(given[key] * column, slope)
+            for k, column in enumerate(total.T):
+                _put(found, self.own + k, column)
+        return sparse.csr_matrix(found)
+
+
+def _put(matrix: sparse.lil_matrix, column: int, values: Floats) -> None:
+    """Enter a column, as far as it is not zero."""
+    rows = np.flatnonzero(values)
+    matrix[rows, column] = values[rows][:, None]

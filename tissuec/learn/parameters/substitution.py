@@ -1,0 +1,122 @@
+"""A scene with other numbers in its tissues: what is learnt is put where it was written."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.compiler.compile import Compiled, compile_scene
+from tissuec.compiler.laws_adjusted import force_with_params
+from tissuec.core.names import key_of
+from tissuec.laws.formula import as_formula
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
+
+
+class Place(Struct, frozen=True):
+    """Where a number is used.
+
+    Attributes:
+        tissue: Lower-case name of a tissue.
+        part: Of a body and one of its parts, "" for the body itself; None: wherever the tissue
+            is used.
+    """
+
+    tissue: str
+    part: tuple[str, str] | None = None
+
+
+#: Numbers in SI units by place and quantity or constant of a law.
+Numbers = Mapping[tuple[Place, str], Any]
+
+
+def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
+    """Return a scene with other numbers.
+
+    Args:
+        given: Quantities of tissues that have them already.
+        constants: Constants of laws by name; numbers, or formulas that stand for them.
+    """
+
+    def tissue(old: Tissue | None, part: tuple[str, str]) -> Tissue | None:
+        return None if old is None else _changed_tissue(scene, old, part, given, constants)
+
+    def body(old: Body) -> Body:
+        key = key_of(old.name)
+        regions = tuple(
+            replace(
+                r,
+                tissue=tissue(r.tissue or _own(old, given, key, r.name), (key, key_of(r.name))),
+            )
+            for r in old.regions
+        )
+        springs = tuple(
+            replace(part, tissue=tissue(part.tissue, ("", ""))) for part in old.spring_parts
+        )
+        own = tissue(old.tissue, (key, ""))
+        return replace(old, tissue=own, regions=regions, spring_parts=springs)
+
+    def joint(old: Joint) -> Joint:
+        new = tissue(old.tissue, (key_of(old.name), ""))
+        assert new is not None
+        return replace(old, tissue=new)
+
+    return replace(
+        scene,
+        bodies={key: body(old) for key, old in scene.bodies.items()},
+        joints={key: joint(old) for key, old in scene.joints.items()},
+    )
+
+
+def _own(body: Body, given: Numbers, key: str, region: str) -> Tissue | None:
+    """Return the tissue of a body for a region without one that is changed by itself."""
+    mine = (key, key_of(region))
+    return body.tissue if any(place.part == mine for place, _ in given) else None
+
+
+def _changed_tissue(
+    scene: Scene, old: Tissue, part: tuple[str, str], given: Numbers, constants: Numbers
+) -> Tissue:
+    key = key_of(old.name)
+
+    def mine(numbers: Numbers) -> dict[str, Any]:
+        return {
+            name: value
+            for (place, name), value in numbers.items()
+            if place.tissue == key and place.part in (None, part)
+        }
+
+    quantities, inner = mine(given), mine(constants)
+    if not quantities and not inner:
+        return old
+    new = {
+        **old.given,
+        **{name: replace(old.given[name], value=float(v)) for name, v in quantities.items()},
+    }
+    laws = {
+        word: _changed_law(law, inner, scene) if inner else law
+        for word, law in old.laws.items()
+    }
+    return replace(old, given=new, laws=laws)
+
+
+def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene) -> WrittenLaw:
+    """Return a law with other constants, as far as they are its own."""
+    if written.law is None:
+        params = {name: as_formula(value) for name, value in constants.items()}
+        return replace(written, force=force_with_params(written, scene, params))
+    own = {name: value for name, value in constants.items() if hasattr(written.law, name)}
+    if not own:
+        return written
+    law = replace(written.law, **own)  # type: ignore[type-var]  # every law is a Struct
+    return replace(written, law=law, force=law.force())
+
+
+def recompiled(compiled: Compiled, given: Numbers, constants: Numbers) -> Compiled:
+    """Return a compiled scene with other numbers; see ``changed``.
+
+    Raises:
+        CompileError: The numbers make no scene.
+    """
+    return compile_scene(changed(compiled.scene, given, constants), Findings())

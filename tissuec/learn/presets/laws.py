@@ -1,0 +1,101 @@
+"""Laws as they are written into a preset: by name with numbers, or as a formula of numbers."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec.structs import replace
+
+from tissuec.core.fields import Measure, OneOf, Several, Whole
+from tissuec.core.source import Source
+from tissuec.lang import syntax as s
+from tissuec.lang.parser import parse
+from tissuec.lang.walk import names_in
+from tissuec.learn.presets.drafts import Number
+from tissuec.learn.presets.numerals import exact, learnt
+from tissuec.scene.laws import FORMS
+from tissuec.scene.model import WrittenLaw
+from tissuec.scene.parameters import Constants
+from tissuec.scene.schema import Entry, entries_of
+
+
+def constants_in(law: WrittenLaw) -> set[str]:
+    """Return the names of what a law could have learnt: its entries, or names of a formula."""
+    if law.law is not None:
+        return set(entries_of(type(law.law)))
+    function = _parsed(law)
+    return {name.key for name in names_in(function.value)}
+
+
+def changed_constants(law: WrittenLaw, learned: Mapping[str, Number]) -> dict[str, Number]:
+    """Return those of the learnt constants that belong to a law."""
+    own = constants_in(law)
+    return {name: number for name, number in learned.items() if s.key_of(name) in own}
+
+
+def law_text(
+    word: str, law: WrittenLaw, learned: Mapping[str, Number], constants: Constants
+) -> str:
+    """Return the entry of a tissue that writes a law, with its learnt constants.
+
+    Args:
+        word: "spring law" or "viscosity law".
+        constants: What the names of a formula stand for.
+    """
+    if law.law is None:
+        return _formula_text(law, learned, constants)
+    entries = [
+        f"{entry.name} {_entry_text(entry, getattr(law.law, entry.field), learned)}"
+        for entry in entries_of(type(law.law)).values()
+    ]
+    inner = f" {{ {'; '.join(entries)} }}" if entries else ""
+    return f"{word} is {law.name}{inner}"
+
+
+def _entry_text(entry: Entry, value: Any, learned: Mapping[str, Number]) -> str:
+    """Return what stands behind the name of an entry."""
+    match entry.kind:
+        case Measure(dimension=dimension):
+            if entry.name in learned:
+                return f"= {_learnt(learned[entry.name])}"
+            return f"= {exact(value, dimension)}"
+        case Several(dimension=dimension):
+            return f"= [{', '.join(exact(one, dimension) for one in value)}]"
+        case Whole():
+            return f"= {value}"
+        case OneOf():
+            return f"is {value}"
+        case _:
+            raise TypeError(f"a law with an entry of {entry.kind} cannot be written")
+
+
+def _learnt(number: Number) -> str:
+    return learnt(number.value, number.low, number.high, number.dimension)
+
+
+def _formula_text(law: WrittenLaw, learned: Mapping[str, Number], constants: Constants) -> str:
+    """Return a free formula in which every name that is no variable is a number."""
+    function = _parsed(law)
+    own = FORMS[function.name.key].variables(function)
+    by_key = {s.key_of(name): number for name, number in learned.items()}
+    text = function.span.source.text
+    end = function.span.end
+    pieces: list[str] = []
+    for name in sorted(names_in(function.value), key=lambda name: -name.span.start):
+        if name.key in own:
+            continue
+        value = constants.name(name)
+        number = by_key.get(name.key)
+        if number is None:
+            shown = exact(float(value.amount), value.dimension)
+        else:
+            shown = _learnt(replace(number, dimension=value.dimension))
+        pieces += [text[name.span.end : end], f"({shown})"]
+        end = name.span.start
+    return text[function.span.start : end] + "".join(reversed(pieces))
+
+
+def _parsed(law: WrittenLaw) -> s.Function:
+    """Return the syntax of a free formula, read again from its own text."""
+    item = parse(Source(law.span.source.name, law.span.text), has_heading=False).items[0]
+    assert isinstance(item, s.Function)
+    return item

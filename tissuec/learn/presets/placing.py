@@ -1,0 +1,47 @@
+"""Presets on disk: nothing is lost that learning did not write, and nothing is half written."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from tissuec.core.errors import TissueError
+from tissuec.learn.presets.marks import is_ours
+from tissuec.learn.presets.preset import Preset
+
+
+def refuse_others(paths: Iterable[Path]) -> None:
+    """Make sure that nothing would be lost but what an earlier learning wrote.
+
+    Raises:
+        TissueError: A file is there that was not written by learning.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise TissueError(f'"{path}" is a folder; name a file')
+        if path.exists() and not is_ours(path):
+            raise TissueError(
+                f'"{path}" was not written by learning and would be overwritten; '
+                "name another file with -o, or use --force"
+            )
+
+
+def place(preset: Preset, *, force: bool) -> list[Path]:
+    """Write a preset with what lies beside it; returns the files, the preset first.
+
+    Raises:
+        TissueError: A file is there that was not written by learning, and not ``force``.
+        OSError: The files cannot be written.
+    """
+    files = preset.files
+    if not force:
+        refuse_others(files)
+    for path, text in files.items():
+        _replace(path, text)
+    return list(reversed(files))
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a text beside a file and put it in its place."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f"{path.name}.new")
+    beside.write_text(text, encoding="utf-8", newline="\n")
+    beside.replace(path)

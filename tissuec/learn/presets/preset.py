@@ -1,0 +1,184 @@
+"""The preset that a learning writes: a text of the language, and what lies beside it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from msgspec import Struct
+
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.source import Source, Span
+from tissuec.lang.printer import format_source
+from tissuec.learn.fit.outcome import Learnt
+from tissuec.learn.presets.checking import mistakes
+from tissuec.learn.presets.comments import of_nodes_and_springs, origin
+from tissuec.learn.presets.drafts import Draft, drafts_of
+from tissuec.learn.presets.marks import mark
+from tissuec.learn.presets.tables import tables
+from tissuec.learn.presets.tissues import FORMS, IN_NUMBERS, IN_WORDS, LIKE, Scribe
+from tissuec.learn.presets.vocabularies import Written, vocabularies
+from tissuec.learn.vocabulary.reread import warnings_of
+from tissuec.pipeline import Request
+from tissuec.scene.library import SUFFIX, Library
+from tissuec.scene.model import Scene
+
+
+class Preset(Struct, frozen=True):
+    """Texts to be written.
+
+    Attributes:
+        target: Where the preset itself goes.
+        text: The preset.
+        beside: Texts of further files in the same folder, by their names.
+    """
+
+    target: Path
+    text: str
+    beside: Mapping[str, str]
+
+    @property
+    def files(self) -> dict[Path, str]:
+        """Return every text by its path; the preset, which needs the others, last."""
+        others = {self.target.parent / name: text for name, text in self.beside.items()}
+        return {**others, self.target: self.text}
+
+
+def compose(learnt: Learnt, compiled: Compiled, request: Request, target: Path) -> Preset:
+    """Return the preset of what was learnt, which is valid by itself where it goes.
+
+    The same learning gives the same bytes.
+
+    Raises:
+        TissueError: What was learnt makes no valid text, such as words that another file needs
+            which is not found from there.
+    """
+    lesson = learnt.lesson
+    head = mark(Path(request.source.name).name, lesson.name, lesson.seed)
+    words = vocabularies(learnt.words, compiled.scene, target, head)
+    listed = tables(learnt, compiled.network, target, head)
+    comments = [head, *origin(learnt, request), *of_nodes_and_springs(learnt, listed.names)]
+    composer = _Composer(learnt, compiled.scene, target, words, comments)
+    return Preset(target, composer.text(), {**words.texts, **listed.texts})
+
+
+class _Composer:
+    """Finds the shortest form of each tissue in which the whole is right."""
+
+    def __init__(
+        self,
+        learnt: Learnt,
+        scene: Scene,
+        target: Path,
+        words: Written,
+        comments: Sequence[str],
+    ):
+        self.scene, self.target, self.words, self.comments = scene, target, words, comments
+        self.drafts = drafts_of(learnt, scene)
+        self.about = _about(learnt)
+        self.scribe = Scribe(scene, self.about)
+        self.known = {one.code for one in warnings_of(scene, {})}
+        self.problem: object = ""
+
+    def text(self) -> str:
+        """Return the preset; one that only brings new warnings, where there is no other."""
+        warned: str | None = None
+        forms = {draft.name: self._best(draft) for draft in self.drafts}
+        tries = (forms, dict.fromkeys(forms, IN_NUMBERS))
+        for chosen in tries:
+            text = self._composed(self.drafts, chosen)
+            if text is not None and self._is_right(text, self.drafts):
+                return text
+            if text is not None and self._only_warns:
+                warned = warned or text
+        if warned is not None:
+            return warned
+        problem = self.problem
+        if isinstance(problem, tuple):
+            problem = CompileError(problem)
+        raise TissueError(f"the result cannot be written as {self.target}:\n{problem}")
+
+    def _best(self, draft: Draft) -> str:
+        """Return the first form of a tissue that is right by itself."""
+        for form in FORMS[:-1]:
+            text = self._composed([draft], {draft.name: form})
+            if text is not None and self._is_right(text, [draft]):
+                return form
+        return IN_NUMBERS
+
+    def _is_right(self, text: str, drafts: Sequence[Draft]) -> bool:
+        moved = bool(self.words.texts)
+        self.problem = mistakes(
+            text, self.target, self.words.texts, drafts, moved=moved, known=self.known
+        )
+        return not self.problem
+
+    @property
+    def _only_warns(self) -> bool:
+        """Tell whether nothing but warnings was found in the last text."""
+        found = self.problem
+        return isinstance(found, tuple) and all(one.code.startswith("W") for one in found)
+
+    def _composed(self, drafts: Sequence[Draft], forms: Mapping[str, str]) -> str | None:
+        """Return the text with tissues in some forms; None where a file cannot be used."""
+        uses = dict.fromkeys(self.words.uses)
+        for draft in drafts:
+            needed = self._needed(draft, forms[draft.name])
+            if needed is None:
+                return None
+            uses |= dict.fromkeys(needed)
+        lines = ["language 1", f'about "{self.about}"', *uses, "", *self.comments]
+        for draft in drafts:
+            lines += ["", *self.scribe.block(draft, forms[draft.name])]
+        source = Source(self.target.name, "\n".join([*lines, ""]), self.target)
+        try:
+            return format_source(source)
+        except CompileError as error:
+            self.problem = error.diagnostics
+            return None
+
+    def _needed(self, draft: Draft, form: str) -> list[str] | None:
+        """Return the lines that a tissue needs above; None where they cannot be written."""
+        rules = self.scene.vocabulary.rules.get(draft.original.vocabulary.lower())
+        is_new = rules is not None and bool(self.words.texts)
+        if form == LIKE:
+            if is_new:
+                return None  # its original knows the old words
+            return _as_list(self._use(draft.original.span))
+        if form == IN_WORDS and rules is not None:
+            if rules.span.source.name in self.words.files:
+                return []
+            return _as_list(self._use(rules.span))
+        return []
+
+    def _use(self, span: Span) -> str | None:
+        """Return the line that uses the file of something, from where the preset goes."""
+        path, name = span.source.path, span.source.name
+        if path is None or span.source is self.scene.source:
+            return None
+        library = Library.of(Source(self.target.name, "", self.target))
+        for wanted in self._names(path, name):
+            places = library.places(wanted)
+            hit = next(
+                (p for p in (f / f"{wanted}{SUFFIX}" for f in places) if p.is_file()), None
+            )
+            if hit is not None and hit.resolve() == path.resolve():
+                return f'use "{wanted}"'
+        return None
+
+    def _names(self, path: Path, name: str) -> Iterator[str]:
+        """Yield by which names a file may be found, without its suffix."""
+        yield name.removesuffix(SUFFIX)
+        folder = self.target.parent.resolve()
+        if path.resolve().is_relative_to(folder):
+            yield f"./{path.resolve().relative_to(folder).as_posix().removesuffix(SUFFIX)}"
+
+
+def _as_list(line: str | None) -> list[str] | None:
+    return None if line is None else [line]
+
+
+def _about(learnt: Learnt) -> str:
+    """Return what a preset is about, without quotes, which a text cannot hold."""
+    files = list(dict.fromkeys(f.file for f in learnt.fitted if not f.held_out))
+    text = f"{learnt.lesson.name}, learned from {' and '.join(files) or 'nothing'}"
+    return text.replace('"', "'")

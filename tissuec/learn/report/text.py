@@ -1,0 +1,76 @@
+"""A finished learning in sentences and tables."""
+
+from collections.abc import Iterator
+
+from tissuec.core.errors import counted
+from tissuec.learn.fit.outcome import Fitted, Learnt
+from tissuec.learn.fit.shown import percent, shown
+from tissuec.learn.report.numbers import as_lines
+from tissuec.learn.report.rows import aligned
+from tissuec.learn.report.words import sentences
+from tissuec.learn.vocabulary.drift import Drift
+
+DATA = ("data", "error", "points", "residuals")
+
+
+def as_text(learnt: Learnt, moved: list[Drift] | None = None) -> list[str]:
+    """Return the whole of it, line by line.
+
+    Args:
+        moved: How far words moved, where any did.
+    """
+    told = {one.sentence for one in moved or ()}
+    notes = [f"note: {note}" for note in learnt.notes if note not in told]
+    parts = (
+        [f"learn {learnt.lesson.name}: {ending(learnt)}"],
+        as_lines(learnt.estimates),
+        list(sentences(moved or [])),
+        aligned([DATA, *(_data_row(learnt, one) for one in learnt.fitted)]),
+        [*_of_fits(learnt), *_blind(learnt), *notes, *_effort(learnt)],
+    )
+    return [line for part in parts for line in part]
+
+
+def ending(learnt: Learnt) -> str:
+    """Return how it ended."""
+    return learnt.reason if learnt.converged else f"NOT CONVERGED, {learnt.reason}"
+
+
+def _data_row(learnt: Learnt, fitted: Fitted) -> tuple[str, str, str, str]:
+    left = ", ".join(
+        f"{text} {_of_fit(learnt, text, value)}" for text, value in fitted.left.items()
+    )
+    name = f"{fitted.file} (held out)" if fitted.held_out else fitted.file
+    return name, percent(fitted.error), str(fitted.count), left
+
+
+def _of_fits(learnt: Learnt) -> Iterator[str]:
+    """Yield the noise and the unknown zero of each fit."""
+    given = {fit.text for fit in learnt.lesson.fits if fit.noise is not None}
+    for text, noise in learnt.noise.items():
+        known = "given" if text in given else "estimated"
+        yield f"noise of {text}: {_of_fit(learnt, text, noise)} ({known})"
+    for text, zero in learnt.zeros.items():
+        yield f"zero of {text}: {_of_fit(learnt, text, zero)}"
+
+
+def _of_fit(learnt: Learnt, text: str, value: float) -> str:
+    dimensions = {fit.text: fit.dimension for fit in learnt.lesson.fits}
+    return shown(value, dimensions[text]) if text in dimensions else f"{value:.4g}"
+
+
+def _blind(learnt: Learnt) -> Iterator[str]:
+    """Yield what the data does not tell, each with what would."""
+    for blind in learnt.blind:
+        yield f"not identified: {blind.sentence}"
+        yield f"  to identify it: {blind.advice}"
+
+
+def _effort(learnt: Learnt) -> Iterator[str]:
+    yield f"error function: {learnt.first_error:.4g} before, {learnt.error:.4g} after"
+    passes = "1 pass" if learnt.passes == 1 else f"{learnt.passes} passes"
+    evaluations = counted(learnt.evaluations, "evaluation")
+    yield f"method: {learnt.method}; {passes}, {evaluations}, {learnt.wall_time:.1f} s"
+    if learnt.stepping:
+        known = f"halving the step changes predictions by {learnt.stepping_error:.1e}"
+        yield f"steps: {learnt.stepping}; {known} of the range of the data"

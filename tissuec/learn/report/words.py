@@ -1,0 +1,43 @@
+"""How words moved and rules changed: from the texts before and after."""
+
+from collections.abc import Iterator, Mapping
+from difflib import unified_diff
+
+from tissuec.learn.vocabulary.drift import Drift, drift
+from tissuec.learn.vocabulary.reread import reread
+from tissuec.scene.model import Scene
+
+
+def drifts(scene: Scene, texts: Mapping[str, str]) -> list[Drift]:
+    """Return how far each word moved whose file has a new text.
+
+    Args:
+        texts: New texts by the names that the scene has for their files.
+    """
+    if not texts:
+        return []
+    after = reread(scene, texts).vocabulary
+    before = scene.vocabulary
+    scales = [
+        *((scale, after.properties[key]) for key, scale in before.properties.items()),
+        *((one.named, after.quantities[key].named) for key, one in before.quantities.items()),
+    ]
+    return [
+        moved
+        for old, new in scales
+        if old.scale.words != new.scale.words
+        for moved in drift(old, new.scale)
+    ]
+
+
+def sentences(moved: list[Drift]) -> Iterator[str]:
+    """Yield what is to be said of words that moved."""
+    return (f"word: {one.sentence}" for one in moved if one.most != 0.0)
+
+
+def differences(scene: Scene, texts: Mapping[str, str]) -> Iterator[str]:
+    """Yield the change of each text as a unified diff."""
+    before = {source.name: source.text for source in (*scene.imports, scene.source)}
+    for name, text in texts.items():
+        old, new = before[name].splitlines(True), text.splitlines(True)
+        yield "".join(unified_diff(old, new, name, f"{name} (learned)"))

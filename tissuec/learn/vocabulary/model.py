@@ -1,0 +1,220 @@
+"""A vocabulary whose words move: numbers in, what the rules give to tissues out.
+
+Each number moves a corner of one scale (or the width of a bell); zero is the expert's text.
+Rules and tissues are read anew with the moved words, by the functions that compile a scene, so
+that hedges, operators and facts given as words mean what they mean there. Derivatives are
+carried along by the same functions; minimum and maximum choose a branch.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.core.errors import TissueError
+from tissuec.fuzzy.duals import slopes_of
+from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.scale import Scale
+from tissuec.lang import syntax as s
+from tissuec.learn.vocabulary.drift import Drift, drift
+from tissuec.learn.vocabulary.scale_texts import read_form
+from tissuec.learn.vocabulary.scales import MovingScale
+from tissuec.learn.vocabulary.texts import edited
+from tissuec.learn.vocabulary.used import Use, used_tissues
+from tissuec.model.network import Floats
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import Scene
+from tissuec.scene.parameters import Constants
+from tissuec.scene.vocabulary import Rules, RulesReader, Vocabulary
+from tissuec.scene.words import NamedScale
+from tissuec.script.fit_problem import WORDS, Adjust
+
+SIGMA = 0.5
+"""How far numbers are expected to be from the expert's words, where nothing else is said."""
+
+Pair = tuple[str, str]
+"""A tissue and a quantity, both by their names in small letters."""
+
+
+class NoAnswer(TissueError):
+    """With these words no rule speaks for a quantity that the rules gave before."""
+
+
+class Values(NamedTuple):
+    """What rules give, with its derivatives.
+
+    Attributes:
+        pairs: Tissues and quantities.
+        values: In SI units, shape (pair,).
+        slopes: Derivatives by the numbers, shape (pair, number).
+    """
+
+    pairs: list[Pair]
+    values: Floats
+    slopes: Floats
+
+
+class WordsModel:
+    """What the rules of a scene give, as a function of the numbers that move its words.
+
+    Args:
+        scene: The scene.
+        adjusts: Entries of a ``learn`` block; those of ``WORDS`` count, each for one scale.
+        frozen: Words that stay where they are, by the name of their scale.
+
+    Attributes:
+        names: Of each number, such as "hardness: peak of medium".
+        pairs: Tissues that the scene uses, with their quantities that rules give.
+
+    Raises:
+        ValueError: The vocabulary has no such scale, or the scale no such word.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        adjusts: Sequence[Adjust],
+        *,
+        frozen: Mapping[str, Collection[str]] | None = None,
+    ):
+        self._scene = scene
+        self.scales: list[MovingScale] = []
+        stay = {s.key_of(k): [s.key_of(w) for w in v] for k, v in (frozen or {}).items()}
+        chosen = dict.fromkeys(s.key_of(one.of) for one in adjusts if one.what == WORDS)
+        for key in chosen:
+            self.scales.append(self._scale(key, stay.get(key, ())))
+        self.names = tuple(name for scale in self.scales for name in scale.names)
+        self._uses = used_tissues(scene)
+        self.pairs: list[Pair] = [
+            (use.key, quantity) for use in self._uses for quantity in use.quantities
+        ]
+
+    @property
+    def size(self) -> int:
+        """Return how many numbers there are."""
+        return len(self.names)
+
+    def given(self, theta: Floats) -> dict[Pair, float]:
+        """Return what the rules give with words moved by ``theta``, in SI units.
+
+        Raises:
+            NoAnswer: No rule speaks any more where one did.
+        """
+        return self._answers(theta, None)
+
+    def linearised(self, theta: Floats) -> Values:
+        """Return what the rules give and its derivatives; raises like ``given``."""
+        answers = self._answers(theta, self.size)
+        values = np.array([float(value) for value in answers.values()])
+        slopes = [slopes_of(value, self.size) for value in answers.values()]
+        return Values(self.pairs, values, np.reshape(slopes, (len(values), self.size)))
+
+    def jacobian(self, theta: Floats) -> tuple[list[Pair], Floats]:
+        """Return the derivatives of the logarithms of what rules give; raises like ``given``.
+
+        Returns:
+            Tissues and quantities, and shape (pair, number). Of negative values, the logarithms
+            of their amounts are meant; a value of zero has none, and its row is not finite.
+        """
+        pairs, values, slopes = self.linearised(theta)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return pairs, slopes / values[:, None]
+
+    def prior(self, theta: Floats, sigma: float = SIGMA) -> tuple[Floats, Floats]:
+        """Return residuals that pull words to where the expert has them, and their derivatives.
+
+        Returns:
+            Shapes (number,) and (number, number).
+        """
+        return np.asarray(theta, dtype=float) / sigma, np.eye(self.size) / sigma
+
+    def vocabulary(self, theta: Floats) -> Vocabulary:
+        """Return the vocabulary with words moved; its rules are those of the scene."""
+        return self._vocabulary(self._moved(theta, None))
+
+    def drift(self, theta: Floats) -> list[Drift]:
+        """Return how far each word moved, in the order of scales and words."""
+        return [
+            change
+            for scale, moved in zip(self.scales, self._moved(theta, None), strict=True)
+            for change in drift(scale.form.named, moved)
+        ]
+
+    def texts(self, theta: Floats) -> dict[str, str]:
+        """Return the new text of each file in which words moved, by its name.
+
+        Only numbers of words that moved are replaced; of scales laid out evenly, the list. The
+        texts compile to what ``given`` returns.
+        """
+        parts = zip(self.scales, self._parts(theta), strict=True)
+        return edited((scale, part) for scale, part in parts if np.any(part))
+
+    # --- scales -------------------------------------------------------------------------------
+
+    def _scale(self, key: str, frozen: Collection[str]) -> MovingScale:
+        scene = self._scene
+        kind = "property" if key in scene.vocabulary.properties else "quantity"
+        declared = scene.declarations.of(kind).get(key)
+        if declared is None:
+            raise ValueError(f'"{key}" is neither a property nor a quantity of the vocabulary')
+        named = _named(scene.vocabulary, key)
+        for word in frozen:
+            if word not in named.scale.words:
+                raise ValueError(f'"{word}" is not a word for {named.name}')
+        form = read_form(declared, named, scene.constants)
+        return MovingScale(form, sum(scale.size for scale in self.scales), frozen)
+
+    def _parts(self, theta: Floats) -> list[Floats]:
+        """Return the numbers of each scale."""
+        theta = np.asarray(theta, dtype=float)
+        if theta.shape != (self.size,):
+            raise ValueError(f"the words move by {self.size} numbers, not {theta.shape}")
+        return [theta[scale.start : scale.start + scale.size] for scale in self.scales]
+
+    def _moved(self, theta: Floats, total: int | None) -> list[Scale]:
+        parts = zip(self.scales, self._parts(theta), strict=True)
+        return [scale.scale(part, total=total) for scale, part in parts]
+
+    def _vocabulary(self, moved: Sequence[Scale]) -> Vocabulary:
+        words = self._scene.vocabulary
+        properties, quantities = dict(words.properties), dict(words.quantities)
+        for scale, now in zip(self.scales, moved, strict=True):
+            key, named = scale.form.key, replace(scale.form.named, scale=now)
+            if key in properties:
+                properties[key] = named
+            else:
+                quantities[key] = replace(quantities[key], named=named)
+        return replace(words, properties=properties, quantities=quantities)
+
+    # --- inference ----------------------------------------------------------------------------
+
+    def _answers(self, theta: Floats, total: int | None) -> dict[Pair, float]:
+        scene = self._scene
+        vocabulary = self._vocabulary(self._moved(theta, total))
+        # What there is to warn about was told when the scene was read.
+        scope = Constants(scene.declarations, scene.constants.overrides, Findings())
+        rules: dict[str, Rules] = {}
+        answers: dict[Pair, float] = {}
+        for use in self._uses:
+            if use.rules not in rules:
+                declared = scene.declarations.of("rules")[use.rules]
+                reader = RulesReader(declared.name, declared.item, vocabulary, scope)
+                rules[use.rules] = reader.read()
+            said = rules[use.rules].base.infer(use.facts(vocabulary, scope))
+            for quantity in use.quantities:
+                answer = said[quantity]
+                if not isinstance(answer, Inference):
+                    raise NoAnswer(_silence(use, quantity))
+                answers[use.key, quantity] = answer.value
+        return answers
+
+
+def _named(vocabulary: Vocabulary, key: str) -> NamedScale:
+    if key in vocabulary.properties:
+        return vocabulary.properties[key]
+    return vocabulary.quantities[key].named
+
+
+def _silence(use: Use, quantity: str) -> str:
+    return f"with these words, no rule gives the {quantity} of {use.key}"

@@ -1,0 +1,147 @@
+"""Revision of rules: one change after another, as long as rows that were not fitted gain.
+
+What was fitted is met better by nearly any change; only what was not seen can tell a better
+rule from one that fits the noise.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from difflib import unified_diff
+from types import MappingProxyType
+
+from msgspec import Struct
+
+from tissuec.core.errors import CompileError
+from tissuec.lang import syntax as s
+from tissuec.learn.vocabulary.additions import added
+from tissuec.learn.vocabulary.candidates import Candidate, RuleTexts, dropped, other_conclusions
+from tissuec.learn.vocabulary.edits import apply
+from tissuec.learn.vocabulary.reread import reread, warnings_of
+from tissuec.scene.model import Scene
+
+GAIN = 0.01
+"""Part by which the error of what was not fitted must fall for a change to be made."""
+
+SLACK = 0.01
+"""Part by which the error of what was learnt from may rise."""
+
+MOST = 5
+"""Changes of one revision; more of them are another vocabulary."""
+
+_CONFLICT = "W204"
+
+Score = Callable[[Mapping[str, str]], tuple[float, float]]
+"""From new texts of files, by their names, to the errors of what was fitted and of what was
+not; not finite where there is none."""
+
+
+class Change(Struct, frozen=True):
+    """A change of rules that was made.
+
+    Attributes:
+        kind: "conclusion", "drop" or "add".
+        file: Name of the file.
+        text: Its whole new text, with this change and those before it.
+        diff: From its text before this change, as a unified diff.
+        errors: Of what was fitted and of what was not, after it.
+        sentence: What it is, and what it brought.
+    """
+
+    kind: str
+    file: str
+    text: str
+    diff: str
+    errors: tuple[float, float]
+    sentence: str
+
+
+def revise(
+    scene: Scene,
+    rules: str,
+    score: Score,
+    *,
+    start: Mapping[str, str] = MappingProxyType({}),
+    gain: float = GAIN,
+    slack: float = SLACK,
+    most: int = MOST,
+) -> list[Change]:
+    """Return the changes of rules that let data which was not fitted be met better.
+
+    In each round every candidate is scored and the best one taken: a conclusion moved to the
+    next word, a rule left out, or a rule more for a tissue of which little is said. Every text
+    that is scored passes ``check`` and brings no contradiction.
+
+    Args:
+        rules: Name of the rules.
+        score: Errors with new texts; called first with those of the start.
+        start: Texts of files that were changed before.
+        gain: Part by which the error of what was not fitted must fall.
+        slack: Part by which the error of what was learnt from may rise.
+        most: Changes at most.
+
+    Raises:
+        KeyError: There are no rules of that name.
+    """
+    key = s.key_of(rules)
+    before, texts = score(start), dict(start)
+    changes: list[Change] = []
+    while len(changes) < most:
+        now = reread(scene, texts) if texts else scene
+        best = _best(scene, _candidates(now, key), texts, score, before[0] * (1.0 + slack))
+        if best is None or not best[1][1] < before[1] * (1.0 - gain):
+            break
+        candidate, errors = best
+        (file, text), *_ = apply([candidate.edit]).items()
+        old = candidate.edit.span.source.text
+        sentence = (
+            f"{candidate.what}: the error of rows that it was not fitted to falls "
+            f"from {before[1]:.3g} to {errors[1]:.3g}"
+        )
+        changes.append(
+            Change(candidate.kind, file, text, _diff(file, old, text), errors, sentence)
+        )
+        texts[file], before = text, errors
+    return changes
+
+
+def _candidates(scene: Scene, key: str) -> list[Candidate]:
+    texts = RuleTexts.of(scene, key)
+    return [*other_conclusions(texts), *dropped(texts), *added(texts, key)]
+
+
+def _best(
+    scene: Scene,
+    candidates: Iterable[Candidate],
+    texts: Mapping[str, str],
+    score: Score,
+    limit: float,
+) -> tuple[Candidate, tuple[float, float]] | None:
+    """Return the candidate with the least error of what was not fitted, and both its errors.
+
+    Args:
+        limit: The largest error of what was learnt from.
+    """
+    best: tuple[Candidate, tuple[float, float]] | None = None
+    conflicts = _conflicts(scene, texts) or 0
+    for candidate in candidates:
+        tried = {**texts, **apply([candidate.edit])}
+        found = _conflicts(scene, tried)
+        if found is None or found > conflicts:
+            continue
+        errors = score(tried)
+        if errors[0] <= limit and (best is None or errors[1] < best[1][1]):
+            best = candidate, errors
+    return best
+
+
+def _conflicts(scene: Scene, texts: Mapping[str, str]) -> int | None:
+    """Return how often rules contradict one another; None if ``check`` finds an error."""
+    try:
+        return sum(warning.code == _CONFLICT for warning in warnings_of(scene, texts))
+    except CompileError:
+        return None
+
+
+def _diff(file: str, old: str, new: str) -> str:
+    """Return a unified diff of two texts."""
+    lines = unified_diff(old.splitlines(), new.splitlines(), file, file, lineterm="")
+    return "".join(f"{line}\n" for line in lines)

@@ -1,0 +1,66 @@
+"""Which block a statement stands in, told from the heads around it."""
+
+from collections.abc import Iterable
+
+from tissuec.core.names import key_of
+from tissuec.lsp.structure import Statement
+from tissuec.lsp.terms import Block
+from tissuec.scene.declarations import NAMED, SINGLE
+
+
+def block_of(statement: Statement) -> Block:
+    """Return the block that a statement stands in."""
+    block = Block()
+    for head in statement.chain:
+        block = inside(head, block)
+    return block
+
+
+def inside(head: Statement, outer: Block) -> Block:
+    """Return the block that a head begins."""
+    words = head.words
+    first = words[0] if words else ""
+    if head.is_table:
+        return Block("table")
+    match outer.kind, first:
+        case "", _ if first in (*NAMED, *SINGLE):
+            has_kind = first in ("tool", "force")
+            member = _chosen(head.items, "kind") if has_kind else " ".join(words[1:])
+            return Block(first, member)
+        case "body", "mesh":
+            return Block("mesh", _behind_is(head))
+        case "body", "region":
+            return Block("region", words[1] if words[1:] else "")
+        case "body", ("interface" | "springs"):
+            return Block(first)
+        case (("tissue" | "law"), ("spring" | "viscosity")):
+            return Block(" ".join(words[:2]), _behind_is(head))
+        case "simulate", "integrator":
+            return Block("integrator", _behind_is(head))
+        case "output", "surface":
+            return Block("surface", _chosen(head.items, "kind"))
+        case "learn", "data":
+            return Block("data")
+        case "script", _:
+            return Block("script", "inner")
+        case _:
+            return Block("unknown")
+
+
+def _behind_is(statement: Statement) -> str:
+    """Return the words behind ``is``."""
+    texts = [part.text for part in statement.parts]
+    if "is" not in texts:
+        return ""
+    behind = statement.parts[texts.index("is") + 1 :]
+    words: list[str] = []
+    for part in behind:
+        if not part.is_name:
+            break
+        words.append(part.text)
+    return key_of(" ".join(words))
+
+
+def _chosen(items: Iterable[Statement], entry: str) -> str:
+    """Return what is chosen for an entry among the items of a block."""
+    return next((_behind_is(item) for item in items if item.words[:1] == [entry]), "")

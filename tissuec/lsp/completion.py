@@ -1,0 +1,252 @@
+"""What could stand at a place of a text: words of the language, names, words, units."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from msgspec import Struct
+
+from tissuec.compiler.fit_targets import RESULTS
+from tissuec.core.units import (
+    SYMBOLS,
+    Dimension,
+    describe,
+    parse_unit,
+    show,
+    si_unit,
+    units_shown,
+)
+from tissuec.lang import syntax as s
+from tissuec.lang.words import DECLARING_WORDS, TIME_WORDS, written_name
+from tissuec.lsp.blocks import block_of
+from tissuec.lsp.context import Phrase, phrase_at_end
+from tissuec.lsp.terms import Term
+from tissuec.lsp.tokens import STRING
+from tissuec.lsp.views import Symbol, View
+from tissuec.meshes.formats import FORMATS
+from tissuec.scene.library import SUFFIX, Library, files_of
+from tissuec.scene.meanings import RESERVED as MEANINGS
+
+#: As many files are looked at beside a scene.
+MOST_FILES = 1000
+#: Endings of files with numbers.
+TABLES = (".csv",)
+#: Of files with measurements; all of them hold tables, or are results.
+MEASURED = (".csv", ".tsv", ".txt", *RESULTS)
+
+
+class Proposal(Struct, frozen=True):
+    """Something that could stand in the place of a stretch of the text.
+
+    Attributes:
+        kind: What a term is coloured as, or a kind of names; "unit", "file", "keyword".
+        insert: What is typed.
+        detail: One line.
+        about: Markdown.
+        rank: Small ones first.
+    """
+
+    label: str
+    kind: str
+    insert: str
+    start: int
+    stop: int
+    detail: str = ""
+    about: str = ""
+    rank: int = 0
+
+
+def complete(view: View, offset: int) -> list[Proposal]:
+    """Return what could stand at an offset, the best first; what is typed so far narrows it."""
+    if view.in_remark(offset):
+        return []
+    statement = view.structure.at(offset)
+    if statement.outer is not None and statement.outer.is_table:
+        return []
+    phrase, following = phrase_at_end(statement, offset)
+    if phrase.expected.files or (phrase.parts and phrase.parts[-1].kind == STRING):
+        return _in_quotes(view, phrase, offset)
+    found = [*_of_phrase(view, phrase), *_keywords(view, phrase, following, offset)]
+    return _narrowed(found, view.source.text, offset)
+
+
+def _narrowed(found: Iterable[Proposal], text: str, offset: int) -> list[Proposal]:
+    """Return what goes on as the text does, each label once."""
+    fitting: dict[str, Proposal] = {}
+    for one in found:
+        typed = s.key_of(text[one.start : offset])
+        label = one.label.lower()
+        if label.startswith(typed) or f" {typed}" in f" {label}":
+            fitting.setdefault(one.label, one)
+    return sorted(fitting.values(), key=lambda one: one.rank)
+
+
+def _of_phrase(view: View, phrase: Phrase) -> Iterator[Proposal]:
+    expected = phrase.expected
+    if expected.scale:
+        yield from _words(view, phrase)
+    for symbol in _symbols(view, phrase):
+        yield _name(symbol, phrase)
+    for terms in expected.terms:
+        for term in terms.values():
+            yield _term(term, phrase)
+    if expected.unit:
+        yield from _units(phrase, expected.dimension)
+
+
+def _term(term: Term, phrase: Phrase) -> Proposal:
+    return Proposal(
+        term.label, term.kind, term.label + term.behind, phrase.start, phrase.stop,
+        term.form, term.about, rank=1 if phrase.expected.names else 0,
+    )  # fmt: skip
+
+
+def _symbols(view: View, phrase: Phrase) -> list[Symbol]:
+    """Return the names that can stand in the place of a phrase."""
+    kinds = phrase.expected.names
+    symbols = view.of_kind(*kinds)
+    if phrase.block.kind == "tissue":
+        parent = {phrase.block.member} if "tissue" in kinds else set()
+        return [symbol for symbol in symbols if symbol.key not in parent]
+    return symbols
+
+
+def _name(symbol: Symbol, phrase: Phrase) -> Proposal:
+    text = written_name(symbol.name)
+    behind = (
+        " is " if symbol.kind == "property" and phrase.block.kind in ("tissue", "rules") else ""
+    )
+    return Proposal(
+        symbol.name, symbol.kind, text + behind, phrase.start, phrase.stop,
+        f"{symbol.kind}, {symbol.span.place}",
+    )  # fmt: skip
+
+
+def _words(view: View, phrase: Phrase) -> Iterator[Proposal]:
+    """Yield the words of a scale, and the hedges before them."""
+    named = view.scale(phrase.expected.scale)
+    if named is None:
+        return
+    for word, shape in named.scale.words.items():
+        means = show(named.scale.axis.value_of(shape), named.dimension)
+        yield Proposal(word, "word", word, phrase.start, phrase.stop, means)
+        if (start := _last_word(phrase)) > phrase.start:  # behind a hedge: "very so"
+            yield Proposal(word, "word", word, start, phrase.statement.stop, means)
+    for hedge in view.of_kind("hedge"):
+        yield Proposal(
+            hedge.name, "hedge", f"{hedge.name} ", phrase.start, phrase.stop, "hedge", rank=1
+        )
+
+
+def _units(phrase: Phrase, dimension: Dimension | None) -> Iterator[Proposal]:
+    """Yield units of a dimension; of all dimensions where it is not known."""
+    if dimension is None:
+        known = [symbol for symbol in SYMBOLS if "µ" not in symbol and "μ" not in symbol]
+    else:
+        known = _of_dimension(dimension)
+    for rank, unit in enumerate(known):
+        found = parse_unit(unit)
+        detail = f"{found.factor:g} {si_unit(found.dimension)}".strip()
+        about = describe(found.dimension)
+        yield Proposal(unit, "unit", unit, phrase.start, phrase.stop, detail, about, rank)
+
+
+def _of_dimension(dimension: Dimension) -> list[str]:
+    """Return the units of a dimension, those that people are shown first."""
+    listed = [*units_shown(dimension), si_unit(dimension)]
+    simple = (
+        symbol
+        for symbol, (_, other) in SYMBOLS.items()
+        if other == dimension and "µ" not in symbol and "μ" not in symbol
+    )
+    return [unit for unit in dict.fromkeys((*listed, *simple)) if unit]
+
+
+def _keywords(
+    view: View, phrase: Phrase, following: list[str], offset: int
+) -> Iterator[Proposal]:
+    """Yield reserved words: those that begin a statement, or that go on with one."""
+    last = _last_word(phrase)
+    is_first = not view.source.text[phrase.statement.start : last].strip()
+    if is_first:
+        block = block_of(phrase.statement)
+        starting = {
+            "": ("param", "let", "set", "expect", "table"),
+            "script": (*TIME_WORDS, "when"),
+        }
+        for word in starting.get(block.kind, ()):
+            yield _keyword(word, last, offset)
+        if block.kind == "" and "language" not in view.source.text[: phrase.statement.start]:
+            yield _keyword("language", last, offset, "language 1")
+        return
+    if phrase.parts or not phrase.expected.declares:
+        for word in following:
+            yield _keyword(word, last, offset)
+
+
+def _last_word(phrase: Phrase) -> int:
+    """Return where the last word begins, which may be still to come."""
+    end = phrase.statement.stop
+    return phrase.parts[-1].start if phrase.parts and phrase.parts[-1].stop == end else end
+
+
+def _keyword(word: str, start: int, stop: int, insert: str = "") -> Proposal:
+    about = MEANINGS.get(word, "")
+    rank = 2 if word not in DECLARING_WORDS else 0
+    return Proposal(word, "keyword", insert or f"{word} ", start, stop, about, about, rank)
+
+
+# --- files ------------------------------------------------------------------------------------
+
+
+def _in_quotes(view: View, phrase: Phrase, offset: int) -> list[Proposal]:
+    """Return files that can be named between quotes."""
+    quote = phrase.parts[-1] if phrase.parts and phrase.parts[-1].kind == STRING else None
+    kind = phrase.expected.files
+    if not kind:
+        return []
+    start = quote.start + 1 if quote else offset
+    stop = (
+        max(quote.stop - (len(quote.text) > 1 and quote.text[-1] == '"'), start)
+        if quote
+        else offset
+    )
+    names = _used(view) if kind == "use" else _numbers(view, kind)
+    wrap = "{}" if quote else '"{}"'
+    typed = view.source.text[start:offset]
+    return [
+        Proposal(name, "file", wrap.format(name), start, max(stop, offset), where)
+        for name, where in names
+        if name.startswith(typed)
+    ]
+
+
+def _used(view: View) -> Iterator[tuple[str, str]]:
+    """Yield what ``use`` could name, and where it lies."""
+    library = Library.of(view.source, view.desk.libraries)
+    for name, path in files_of(library.folders):
+        if not name.startswith("scenes/"):
+            yield name, str(path)
+    own = view.source.path.resolve() if view.source.path else None
+    for name, path in files_of((library.beside,)):
+        if path.resolve() != own and "/" not in name:
+            yield f"./{name}", str(path)
+
+
+def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
+    """Yield mesh files, or tables, beside a scene and in libraries."""
+    library = Library.of(view.source, view.desk.libraries)
+    endings = {"table": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
+        kind, tuple(FORMATS)
+    )
+    for folder in dict.fromkeys((library.beside, *library.folders)):
+        for path in _some_files(folder):
+            if path.suffix.lower() in endings:
+                yield path.relative_to(folder).as_posix(), str(path)
+
+
+def _some_files(folder: Path) -> list[Path]:
+    try:
+        found = [*folder.glob("*"), *folder.glob("*/*")]
+    except OSError:
+        return []
+    return sorted(path for path in found[:MOST_FILES] if path.suffix != SUFFIX)

@@ -1,0 +1,153 @@
+"""The texts that are open in an editor, in front of those on disk, and what is known of each.
+
+What was found out about a text is kept until the text, or one that it uses, has changed.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from threading import RLock
+from typing import Any, TypeVar
+
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.lang import syntax as s
+from tissuec.lang.characters import normalise
+from tissuec.lang.parser import WrongNumbers, parse
+from tissuec.lsp.error_recovery import mended
+from tissuec.scene.imports import Files, read_source
+
+T = TypeVar("T")
+MOST_KEPT = 128
+
+
+class Memory:
+    """A few results of pure functions, the least recently used one forgotten first."""
+
+    def __init__(self, most: int = MOST_KEPT):
+        self.most = most
+        self.found: OrderedDict[Hashable, Any] = OrderedDict()
+        self.lock = RLock()
+
+    def recall(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what is remembered under a key, or make it now."""
+        with self.lock:
+            if key in self.found:
+                self.found.move_to_end(key)
+                return self.found[key]
+        made = make()
+        with self.lock:
+            self.found[key] = made
+            while len(self.found) > self.most:
+                self.found.popitem(last=False)
+        return made
+
+
+class Desk(Files):
+    """Files as an editor shows them.
+
+    Attributes:
+        libraries: Folders to search for what texts use, beside their own.
+    """
+
+    def __init__(self, libraries: tuple[Path, ...] = ()):
+        self.libraries = libraries
+        self.memory = Memory()
+        self._open: dict[Path, tuple[Path, str]] = {}  # by what links lead to
+        self._sources: dict[tuple[Path, str], tuple[Hashable, Source]] = {}
+
+    # --- what is open -------------------------------------------------------------------------
+
+    def put(self, path: Path, text: str) -> None:
+        """Open a text, or change it."""
+        self._open[_real(path)] = path, text
+
+    def take_away(self, path: Path) -> None:
+        """Close a text; what is on disk holds again."""
+        self._open.pop(_real(path), None)
+
+    def opened(self) -> list[Path]:
+        """Return the texts that are open, as they were named."""
+        return [path for path, _ in self._open.values()]
+
+    def is_open(self, path: Path) -> bool:
+        return _real(path) in self._open
+
+    def _shown(self, path: Path) -> str | None:
+        found = self._open.get(_real(path))
+        return found[1] if found else None
+
+    def raw(self, path: Path) -> str:
+        """Return a text as the editor or the disk has it; empty where there is none."""
+        shown = self._shown(path)
+        if shown is not None:
+            return shown
+        try:
+            return path.read_bytes().decode("utf-8", errors="replace")
+        except OSError:
+            return ""
+
+    # --- Files --------------------------------------------------------------------------------
+
+    def has(self, path: Path) -> bool:
+        return self.is_open(path) or super().has(path)
+
+    def read(self, path: Path, name: str) -> Source:
+        shown = self._shown(path)
+        state = shown if shown is not None else _state(path)
+        known = self._sources.get((path, name))
+        if known is not None and known[0] == state:
+            return known[1]
+        source = read_source(path, name) if shown is None else normalise(shown, name, path)
+        self._sources[path, name] = state, source
+        return source
+
+    def parse(self, source: Source) -> s.Module:
+        result = self.memory.recall(("parsed", source), lambda: _parsed(source))
+        if isinstance(result, CompileError):
+            raise result
+        return result
+
+
+class Lenient(Files):
+    """The same files, in which texts that are wrong count as far as they can be read."""
+
+    def __init__(self, desk: Desk):
+        self.desk = desk
+
+    def has(self, path: Path) -> bool:
+        return self.desk.has(path)
+
+    def read(self, path: Path, name: str) -> Source:
+        return self.desk.read(path, name)
+
+    def parse(self, source: Source) -> s.Module:
+        try:
+            return self.desk.parse(source)
+        except WrongNumbers as error:
+            return error.module
+        except CompileError:
+            return self.desk.memory.recall(("mended", source), lambda: mended(source))
+
+
+def _parsed(source: Source) -> s.Module | CompileError:
+    try:
+        return parse(source)
+    except CompileError as error:
+        return error
+
+
+def _state(path: Path) -> Hashable:
+    """Return what changes when a file on disk does."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def _real(path: Path) -> Path:
+    try:
+        return path.resolve()
+    except (OSError, ValueError, RuntimeError):
+        return path

@@ -1,0 +1,84 @@
+"""What ``check`` finds in an open text, and in those that it uses."""
+
+from collections.abc import Hashable
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.compiler.checks import floppy, late_breaking, unstable, unstable_node
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.lsp.documents import Desk, Memory
+from tissuec.mechanics.situation import Situation
+from tissuec.model.topology import FloppyModes, floppy_modes
+from tissuec.pipeline import Request, check_request
+
+
+class Checked(Struct, frozen=True, eq=False):
+    """What was found in a text.
+
+    Attributes:
+        compiled: The scene in arrays; None of a text that is wrong, or is no scene.
+        is_thorough: Whether checks that take time were made as well.
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    compiled: Compiled | None
+    is_thorough: bool
+
+
+class _NotCounted(Exception):
+    """Counting would take time now."""
+
+
+def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
+    """Return what ``tissuec check`` says of an open text.
+
+    Args:
+        thorough: Whether to make checks that take time; what they said of the same net is
+            told in any case.
+    """
+    try:
+        source = desk.read(path, str(path))
+        request = Request(source, libraries=desk.libraries, files=desk)
+        compiled, warnings = check_request(request, thorough=False)
+    except CompileError as error:
+        return Checked(error.diagnostics, None, is_thorough=True)
+    if compiled is None:
+        return Checked(warnings, None, is_thorough=True)
+    count = partial(_modes, desk.memory, thorough)
+    find = unstable_node if thorough else _not_now
+    further = tuple(late_breaking(compiled))
+    try:
+        further += tuple(floppy(compiled, count))
+        further += tuple(unstable(compiled, find))
+    except _NotCounted:
+        return Checked((*warnings, *further), compiled, is_thorough=False)
+    return Checked((*warnings, *further), compiled, is_thorough=True)
+
+
+def _not_now(_: Situation) -> NoReturn:
+    raise _NotCounted
+
+
+def _modes(memory: Memory, thorough: bool, *arrays: np.ndarray[Any, Any]) -> FloppyModes:
+    """Return the floppy modes of a net, which are counted once."""
+
+    def count() -> FloppyModes:
+        if not thorough:
+            raise _NotCounted
+        return floppy_modes(*arrays)
+
+    return memory.recall(("modes", _digest(arrays)), count)
+
+
+def _digest(arrays: tuple[np.ndarray[Any, Any], ...]) -> Hashable:
+    digest = sha256()
+    for array in arrays:
+        digest.update(f"{array.shape}{array.dtype}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.digest()

@@ -1,0 +1,302 @@
+"""What stands under the pointer: values in SI units and where they are from, meanings."""
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from tissuec.compiler.provenance import cited, explain_tissue
+from tissuec.core.catalogue import CODES
+from tissuec.core.errors import Diagnostic, counted
+from tissuec.core.markdown import code, fenced
+from tissuec.core.source import Span
+from tissuec.core.units import describe, parse_unit, show, si_unit
+from tissuec.lang import syntax as s
+from tissuec.lsp.context import Phrase
+from tissuec.lsp.tokens import COMMENT, KEYWORD, NUMBER, UNIT, Lexeme, lexemes
+from tissuec.lsp.views import Symbol, View
+from tissuec.scene.meanings import PARTS, RESERVED
+from tissuec.scene.model import Tissue
+
+if TYPE_CHECKING:
+    from tissuec.compiler.compile import Compiled
+
+
+class Hover(Struct, frozen=True):
+    """Markdown about a stretch of a text."""
+
+    text: str
+    start: int
+    stop: int
+
+
+def hover(
+    view: View,
+    offset: int,
+    compiled: "Compiled | None" = None,
+    diagnostics: tuple[Diagnostic, ...] = (),
+) -> Hover | None:
+    """Return what is to be said about a place of a text.
+
+    Args:
+        compiled: The scene in arrays, if the text is right: then sets are counted.
+        diagnostics: What is wrong; codes are explained where they stand.
+    """
+    found = _meaning(view, offset, compiled)
+    codes = list(_explained_codes(view, offset, diagnostics))
+    if not codes:
+        return found
+    parts = [found.text] if found else []
+    start, stop = (found.start, found.stop) if found else (offset, offset)
+    return Hover("\n\n---\n\n".join([*parts, *codes]), start, stop)
+
+
+def _meaning(view: View, offset: int, compiled: "Compiled | None") -> Hover | None:
+    part = view.structure.lexeme_at(offset)
+    if part is None or view.in_remark(offset):
+        return None
+    if part.kind in (NUMBER, UNIT):
+        return _number(view, part)
+    phrase = view.phrase_at(offset)
+    if part.kind == KEYWORD and (phrase is None or phrase.term is None):
+        about = PARTS.get(part.text) or RESERVED.get(part.text)
+        return Hover(f"{code(part.text)}: {about}", part.start, part.stop) if about else None
+    if phrase is None or not phrase.parts:
+        return None
+    named = view.symbol_at(offset)
+    if named is not None:
+        symbol, start, stop = named
+        return Hover(_of_symbol(view, symbol, phrase, compiled), start, stop)
+    if phrase.term is None:
+        return None
+    return Hover(_of_term(view, phrase), phrase.start, phrase.stop)
+
+
+def _explained_codes(
+    view: View, offset: int, diagnostics: tuple[Diagnostic, ...]
+) -> Iterator[str]:
+    """Yield what the codes of findings at an offset mean."""
+    for finding in diagnostics:
+        span = finding.span
+        if span is None or span.source is not view.source or finding.code not in CODES:
+            continue
+        if span.start <= offset <= max(span.end, span.start + 1):
+            entry = CODES[finding.code]
+            yield f"**{finding.code}: {entry.title}**\n\n{entry.text}"
+
+
+# --- numbers ----------------------------------------------------------------------------------
+
+
+def _number(view: View, part: Lexeme) -> Hover | None:
+    """Return a number in SI units, or what a unit measures."""
+    pair = _number_and_unit(view, part)
+    if pair is None:
+        return None
+    number, unit = pair
+    try:
+        size, dimension = parse_unit(unit.text)
+    except (ValueError, OverflowError):
+        return None
+    if number is None:
+        text = f"{code(unit.text)} is {_si(size, si_unit(dimension))}: {describe(dimension)}"
+        return Hover(text, unit.start, unit.stop)
+    value = float(number.text) * size
+    written = view.source.text[number.start : unit.stop]
+    text = f"{code(written)} is {_si(value, si_unit(dimension))}: {describe(dimension)}"
+    return Hover(text, number.start, unit.stop)
+
+
+def _si(value: float, unit: str) -> str:
+    return code(f"{value:.10g} {unit}".strip())
+
+
+def _number_and_unit(view: View, part: Lexeme) -> tuple[Lexeme | None, Lexeme] | None:
+    """Return the number and the unit that belong together; a unit of a vector has none."""
+    every = view.structure.lexemes
+    index = bisect_left(every, part.start, key=lambda other: other.start)
+    if part.kind == UNIT:
+        before = every[index - 1] if index else None
+        return (before if before and before.kind == NUMBER else None), part
+    behind = every[index + 1] if index + 1 < len(every) else None
+    return (part, behind) if behind is not None and behind.kind == UNIT else None
+
+
+# --- words of the language --------------------------------------------------------------------
+
+
+def _of_term(view: View, phrase: Phrase) -> str:
+    term = phrase.term
+    assert term is not None
+    head = f"**{term.label}**" + (f"  {code(term.form)}" if term.form else "")
+    parts = [head, term.about]
+    tissue = view.tissue(phrase.block.member) if phrase.block.kind == "tissue" else None
+    if tissue is not None and phrase.key in tissue.given:
+        parts.append(_given(view, tissue, phrase.key))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _given(view: View, tissue: Tissue, quantity: str) -> str:
+    """Return the value of one quantity of a tissue, and the lines that gave it."""
+    (explained,) = (e for e in explain_tissue(tissue) if s.key_of(e.quantity) == quantity)
+    given = tissue.given[quantity]
+    spans = [fired.span for fired in given.fired] or [given.span]
+    lines = [
+        f"{explained.quantity} of {tissue.name}: {code(explained.shown)} ({explained.how})"
+    ]
+    for reason, span in zip(explained.reasons, spans, strict=True):
+        degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f}: "
+        facts = f" ({reason.facts})" if reason.facts else ""
+        lines.append(f"- {degree}{code(span.one_line)}{facts}, {_place(view, span)}")
+    return "\n".join(lines)
+
+
+# --- names ------------------------------------------------------------------------------------
+
+
+def _of_symbol(view: View, symbol: Symbol, phrase: Phrase, compiled: "Compiled | None") -> str:
+    """Return what a name stands for, and where that is said."""
+    parts = [f"**{symbol.name}**, {_kind(symbol)}, {_place(view, symbol.span)}"]
+    parts += _facts(view, symbol, phrase, compiled)
+    remark = _remark(symbol)
+    return "\n\n".join(part for part in (*parts, remark) if part)
+
+
+def _place(view: View, span: Span) -> str:
+    """Return where something stands, in short."""
+    return f"line {span.line}" if span.source is view.source else span.place
+
+
+def _kind(symbol: Symbol) -> str:
+    if symbol.kind == "word":
+        return f"a word for {symbol.within}"
+    return f"a region of {symbol.within}" if symbol.kind == "region" else symbol.kind
+
+
+def _remark(symbol: Symbol) -> str:
+    """Return the comment behind a declaration."""
+    line = symbol.span.source.line_text(symbol.span.line)
+    parts = [part for part in lexemes(line) if part.kind == COMMENT]
+    return parts[0].text.lstrip("# ") if parts else ""
+
+
+def _facts(
+    view: View, symbol: Symbol, phrase: Phrase, compiled: "Compiled | None"
+) -> Iterator[str]:
+    match symbol.kind:
+        case "param" | "let":
+            yield from _value(view, symbol)
+        case "tissue":
+            yield from _tissue(view, symbol)
+        case "property" | "quantity":
+            yield from _scale(view, symbol, phrase)
+        case "word":
+            yield from _word(view, symbol)
+        case "set" | "body" | "joint":
+            yield from _drawn(view, symbol, compiled)
+        case "region" | "rules" | "law" | "tool" | "force" | "hedge":
+            yield fenced(symbol.span.source.line_text(symbol.span.line).strip(), "tis")
+        case _:
+            pass
+
+
+def _declared(view: View, symbol: Symbol) -> s.Item | None:
+    if view.words is None:
+        return None
+    declared = view.words.declarations.of(symbol.kind).get(symbol.key)
+    return declared.item if declared else None
+
+
+def _written(item: s.Item | None) -> str:
+    """Return the head of what declares a name, as it is written."""
+    if item is None:
+        return ""
+    span: Span = item.head if isinstance(item, s.Block) else item.span
+    return fenced(span.one_line, "tis")
+
+
+def _value(view: View, symbol: Symbol) -> Iterator[str]:
+    yield _written(_declared(view, symbol))
+    value = view.words.constants.definitions.values.get(symbol.key) if view.words else None
+    if value is None:
+        return
+    if value.is_vector:
+        yield f"{code(str(value))}: {describe(value.dimension)}, a vector"
+    else:
+        shown = _si(float(value.amount), si_unit(value.dimension))
+        yield f"{code(str(value))} = {shown}: {describe(value.dimension)}"
+
+
+def _tissue(view: View, symbol: Symbol) -> Iterator[str]:
+    tissue = view.tissue(symbol.key)
+    if tissue is None:
+        return
+    yield tissue.about
+    facts = [
+        f"- {fact.property} is {fact.written} ({fact.number:.4g}), {_place(view, fact.span)}"
+        for fact in tissue.facts
+    ]
+    if facts:
+        yield "\n".join(facts)
+    yield "\n\n".join(_given(view, tissue, quantity) for quantity in tissue.given)
+    laws = [
+        f"- {word}: {code(law.name)}, {_place(view, law.span)}"
+        for word, law in tissue.laws.items()
+    ]
+    known = [
+        f"- known {one.quantity.name}: {code(one.shown)}, {cited(one)}, "
+        f"{_place(view, one.span)}"
+        for one in tissue.known
+    ]
+    missing = [f"- {name}: none, {reason}" for name, reason in tissue.missing.items()]
+    yield "\n".join([*laws, *known, *missing])
+
+
+def _scale(view: View, symbol: Symbol, phrase: Phrase) -> Iterator[str]:
+    """Yield the range and the words of a scale; in a tissue, also what it has of it."""
+    tissue = view.tissue(phrase.block.member) if phrase.block.kind == "tissue" else None
+    for fact in tissue.facts if tissue else ():
+        if fact.property == symbol.key:
+            yield f"{fact.written} stands for {code(f'{fact.number:.4g}')}"
+    if tissue is not None and symbol.key in tissue.given:
+        yield _given(view, tissue, symbol.key)
+    named = view.scale(symbol.key)
+    if named is None:
+        return
+    yield _written(_declared(view, symbol))
+    means = (
+        f"- {word}: {show(named.scale.axis.value_of(shape), named.dimension)}"
+        for word, shape in named.scale.words.items()
+    )
+    yield "\n".join(means)
+
+
+def _word(view: View, symbol: Symbol) -> Iterator[str]:
+    named = view.scale(symbol.within)
+    shape = named.scale.words.get(symbol.key) if named else None
+    if named is None or shape is None:
+        return
+    axis = named.scale.axis
+    means, low, high = (
+        code(show(value, named.dimension))
+        for value in (axis.value_of(shape), *axis.reach_of(shape))
+    )
+    yield f"stands for {means}, can mean {low} to {high}"
+
+
+def _drawn(view: View, symbol: Symbol, compiled: "Compiled | None") -> Iterator[str]:
+    """Yield how a set, body or joint is written, and how much is in it."""
+    yield _written(_declared(view, symbol))
+    if compiled is None:
+        return
+    network, groups = compiled.network, compiled.groups
+    for part in network.parts:
+        if s.key_of(part.name) == symbol.key:
+            springs = counted(part.springs.stop - part.springs.start, "spring")
+            nodes = getattr(part, "nodes", None)
+            yield (
+                f"{counted(nodes.stop - nodes.start, 'node')}, {springs}" if nodes else springs
+            )
+    if symbol.kind == "set" and (chosen := groups.sets.values.get(symbol.key)) is not None:
+        yield counted(len(chosen.group.indices), "spring" if chosen.of_springs else "node")

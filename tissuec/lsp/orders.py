@@ -1,0 +1,65 @@
+"""The forms of orders, taken apart: what a verb is done to, and its clauses."""
+
+from functools import cache
+from typing import NamedTuple
+
+from tissuec.core import units
+from tissuec.core.units import Dimension
+from tissuec.lang.words import RESERVED
+from tissuec.scene.quantities import QUANTITIES
+from tissuec.script.verbs import VERBS
+from tissuec.script.verbs.change import PARAMETERS
+
+#: Kinds of names that the capital words of forms stand for.
+PLACEHOLDERS: dict[str, tuple[str, ...]] = {
+    "SET": ("set", "body"), "BODY": ("body",), "TOOL": ("tool",), "THREAD": ("body",),
+    "JOINT": ("joint", "set"), "NOZZLE": ("tool",),
+}  # fmt: skip
+#: Dimensions of numbers that they stand for.
+DIMENSIONS: dict[str, Dimension] = {
+    "FORCE": units.FORCE, "FORCES": units.FORCE, "LENGTH": units.LENGTH, "POINT": units.LENGTH,
+    "PRESSURE": units.PRESSURE, "FLOW": units.FLOW, "VOLUME": units.VOLUME,
+    "ANGLE": units.NUMBER, "FACTOR": units.NUMBER,
+}  # fmt: skip
+_CHANGES = ("to NUMBER", "by FACTOR")
+#: What ``change … to`` takes.
+CHANGED = {
+    name: quantity.dimension
+    for name, quantity in QUANTITIES.items()
+    if not quantity.is_of_matter
+} | {
+    "gravity": units.ACCELERATION, "damping": units.VISCOSITY, "velocity": units.VELOCITY,
+    "spin": units.FREQUENCY, "rest length": units.LENGTH,
+}  # fmt: skip
+
+
+class Form(NamedTuple):
+    """One form of a verb's sentence: words and placeholders behind it, then clauses."""
+
+    literal: str
+    placeholder: str
+    clauses: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+@cache
+def forms_of(verb: str) -> tuple[Form, ...]:
+    """Return the forms of a verb, taken apart."""
+    if verb not in VERBS:
+        return ()
+    forms = list(VERBS[verb].forms)
+    if verb == "change":  # its forms are examples of what can be changed
+        forms += (f"change {name} of SET {how}" for name in PARAMETERS for how in _CHANGES)
+    return tuple(map(_form, forms))
+
+
+def _form(text: str) -> Form:
+    groups: list[list[str]] = [[]]
+    for word in text.split()[1:]:
+        if word in RESERVED and word != "table":
+            groups.append([])
+        groups[-1].append(word)
+    literal = " ".join(word for word in groups[0] if word.islower())
+    placeholder = next((word for word in groups[0] if word.isupper()), "")
+    return Form(
+        literal, placeholder, tuple((group[0], tuple(group[1:])) for group in groups[1:])
+    )

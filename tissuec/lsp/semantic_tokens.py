@@ -1,0 +1,68 @@
+"""What each part of a text is to be coloured as."""
+
+from collections.abc import Iterator
+from typing import Literal, TypeAlias
+
+from tissuec.lsp import terms
+from tissuec.lsp.context import Phrase, phrases
+from tissuec.lsp.structure import Structure, structure_of
+from tissuec.lsp.tokens import COMMENT, KEYWORD, LINE, NUMBER, ODD, SIGN, STRING, UNIT, WORD
+
+#: ``part`` begins a part of a text (body, script), ``entry`` an entry of a block, ``verb`` an
+#: order; ``measure`` is measured or computed; ``word`` is chosen behind "is".
+Kind: TypeAlias = Literal[
+    "comment", "string", "number", "unit", "keyword", "part", "entry", "verb", "measure",
+    "word", "name", "sign",
+]  # fmt: skip
+KINDS: tuple[Kind, ...] = (
+    "comment", "string", "number", "unit", "keyword", "part", "entry", "verb", "measure",
+    "word", "name", "sign",
+)  # fmt: skip
+_PLAIN: dict[str, Kind] = {
+    COMMENT: "comment", STRING: "string", NUMBER: "number", UNIT: "unit", KEYWORD: "keyword",
+    SIGN: "sign",
+}  # fmt: skip
+
+
+def tokens(text: str) -> list[tuple[int, int, Kind]]:
+    """Return start, stop and kind of each part of a text, right or wrong, in order.
+
+    Blanks, and characters that no sentence can hold, belong to no part.
+    """
+    structure = structure_of(text)
+    words = dict(_words(structure))
+    found: list[tuple[int, int, Kind]] = []
+    for part in structure.lexemes:
+        if part.kind not in (LINE, ODD):
+            kind = words.get(part.start) or _PLAIN.get(part.kind, "name")
+            found.append((part.start, part.stop, kind))
+    return found
+
+
+def _words(structure: Structure) -> Iterator[tuple[int, Kind]]:
+    """Yield what words stand for, by their offsets."""
+    for statement in structure.statements:
+        if statement.outer is not None and statement.outer.is_table:
+            continue
+        for phrase in phrases(statement):
+            kind = kind_of(phrase)
+            for part in phrase.parts:
+                if part.kind == WORD or (part.kind == KEYWORD and kind == "word"):
+                    yield part.start, kind
+
+
+def kind_of(phrase: Phrase) -> Kind:
+    """Return what the words of a phrase are coloured as."""
+    if phrase.expected.scale:
+        return "word"
+    if phrase.term is not None:
+        return _OF_TERMS[phrase.term.kind]
+    if phrase.expected.names == ("property",) or phrase.expected.names == ("quantity",):
+        return "entry"
+    return "word" if phrase.expected.declares == "word" else "name"
+
+
+_OF_TERMS: dict[str, Kind] = {
+    terms.PART: "part", terms.ENTRY: "entry", terms.VERB: "verb", terms.MEASURE: "measure",
+    terms.CHOICE: "word", terms.KEYWORD: "keyword", terms.VARIABLE: "name",
+}  # fmt: skip

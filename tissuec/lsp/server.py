@@ -1,0 +1,316 @@
+"""The language server: between the protocol and the pure functions of this package."""
+
+import logging
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
+
+from tissuec.core.errors import TissueError
+from tissuec.lsp import completion, navigation
+from tissuec.lsp.findings import Checked
+from tissuec.lsp.hover import hover
+from tissuec.lsp.layout import formatted
+from tissuec.lsp.semantic_tokens import KINDS, tokens
+from tissuec.lsp.session import Session
+
+T = TypeVar("T")
+
+_log = logging.getLogger(__name__)
+
+_TOKEN_TYPES = {
+    "comment": "comment", "string": "string", "number": "number", "unit": "type",
+    "keyword": "keyword", "part": "class", "entry": "property", "verb": "function",
+    "measure": "method", "word": "enumMember", "name": "variable", "sign": "operator",
+}  # fmt: skip
+_ITEM = lsp.CompletionItemKind
+_ITEM_KINDS = {
+    "part": _ITEM.Class, "entry": _ITEM.Property, "verb": _ITEM.Function,
+    "measure": _ITEM.Method, "word": _ITEM.EnumMember, "keyword": _ITEM.Keyword,
+    "unit": _ITEM.Unit, "file": _ITEM.File, "param": _ITEM.Constant, "let": _ITEM.Variable,
+    "variable": _ITEM.Variable,
+    "property": _ITEM.Property, "quantity": _ITEM.Property, "hedge": _ITEM.Operator,
+}  # fmt: skip
+_SYMBOL = lsp.SymbolKind
+_SYMBOL_KINDS = {
+    "param": _SYMBOL.Constant, "let": _SYMBOL.Variable, "set": _SYMBOL.Array,
+    "body": _SYMBOL.Class, "joint": _SYMBOL.Interface, "tool": _SYMBOL.Object,
+    "force": _SYMBOL.Object,
+    "tissue": _SYMBOL.Struct, "property": _SYMBOL.Property, "quantity": _SYMBOL.Number,
+    "rules": _SYMBOL.Namespace, "law": _SYMBOL.Function, "hedge": _SYMBOL.Operator,
+    "table": _SYMBOL.Array, "script": _SYMBOL.Event, "order": _SYMBOL.Event,
+    "region": _SYMBOL.Field, "expect": _SYMBOL.Boolean,
+}  # fmt: skip
+
+
+def make_server(libraries: tuple[Path, ...] = ()) -> Session:
+    """Return a server that answers what editors ask."""
+    server = Session(libraries)
+    for feature, answer in _ANSWERS.items():
+        options = _OPTIONS.get(feature)
+        server.feature(feature, options)(_bound(server, answer))
+    return server
+
+
+def _bound(server: Session, answer: Callable[[Session, Any], T]) -> Callable[[Any], T | None]:
+    """Return an answer that is empty, and logged, where it fails."""
+
+    def give(parameters: Any) -> T | None:
+        try:
+            return answer(server, parameters)
+        except TissueError as error:
+            raise JsonRpcInvalidParams(str(error)) from None
+        except Exception:
+            _log.exception("%s failed", answer.__name__)
+            return None
+
+    return give
+
+
+# --- what is open -----------------------------------------------------------------------------
+
+
+def _initialised(server: Session, parameters: lsp.InitializeParams) -> None:
+    options = parameters.initialization_options
+    given = options.get("libraries", ()) if isinstance(options, dict) else ()
+    server.desk.libraries += tuple(Path(str(folder)) for folder in given)
+
+
+def _opened(server: Session, parameters: lsp.DidOpenTextDocumentParams) -> None:
+    document = parameters.text_document
+    server.uris[path := server.path(document.uri)] = document.uri
+    server.desk.put(path, document.text)
+    server.changed(path, everything=True)
+
+
+def _changed(server: Session, parameters: lsp.DidChangeTextDocumentParams) -> None:
+    path = server.path(parameters.text_document.uri)
+    server.desk.put(
+        path, server.workspace.get_text_document(parameters.text_document.uri).source
+    )
+    server.changed(path)
+
+
+def _saved(server: Session, parameters: Any) -> None:
+    server.changed(Path(), everything=True)
+
+
+def _closed(server: Session, parameters: lsp.DidCloseTextDocumentParams) -> None:
+    path = server.path(parameters.text_document.uri)
+    server.desk.take_away(path)
+    if path in server.waiting:
+        server.waiting.pop(path).cancel()
+    server.checked.pop(path, None)
+    server.shown |= server.found.pop(path, {}).keys()
+    server.publish()
+    server.changed(path, everything=True)
+
+
+# --- requests ---------------------------------------------------------------------------------
+
+
+def _hover(server: Session, parameters: lsp.HoverParams) -> lsp.Hover | None:
+    found = server.at(parameters)
+    if found is None:
+        return None
+    path, view, offset = found
+    checked = server.checked.get(path) or Checked((), None, is_thorough=False)
+    said = hover(view, offset, checked.compiled, checked.diagnostics)
+    if said is None:
+        return None
+    content = lsp.MarkupContent(lsp.MarkupKind.Markdown, said.text)
+    return lsp.Hover(content, server.range(path, said.start, said.stop))
+
+
+def _completion(server: Session, parameters: lsp.CompletionParams) -> lsp.CompletionList | None:
+    found = server.at(parameters)
+    if found is None:
+        return None
+    path, view, offset = found
+    proposals = completion.complete(view, offset)
+    items = [_item(server, path, one, number) for number, one in enumerate(proposals)]
+    # What is typed so far may be several words, so that the editor has to ask again.
+    return lsp.CompletionList(is_incomplete=True, items=items)
+
+
+def _item(
+    server: Session, path: Path, one: completion.Proposal, number: int
+) -> lsp.CompletionItem:
+    about = lsp.MarkupContent(lsp.MarkupKind.Markdown, one.about) if one.about else None
+    return lsp.CompletionItem(
+        one.label,
+        kind=_ITEM_KINDS.get(one.kind, _ITEM.Variable),
+        detail=one.detail or None,
+        documentation=about,
+        sort_text=f"{number:04}",
+        text_edit=lsp.TextEdit(server.range(path, one.start, one.stop), one.insert),
+    )
+
+
+def _definition(server: Session, parameters: lsp.DefinitionParams) -> lsp.Location | None:
+    found = server.at(parameters)
+    place = navigation.definition(found[1], found[2]) if found else None
+    return server.location(place) if place else None
+
+
+def _references(server: Session, parameters: lsp.ReferenceParams) -> list[lsp.Location]:
+    found = server.at(parameters)
+    hit = found[1].symbol_at(found[2]) if found else None
+    if found is None or hit is None:
+        return []
+    places = navigation.references(server.views(found[1]), hit[0])
+    if not parameters.context.include_declaration:
+        places = [place for place in places if place.start != hit[0].span.start]
+    return [server.location(place) for place in places]
+
+
+def _highlights(
+    server: Session, parameters: lsp.DocumentHighlightParams
+) -> list[lsp.DocumentHighlight]:
+    found = server.at(parameters)
+    hit = found[1].symbol_at(found[2]) if found else None
+    if found is None or hit is None:
+        return []
+    places = navigation.references([found[1]], hit[0])
+    return [
+        lsp.DocumentHighlight(server.range(found[0], place.start, place.stop))
+        for place in places
+    ]
+
+
+def _can_rename(server: Session, parameters: lsp.PrepareRenameParams) -> lsp.Range | None:
+    found = server.at(parameters)
+    if found is None:
+        return None
+    path, view, offset = found
+    navigation.renamable(view, offset)
+    _, start, stop = view.symbol_at(offset) or (None, offset, offset)
+    return server.range(path, start, stop)
+
+
+def _rename(server: Session, parameters: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
+    found = server.at(parameters)
+    if found is None:
+        return None
+    _, view, offset = found
+    renaming = navigation.rename(view, server.views(view), offset, parameters.new_name)
+    changes: dict[str, list[lsp.TextEdit]] = defaultdict(list)
+    for place in renaming.places:
+        where = server.location(place)
+        changes[where.uri].append(lsp.TextEdit(where.range, renaming.text))
+    return lsp.WorkspaceEdit(changes=dict(changes))
+
+
+def _fixes(server: Session, parameters: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+    """Return the edits that hints propose for findings at a place."""
+    checked = server.checked.get(server.path(parameters.text_document.uri))
+    lines = range(parameters.range.start.line, parameters.range.end.line + 1)
+    return [
+        server.action(finding, edit)
+        for finding in (checked.diagnostics if checked else ())
+        for edit in finding.edits
+        if finding.span is not None and finding.span.line - 1 in lines
+    ]
+
+
+def _symbols(server: Session, parameters: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+    found = server.look(parameters.text_document.uri)
+    return _shown_symbols(server, found[0], navigation.outline(found[1])) if found else []
+
+
+def _shown_symbols(
+    server: Session, path: Path, parts: Iterable[navigation.Outlined]
+) -> list[lsp.DocumentSymbol]:
+    return [
+        lsp.DocumentSymbol(
+            part.name,
+            _SYMBOL_KINDS.get(part.kind, _SYMBOL.Module),
+            server.range(path, part.start, part.stop),
+            server.range(path, part.at, part.end),
+            detail=part.kind,
+            children=_shown_symbols(server, path, part.inner),
+        )
+        for part in parts
+    ]
+
+
+def _folds(server: Session, parameters: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
+    found = server.look(parameters.text_document.uri)
+    if found is None:
+        return []
+    path, view = found
+    places = (server.range(path, fold.start, fold.stop) for fold in navigation.folds(view))
+    # The line of the closing brace stays.
+    return [
+        lsp.FoldingRange(place.start.line, place.end.line - 1)
+        for place in places
+        if place.end.line > place.start.line
+    ]
+
+
+def _format(
+    server: Session, parameters: lsp.DocumentFormattingParams
+) -> list[lsp.TextEdit] | None:
+    path = server.path(parameters.text_document.uri)
+    raw = server.desk.raw(path)
+    new = formatted(raw)
+    if new is None or new == raw:
+        return None if new is None else []
+    lines = server.positions(path).lines
+    whole = lsp.Range(lsp.Position(0, 0), lsp.Position(len(lines), 0))
+    return [lsp.TextEdit(whole, new)]
+
+
+def _coloured(server: Session, parameters: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+    found = server.look(parameters.text_document.uri)
+    if found is None:
+        return lsp.SemanticTokens([])
+    path, view = found
+    positions, data = server.positions(path), list[int]()
+    line = column = 0
+    for start, stop, kind in tokens(view.source.text):
+        at, end = positions.position(start), positions.position(stop)
+        data += (
+            at.line - line,
+            at.character - (column if at.line == line else 0),
+            end.character - at.character,
+            KINDS.index(kind),
+            0,
+        )
+        line, column = at
+    return lsp.SemanticTokens(data)
+
+
+_ANSWERS: dict[str, Callable[[Session, Any], Any]] = {
+    lsp.INITIALIZE: _initialised,
+    lsp.TEXT_DOCUMENT_DID_OPEN: _opened,
+    lsp.TEXT_DOCUMENT_DID_CHANGE: _changed,
+    lsp.TEXT_DOCUMENT_DID_SAVE: _saved,
+    lsp.TEXT_DOCUMENT_DID_CLOSE: _closed,
+    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _saved,
+    lsp.TEXT_DOCUMENT_HOVER: _hover,
+    lsp.TEXT_DOCUMENT_COMPLETION: _completion,
+    lsp.TEXT_DOCUMENT_DEFINITION: _definition,
+    lsp.TEXT_DOCUMENT_REFERENCES: _references,
+    lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: _highlights,
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _can_rename,
+    lsp.TEXT_DOCUMENT_RENAME: _rename,
+    lsp.TEXT_DOCUMENT_CODE_ACTION: _fixes,
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _symbols,
+    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folds,
+    lsp.TEXT_DOCUMENT_FORMATTING: _format,
+    lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: _coloured,
+}
+_OPTIONS: dict[str, Any] = {
+    lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(
+        trigger_characters=['"', "/", " ", "("]
+    ),
+    lsp.TEXT_DOCUMENT_CODE_ACTION: lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix]),
+    lsp.TEXT_DOCUMENT_RENAME: lsp.RenameOptions(prepare_provider=True),
+    lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: lsp.SemanticTokensLegend(
+        [_TOKEN_TYPES[kind] for kind in KINDS], []
+    ),
+}

@@ -1,0 +1,208 @@
+"""One editor's session: its texts, and what it was told of each."""
+
+import asyncio
+import logging
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types as lsp
+from pygls.lsp.server import LanguageServer
+from pygls.uris import from_fs_path, to_fs_path
+
+from tissuec import __version__
+from tissuec.core.errors import Diagnostic, Edit
+from tissuec.core.source import Span
+from tissuec.lsp import navigation
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.error_docs import address_of
+from tissuec.lsp.findings import Checked, check
+from tissuec.lsp.positions import Positions
+from tissuec.lsp.views import View, view_of
+
+#: Seconds without a keystroke before a text is checked, and then looked at more closely.
+PAUSE, LONG_PAUSE = 0.05, 0.5
+
+_log = logging.getLogger(__name__)
+
+_SEVERITY = {
+    "error": lsp.DiagnosticSeverity.Error,
+    "warning": lsp.DiagnosticSeverity.Warning,
+}
+
+
+class Session(LanguageServer):
+    """One editor's session."""
+
+    def __init__(self, libraries: tuple[Path, ...] = ()):
+        super().__init__(
+            "tissuec", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full
+        )
+        self.desk = Desk(libraries)
+        self.checked: dict[Path, Checked] = {}
+        self.found: dict[Path, dict[str, list[lsp.Diagnostic]]] = {}
+        self.waiting: dict[Path, asyncio.Task[None]] = {}
+        self.uris: dict[Path, str] = {}
+        self.shown: set[str] = set()
+        # Two threads, so that a keystroke does not wait for a text that is looked at closely.
+        self.pool = ThreadPoolExecutor(2, "check")
+
+    # --- texts and places ---------------------------------------------------------------------
+
+    def path(self, uri: str) -> Path:
+        """Return the path of a text; one that was never saved gets a name of its own."""
+        found = to_fs_path(uri) if uri.startswith("file:") else None
+        path = Path(found) if found else Path(uri.replace(":", "-").replace("/", "-"))
+        self.uris.setdefault(path, uri)
+        return path
+
+    def uri(self, path: Path) -> str:
+        """Return the address of a file, as the editor spelt it."""
+        return self.uris.get(path) or from_fs_path(str(path.resolve())) or ""
+
+    def positions(self, path: Path) -> Positions:
+        raw = self.desk.raw(path)
+        encoding = lsp.PositionEncodingKind(self.workspace.position_encoding or "utf-16").value
+        return self.desk.memory.recall(
+            ("positions", raw, encoding), lambda: Positions(raw, encoding)
+        )
+
+    def range(self, path: Path, start: int, stop: int) -> lsp.Range:
+        positions = self.positions(path)
+        return lsp.Range(
+            lsp.Position(*positions.position(start)), lsp.Position(*positions.position(stop))
+        )
+
+    def location(self, place: navigation.Place) -> lsp.Location:
+        return lsp.Location(
+            self.uri(place.path), self.range(place.path, place.start, place.stop)
+        )
+
+    def look(self, uri: str) -> tuple[Path, View] | None:
+        """Return the view of a text; None where it is no text."""
+        path = self.path(uri)
+        view = view_of(self.desk, path)
+        return (path, view) if view else None
+
+    def at(self, parameters: Any) -> tuple[Path, View, int] | None:
+        """Return the view of a text and the offset that a request is about."""
+        found = self.look(parameters.text_document.uri)
+        if found is None:
+            return None
+        place = parameters.position
+        return *found, self.positions(found[0]).offset(place.line, place.character)
+
+    def views(self, view: View) -> list[View]:
+        """Return the views in which a name may stand: of what is used, and what is open."""
+        opened = (view_of(self.desk, path) for path in self.desk.opened())
+        every = [*navigation.around(view), *(other for other in opened if other is not None)]
+        return list({id(one): one for one in every}.values())
+
+    # --- diagnostics --------------------------------------------------------------------------
+
+    def changed(self, path: Path, *, everything: bool = False) -> None:
+        """Check a text soon, and those open ones that use it; or all that are open."""
+        for other in self.desk.opened():
+            if everything or other == path or self._uses(other, path):
+                if other in self.waiting:
+                    self.waiting[other].cancel()
+                self.waiting[other] = asyncio.get_running_loop().create_task(self._later(other))
+
+    def _uses(self, path: Path, used: Path) -> bool:
+        view = view_of(self.desk, path)
+        if view is None or view.program is None:
+            return True
+        paths = (module.source.path for module in view.program.modules)
+        return any(one is not None and one.resolve() == used.resolve() for one in paths)
+
+    async def _later(self, path: Path) -> None:
+        """Check a text after a pause, and more closely after a longer one."""
+        loop = asyncio.get_running_loop()
+        for pause, thorough in ((PAUSE, False), (LONG_PAUSE, True)):
+            await asyncio.sleep(pause)
+            found = await loop.run_in_executor(self.pool, self._check, path, thorough)
+            if found is None:
+                return
+            # Had the text changed meanwhile, this would have been cancelled.
+            self.checked[path] = found
+            self.found[path] = self._by_file(path, found.diagnostics)
+            self.publish()
+            if found.is_thorough:
+                return
+
+    def _check(self, path: Path, thorough: bool) -> Checked | None:
+        try:
+            return check(self.desk, path, thorough=thorough)
+        except Exception:  # a fault of the compiler must not end the session
+            _log.exception("checking %s failed", path)
+            return None
+
+    def _by_file(
+        self, path: Path, diagnostics: Iterable[Diagnostic]
+    ) -> dict[str, list[lsp.Diagnostic]]:
+        """Return what was found in a text, by the file that it stands in."""
+        found: dict[str, list[lsp.Diagnostic]] = {self.uri(path): []}
+        for one in diagnostics:
+            where = (one.span.source.path if one.span else path) or path
+            found.setdefault(self.uri(where), []).append(self._shown(one, where))
+        return found
+
+    def publish(self) -> None:
+        """Tell the editor what was found in each file, by whatever text uses it."""
+        every: dict[str, list[lsp.Diagnostic]] = {uri: [] for uri in self.shown}
+        for found in self.found.values():
+            for uri, diagnostics in found.items():
+                known = every.setdefault(uri, [])
+                known += (one for one in diagnostics if one not in known)
+        for uri, diagnostics in every.items():
+            self.text_document_publish_diagnostics(
+                lsp.PublishDiagnosticsParams(uri, diagnostics)
+            )
+        self.shown = {uri for uri, diagnostics in every.items() if diagnostics}
+
+    def _shown(self, one: Diagnostic, path: Path) -> lsp.Diagnostic:
+        """Return a finding as the protocol has it."""
+        extra = [f"hint: {one.hint}"] if one.hint else []
+        extra += (f"note: {note.message}" for note in one.notes if note.span is None)
+        address = address_of(one.code)
+        start, stop = (one.span.start, one.span.end) if one.span else (0, 0)
+        return lsp.Diagnostic(
+            self.range(path, start, stop),
+            "\n".join((one.message, *extra)),
+            _SEVERITY[one.severity],
+            one.code,
+            lsp.CodeDescription(address) if address else None,
+            "tissuec",
+            related_information=self._related(one),
+        )
+
+    def action(self, finding: Diagnostic, edit: Edit) -> lsp.CodeAction:
+        """Return an edit that the hint of a finding proposes, as the protocol has it."""
+        assert edit.span is not None and edit.span.source.path is not None
+        path = edit.span.source.path
+        text = " ".join(edit.text.split())
+        title = f'Write "{text}"' if text else f'Remove "{edit.span.one_line}"'
+        change = lsp.TextEdit(self.range(path, edit.span.start, edit.span.end), edit.text)
+        return lsp.CodeAction(
+            title,
+            lsp.CodeActionKind.QuickFix,
+            [self._shown(finding, path)],
+            is_preferred=len(finding.edits) == 1,
+            edit=lsp.WorkspaceEdit({self.uri(path): [change]}),
+        )
+
+    def _related(self, one: Diagnostic) -> list[lsp.DiagnosticRelatedInformation]:
+        return [
+            lsp.DiagnosticRelatedInformation(location, note.message)
+            for note in one.notes
+            if note.span is not None and (location := self._location_of(note.span)) is not None
+        ]
+
+    def _location_of(self, span: Span) -> lsp.Location | None:
+        path = span.source.path
+        return (
+            lsp.Location(self.uri(path), self.range(path, span.start, span.end))
+            if path
+            else None
+        )

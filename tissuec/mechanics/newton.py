@@ -1,0 +1,105 @@
+"""Newton's method for the minimum of the energy, with a line search.
+
+Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
+near it the exact K, where it is positive definite, converges quadratically. Steps are cut to a
+tenth of the net or half a spring, because a net that is not yet under tension resists hardly at
+all across its springs, and halved until the energy falls. Rigid motions that cost no energy are
+left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, chapter 3.)
+"""
+
+import numpy as np
+
+from tissuec.mechanics.balance import Balance, Bars
+from tissuec.mechanics.rigid import NeutralMotions
+from tissuec.mechanics.stiffness import Factor, Stiffness
+from tissuec.model.network import Floats
+
+PRECISE = 1e-12  # of the largest force: what may be left of one that balances
+NEAR = 1e-2  # of the largest force: from here on K is exact
+SHIFT = 1e-9  # of the largest entry of K, where K may be singular
+ROUNDS = 200
+HALVINGS = 30
+SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
+
+
+def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
+    """Return where Newton's method comes to [m], shape (free, 3), and whether that balances."""
+    for _ in range(ROUNDS):
+        bars = balance.bars(x)
+        force = balance.force(bars)
+        if is_balanced(balance, bars, force):
+            return polished(balance, x, bars, force), True
+        balance.freeze(bars)
+        near = greatest(force) <= NEAR * balance.largest(bars)
+        neutral = NeutralMotions.of(balance, x)
+        step = direction(balance, bars, neutral, force, exact=near)
+        found = None if step is None else downhill(balance, x, bars, force, step)
+        if found is None:
+            return x, False
+        x = found
+    return x, False
+
+
+def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Floats:
+    """Return places one step on, if forces are smaller there: soft motions have far to go."""
+    step = direction(balance, bars, NeutralMotions.of(balance, x), force, exact=True)
+    if step is None:
+        return x
+    after = balance.force(balance.bars(x + step))
+    return x + step if greatest(after) < greatest(force) else x
+
+
+def is_balanced(balance: Balance, bars: Bars, force: Floats) -> bool:
+    """Tell whether the force left on every node is as good as none."""
+    allowed = PRECISE * balance.largest(bars) + balance.noise(bars)
+    return greatest(force) <= allowed
+
+
+def greatest(force: Floats) -> float:
+    """Return the greatest of some forces [N]."""
+    return float(np.sqrt((force * force).sum(axis=1).max(initial=0.0)))
+
+
+def direction(
+    balance: Balance, bars: Bars, neutral: NeutralMotions, force: Floats, *, exact: bool
+) -> Floats | None:
+    """Return a step downhill without neutral motions [m], shape (free, 3).
+
+    None if no matrix gives one.
+    """
+    clamped, force = balance.matrix(bars, exact=False), neutral.balanced(force)
+    top = float(clamped.diagonal().max(initial=0.0))
+    held = neutral.supports(top)
+    step = _solved(balance.matrix(bars, exact=True).plus(held), force) if exact else None
+    if step is None:
+        step = _solved(clamped.plus(held + SHIFT * top), force)
+    return None if step is None else neutral.without(step)
+
+
+def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
+    """Return K⁻¹ F, shape (free, 3); None if K is not positive definite."""
+    try:
+        factor = Factor(matrix)
+    except RuntimeError:  # singular
+        return None
+    step = factor.solve(force.ravel()).reshape(-1, 3)
+    return step if factor.is_definite and np.vdot(step, force) > 0.0 else None
+
+
+def downhill(
+    balance: Balance, x: Floats, bars: Bars, force: Floats, step: Floats
+) -> Floats | None:
+    """Return the place along a step at which the energy has fallen; None if there is none."""
+    spring = float(np.maximum(bars.length, balance.rest).max(initial=0.0))
+    reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
+    size = greatest(step)
+    part = 1.0 if size <= reach else reach / size
+    energy, _ = balance.energy(x, bars)
+    slope = float(np.vdot(force, step))
+    for _ in range(HALVINGS):
+        there = x + part * step
+        after, rounding = balance.energy(there, balance.bars(there))
+        if after - energy <= -SLOPE * part * slope + rounding:
+            return there
+        part *= 0.5
+    return None

@@ -1,0 +1,256 @@
+"""Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
+
+Every function takes states with any number of leading axes, written ``…`` in the shapes, so
+that a whole batch of samples is one call. Parameters are those of a :class:`Situation`, whose
+rest lengths may have the leading axes of the states.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.vectors import dot, norm
+from tissuec.forces.branches import flat
+from tissuec.forces.springs import reach
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+
+TOGETHER = 1 << 18  # springs that are looked at at once: more need much memory, and take longer
+
+
+def lengths(ends: NDArray[np.int32], position: Floats) -> Floats:
+    """Return the distance between the ends of each spring [m], shape (…, spring)."""
+    starts = range(0, max(len(ends), 1), TOGETHER)
+    parts = (reach(ends[start : start + TOGETHER], position) for start in starts)
+    found = [norm(part) for part in parts]
+    return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
+
+
+def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Floats:
+    """Return how far each spring is stretched beyond its rest length.
+
+    Args:
+        ends: Node pair of each spring, shape (spring, 2).
+        position: Node positions [m], shape (…, node, 3).
+        rest: Rest lengths [m], shape (spring,) or (…, spring).
+
+    Returns:
+        Elongation [m], shape (…, spring); negative where a spring is compressed.
+    """
+    return lengths(ends, position) - rest
+
+
+def tension(
+    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
+) -> Floats:
+    """Return the tension of some springs, all of them by default [N], shape (…, spring)."""
+    parts = _in_parts(situation.network if springs is None else springs)
+    found = [situation.springs(part).pull(position, velocity).tension for part in parts]
+    return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
+
+
+def rest_lengths(
+    situation: Situation, velocity: Floats, springs: Indices | None = None
+) -> Floats:
+    """Return L0 with what it flowed [m], shape (spring,) or, where any flows, (…, spring)."""
+    rest = situation.rest if springs is None else situation.rest[..., springs]
+    memory = situation.memory(springs)
+    return rest if memory is None else rest + memory.flowed(flat(velocity))
+
+
+class Forces(NamedTuple):
+    """What springs, pressure and contact do.
+
+    Attributes:
+        node: Their sum on every node [N], shape (…, node, 3).
+        tension: Of every spring [N], shape (…, spring).
+    """
+
+    node: Floats
+    tension: Floats
+
+
+def inner_forces(
+    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+) -> Forces:
+    """Return what springs, pressure and contact do.
+
+    Args:
+        time: [s], shape (…).
+        position, velocity: [m], [m/s], shape (…, node, 3).
+    """
+    forces = _spring_forces(situation, position, velocity)
+    for acting in situation.fields:
+        acting.add_forces(time, position, velocity, forces.node)
+    return forces
+
+
+def _spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Forces:
+    """Return what springs do, summed in their order: it does not depend on the batch."""
+    network, samples = situation.network, position.shape[:-2]
+    total = np.zeros((prod(samples), network.node_count, 3))
+    tension = np.empty((*samples, network.spring_count))
+    for part in _in_parts(network):
+        springs = slice(None) if part is None else part
+        acting = situation.springs(part).pull(position, velocity)
+        tension[..., springs] = acting.tension
+        forces = acting.tension[..., None] * acting.direction
+        first, second = network.ends[springs].T
+        for to, force in zip(total, forces.reshape(len(total), -1, 3), strict=True):
+            for axis in range(3):
+                to[:, axis] += np.bincount(first, force[:, axis], minlength=len(to))
+                to[:, axis] -= np.bincount(second, force[:, axis], minlength=len(to))
+    return Forces(total.reshape(*samples, *total.shape[1:]), tension)
+
+
+def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:
+    """Yield springs, None for all of a small network, in parts that memory has room for."""
+    if not isinstance(springs, Network):
+        count = len(springs)
+    elif (count := springs.spring_count) <= TOGETHER:
+        yield None
+        return
+    for start in range(0, max(count, 1), TOGETHER):
+        stop = min(start + TOGETHER, count)
+        yield np.arange(start, stop) if isinstance(springs, Network) else springs[start:stop]
+
+
+def applied_forces(situation: Situation) -> Floats:
+    """Return weight and external forces on every node now, jets aside [N], shape (node, 3)."""
+    position = situation.position
+    total, still = np.zeros_like(position), np.zeros_like(position)
+    for acting in situation.outer:
+        acting.add_forces(situation.time, position, still, total)
+    return total
+
+
+def force_on(
+    situation: Situation,
+    time: Floats | float,
+    position: Floats,
+    velocity: Floats,
+    nodes: Indices,
+) -> Floats:
+    """Return the sum of the inner forces on some nodes together [N], shape (…, 3)."""
+    total = pull_on(situation, position, velocity, nodes)
+    for acting in situation.fields:
+        pressed = np.zeros(position.shape)
+        acting.add_forces(time, position, velocity, pressed)
+        total += pressed[..., nodes, :].sum(axis=-2)
+    return total
+
+
+def torque_on(
+    situation: Situation,
+    time: Floats | float,
+    position: Floats,
+    velocity: Floats,
+    nodes: Indices,
+    about: Floats,
+) -> Floats:
+    """Return the torque of the inner forces on some nodes together [N m], shape (…, 3).
+
+    Args:
+        about: A point [m], shape (…, 3).
+    """
+    springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
+    acting = situation.springs(springs).pull(position, velocity)
+    ends = situation.network.ends[springs]
+    inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
+    force = (sign * acting.tension)[..., None] * acting.direction
+    total = _torque(position[..., inside, :], force, about)
+    for field in situation.fields:
+        pressed = np.zeros(position.shape)
+        field.add_forces(time, position, velocity, pressed)
+        total += _torque(position[..., nodes, :], pressed[..., nodes, :], about)
+    return total
+
+
+def _torque(place: Floats, force: Floats, about: Floats) -> Floats:
+    return np.cross(place - about[..., None, :], force).sum(axis=-2)
+
+
+def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
+    """Return the sum of the spring forces on some nodes together [N], shape (…, 3).
+
+    Springs with both ends among the nodes cancel and are left out, so a log of a few nodes
+    costs only the springs that join them to the rest.
+    """
+    springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
+    acting = situation.springs(springs).pull(position, velocity)
+    return np.einsum("...s,...sk->...k", sign * acting.tension, acting.direction)
+
+
+@lru_cache(maxsize=64)
+def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
+    """Return the springs between some nodes and the rest, and 1 where the first end is inside.
+
+    Kept, because conditions ask for the force on the same nodes several times a step.
+    """
+    inside = np.zeros(network.node_count, dtype=bool)
+    inside[np.frombuffer(nodes, dtype=np.int64)] = True
+    first, second = inside[network.ends].T
+    springs = np.flatnonzero(first != second)
+    return springs, np.where(first[springs], 1.0, -1.0)
+
+
+def kinetic_energy(
+    situation: Situation, velocity: Floats, nodes: Indices | None = None
+) -> Floats:
+    """Return Σ ½ m v² over the free nodes (among ``nodes``) [J], shape (…)."""
+    free = _free(situation, nodes)
+    moving = velocity[..., free, :]
+    return 0.5 * _sum_each(situation.mass[free] * dot(moving, moving))
+
+
+def elastic_energy(
+    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
+) -> Floats:
+    """Return what alive springs (among ``springs``) and their branches store [J], shape (…)."""
+    chosen = np.flatnonzero(situation.alive) if springs is None else springs
+    chosen = chosen[situation.alive[chosen]]
+    total = np.zeros(position.shape[:-2])
+    for part in _in_parts(chosen):
+        energy = situation.springs(part).energy(position, velocity)
+        total = total + _sum_each(energy)
+    return total
+
+
+def _sum_each(values: Floats) -> Floats:
+    """Return the sums over the last axis, each the same whatever the other axes hold."""
+    return np.add.reduce(np.ascontiguousarray(values), axis=-1)
+
+
+class Energies(NamedTuple):
+    """Energies at a moment [J], each of shape (…); pressure and contact count as elastic."""
+
+    kinetic: Floats
+    elastic: Floats
+    gravity: Floats
+
+    @property
+    def total(self) -> Floats:
+        return self.kinetic + self.elastic + self.gravity
+
+
+def energies(
+    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+) -> Energies:
+    """Return the energies of the free nodes, of alive springs, of pressure and contact."""
+    elastic = elastic_energy(situation, position, velocity)
+    for acting in situation.fields:
+        elastic = elastic + acting.energy(time, position)
+    weight = np.zeros(position.shape[:-2])
+    for acting in situation.outer:
+        weight = weight + acting.energy(time, position)
+    return Energies(kinetic_energy(situation, velocity), elastic, weight)
+
+
+def _free(situation: Situation, nodes: Indices | None) -> Indices:
+    """Return the free nodes, or those among ``nodes``, shape (free,)."""
+    held = situation.held
+    return np.flatnonzero(~held) if nodes is None else nodes[~held[nodes]]

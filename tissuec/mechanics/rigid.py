@@ -1,0 +1,293 @@
+"""Rigid motions that cost a net no energy, so that nothing says where it comes to rest.
+
+A piece of the net that nobody holds, or that is held in one point or along one line only, moves
+as a whole without any change of its springs. Loads p that do not follow it do the work
+Σ p · (v + ω × x) along a twist (v, ω), which changes along another one (v', ω') by
+
+    Σ p · (ω × (v' + ω' × x)).
+
+A motion is neutral where both vanish, the second for all other motions of the piece. Neutral
+motions are taken out of the steps, and in the end each piece is put back along them: to where
+Σ m |x - x₀|² is least (W. Kabsch, Acta Cryst. A32:922, 1976), so that the centre of mass of a
+free body is where it was, whatever the way that the steps went.
+"""
+
+import itertools
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from msgspec import Struct
+from scipy.linalg import qr
+from scipy.sparse import csc_matrix, csr_matrix, diags_array
+
+from tissuec.mechanics.balance import Balance
+from tissuec.model import topology
+from tissuec.model.network import Floats, Indices
+
+INDEPENDENT = 1e-6  # singular values below it, of twists in units of the piece, are zero
+NEUTRAL = 1e-10  # variations of the work below it, relative to the load and the size, are none
+
+
+class Piece(Struct, frozen=True, eq=False):
+    """Free nodes that springs join, and the nodes that stay beside them.
+
+    Attributes:
+        nodes: Numbers among the free nodes, ascending, shape (n,).
+        anchors: Nodes of the scene that stay and that springs or contact join to these.
+    """
+
+    nodes: Indices
+    anchors: Indices
+
+    @property
+    def unknowns(self) -> Indices:
+        """Return where the coordinates of its nodes are among those of all, shape (3 n,)."""
+        return (3 * self.nodes[:, None] + np.arange(3)).ravel()
+
+
+class Freedom(Struct, frozen=True, eq=False):
+    """How a piece can move as a whole at no cost.
+
+    Attributes:
+        piece: Which.
+        pivot: Where it is held [m], shape (3,); None where nothing holds it.
+        axes: Orthonormal directions about which it can turn, shape (3, 0), (3, 1) or (3, 3).
+        motion: All of it, orthonormal in the masses [kg^-½], shape (3 n, motion).
+    """
+
+    piece: Piece
+    pivot: Floats | None
+    axes: Floats
+    motion: Floats
+
+    def restored(self, x: Floats, start: Floats, mass: Floats) -> Floats:
+        """Return its nodes moved as a whole, as close to where they were as possible [m]."""
+        before = after = self.pivot
+        if self.pivot is None:
+            before, after = (mass @ place / mass.sum() for place in (start, x))
+        from scipy.spatial.transform import Rotation  # it takes a while to import
+
+        arm, other = x - after, start - before
+        if self.axes.shape[1] == 3:
+            turn, _ = Rotation.align_vectors(other, arm, weights=mass)
+            arm = turn.apply(arm)
+        elif self.axes.shape[1] == 1:
+            axis = self.axes[:, 0]
+            sine = mass @ (np.cross(arm, other) @ axis)
+            cosine = mass @ ((arm * other).sum(axis=1) - (arm @ axis) * (other @ axis))
+            arm = Rotation.from_rotvec(np.arctan2(sine, cosine) * axis).apply(arm)
+        return before + arm
+
+
+def pieces(balance: Balance, *, lone: bool = False) -> tuple[Piece, ...]:
+    """Return the pieces of the free nodes.
+
+    Args:
+        lone: Whether a node without springs that act is a piece, too.
+    """
+    free, outer = balance.ends >= 0, balance.outer_ends
+    inner = free.all(axis=1)
+    labels = topology.pieces(len(balance.free), balance.ends[inner])
+    to_anchor = free.any(axis=1) & ~inner
+    beside = labels[balance.ends[to_anchor].max(axis=1)]
+    anchors = outer[to_anchor][~free[to_anchor]]
+    joined = np.full(len(labels), lone)
+    joined[balance.ends[free]] = True
+    order = np.argsort(labels, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
+    return tuple(
+        Piece(nodes, np.unique(anchors[beside == labels[nodes[0]]]))
+        for nodes in groups
+        if joined[nodes[0]]
+    )
+
+
+class NeutralMotions:
+    """The rigid motions of a net that cost no energy where it is.
+
+    Attributes:
+        freedoms: Of the pieces that have any.
+        basis: Z, their motions: Zᵀ M Z = 1 [kg^-½], shape (3 free, motion).
+    """
+
+    def __init__(self, freedoms: tuple[Freedom, ...], mass: Floats):
+        self.freedoms, self._mass = freedoms, mass
+        self.basis = assembled(freedoms, len(mass))
+
+    @classmethod
+    def of(cls, balance: Balance, x: Floats, mass: Floats | None = None) -> Self:
+        """Return those with the free nodes at x [m], shape (free, 3).
+
+        Args:
+            mass: By which motions are weighed, shape (free,); that of the nodes by default.
+        """
+        mass = balance.mass if mass is None else mass
+        position = balance.bars(x).position
+        touched, load = balance.touched(position), balance.present_load
+        found = (
+            _freedom(piece, x[nodes], position[piece.anchors], mass[nodes], load[nodes])
+            for piece in pieces(balance)
+            for nodes in (piece.nodes,)
+            # What presses on a piece resists, or takes part in its motion.
+            if not touched[nodes].any()
+        )
+        return cls(tuple(freedom for freedom in found if freedom.motion.shape[1]), mass)
+
+    def restored(self, x: Floats, start: Floats) -> Floats:
+        """Return places with each piece put back along its neutral motions [m], (free, 3).
+
+        Args:
+            x: Where the free nodes are [m], shape (free, 3).
+            start: Where they were [m], shape (free, 3).
+        """
+        x = x.copy()
+        for freedom in self.freedoms:
+            nodes = freedom.piece.nodes
+            x[nodes] = freedom.restored(x[nodes], start[nodes], self._mass[nodes])
+        return x
+
+    @property
+    def count(self) -> int:
+        """Return how many there are."""
+        return self.basis.shape[1]
+
+    def without(self, step: Floats) -> Floats:
+        """Return a step without its part along neutral motions [m], shape (free, 3)."""
+        if not self.count:
+            return step
+        return step - (self.basis @ (self._weighted.T @ step.ravel())).reshape(-1, 3)
+
+    def balanced(self, force: Floats) -> Floats:
+        """Return forces without what would move pieces as a whole [N], shape (free, 3)."""
+        if not self.count:
+            return force
+        return force - (self._weighted @ (self.basis.T @ force.ravel())).reshape(-1, 3)
+
+    def supports(self, size: float) -> Floats:
+        """Return springs to the ground that just hold each piece [N/m], shape (3 free,).
+
+        On the diagonal of K, they change no solution of K u = F but by a neutral motion if F is
+        balanced: each is one of a determinate support, and carries nothing.
+
+        Args:
+            size: Of those that are there [N/m].
+        """
+        held = np.zeros(self.basis.shape[0])
+        held[self._supports] = size
+        return held
+
+    @cached_property
+    def _weighted(self) -> csr_matrix:
+        """Return M Z [kg^½], shape (3 free, motion)."""
+        return csr_matrix(diags_array(np.repeat(self._mass, 3)) @ self.basis)
+
+    @cached_property
+    def _supports(self) -> Indices:
+        """Return unknowns that fix all neutral motions, one for each, shape (motion,)."""
+        chosen = []
+        for freedom in self.freedoms:
+            _, _, order = qr(freedom.motion.T, mode="economic", pivoting=True)
+            chosen.append(freedom.piece.unknowns[order[: freedom.motion.shape[1]]])
+        return np.concatenate([np.zeros(0, dtype=np.int64), *chosen])
+
+
+def rigid_motions(balance: Balance, x: Floats) -> tuple[Freedom, ...]:
+    """Return how pieces can move as a whole, whatever loads and contact do then.
+
+    Args:
+        x: Where the free nodes are [m], shape (free, 3).
+    """
+    position = balance.bars(x).position
+    found = (
+        _freedom(piece, x[piece.nodes], position[piece.anchors], balance.mass[piece.nodes])
+        for piece in pieces(balance, lone=True)
+    )
+    return tuple(freedom for freedom in found if freedom.motion.shape[1])
+
+
+def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
+    """Return the motions of all pieces side by side, shape (3 count, motion)."""
+    rows = [np.repeat(f.piece.unknowns, f.motion.shape[1]) for f in freedoms]
+    first = np.cumsum([0, *(f.motion.shape[1] for f in freedoms)])
+    columns = [
+        np.tile(np.arange(start, stop), 3 * len(f.piece.nodes))
+        for f, (start, stop) in zip(freedoms, itertools.pairwise(first.tolist()), strict=True)
+    ]
+    none = [np.zeros(0, dtype=np.int64)]
+    values = np.concatenate([np.zeros(0), *(f.motion.ravel() for f in freedoms)])
+    where = np.concatenate([*none, *rows]), np.concatenate([*none, *columns])
+    return csc_matrix((values, where), shape=(3 * count, int(first[-1])))
+
+
+def _freedom(
+    piece: Piece, x: Floats, anchors: Floats, mass: Floats, load: Floats | None = None
+) -> Freedom:
+    """Return how a piece can move as a whole at no cost, loads included if there are any."""
+    twists = _neutral_twists(x, anchors, np.zeros_like(x) if load is None else load)
+    turning = np.linalg.svd(twists[3:], full_matrices=False)
+    is_axis = INDEPENDENT * turning.S.max(initial=0.0) < turning.S
+    return Freedom(
+        piece,
+        anchors[0] if len(anchors) else None,
+        turning.U[:, is_axis],
+        _orthonormal(_velocities(x) @ twists, np.repeat(mass, 3)),
+    )
+
+
+def _neutral_twists(x: Floats, anchors: Floats, load: Floats) -> Floats:
+    """Return the twists (v, ω) of a piece that cost no energy, shape (6, motion)."""
+    middle = x.mean(axis=0)
+    # A single node has no size: its anchors say what is far.
+    sizes = (float(np.abs(part - middle).max(initial=0.0)) for part in (x, anchors))
+    size = next(filter(None, sizes), 1.0)
+    stays = _velocities((anchors - middle) / size)
+    twists = _null_space(stays, INDEPENDENT)
+    # What does not move the piece is no motion of it, such as a turn about its own line.
+    moves = _velocities((x - middle) / size) @ twists
+    _, sizes, kept = np.linalg.svd(moves, full_matrices=False)
+    twists = twists @ kept[sizes > INDEPENDENT * np.sqrt(len(x))].T
+    limit = NEUTRAL * float(np.abs(load).sum())
+    if limit > 0.0 and twists.shape[1]:
+        twists = twists @ _free_of_work(twists, load, (x - middle) / size, limit)
+    return _about_origin(twists, middle, size)
+
+
+def _free_of_work(twists: Floats, load: Floats, x: Floats, limit: float) -> Floats:
+    """Return the combinations of twists along which loads do no work, shape (twist, motion)."""
+    moves = np.einsum("nkt,nk->t", (_velocities(x) @ twists).reshape(len(x), 3, -1), load)
+    shift, turn = twists[:3], twists[3:]
+    total, moment = load.sum(axis=0), np.einsum("ni,nj->ij", load, x)
+    # Of the work along each twist (column), by moving along each other one first (row).
+    second = turn.T @ (moment - np.trace(moment) * np.eye(3)) @ turn
+    second += shift.T @ np.cross(total, turn.T).T
+    second = np.vstack((second, moves))
+    return _null_space(second / limit, 1.0)
+
+
+def _velocities(x: Floats) -> Floats:
+    """Return the velocities of points by unit twists, shape (3 point, 6)."""
+    rows = np.zeros((len(x), 3, 6))
+    rows[:, :, :3] = np.eye(3)
+    rows[:, :, 3:] = np.cross(np.eye(3), x[:, None, :]).transpose(0, 2, 1)
+    return rows.reshape(-1, 6)
+
+
+def _null_space(matrix: Floats, limit: float) -> Floats:
+    """Return an orthonormal basis of what a matrix makes no larger than a limit."""
+    _, sizes, modes = np.linalg.svd(matrix, full_matrices=True)
+    sizes = np.concatenate((sizes, np.zeros(len(modes) - len(sizes))))
+    return modes[sizes <= limit].T
+
+
+def _about_origin(twists: Floats, middle: Floats, size: float) -> Floats:
+    """Return twists of (x - middle) / size as twists of x."""
+    turn = twists[3:] / size
+    return np.vstack((twists[:3] - np.cross(turn.T, middle).T, turn))
+
+
+def _orthonormal(motion: Floats, mass: Floats) -> Floats:
+    """Return a basis of the same motions that is orthonormal in the masses."""
+    root = np.sqrt(mass)[:, None]
+    basis, _ = np.linalg.qr(root * motion)
+    return basis / root

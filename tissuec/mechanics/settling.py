@@ -1,0 +1,182 @@
+"""Settling: nodes are put where all forces on them balance, and rest there.
+
+Newton's method goes first; where it ends short of an equilibrium, relaxation goes on from there
+and Newton's method again. Where the equilibrium is unstable, the net is pushed off along the
+motion in which it buckles, and goes on from there.
+"""
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.errors import counted
+from tissuec.core.units import FORCE, show
+from tissuec.mechanics import observables
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.newton import HALVINGS, NEAR, descend, greatest
+from tissuec.mechanics.relaxation import relax
+from tissuec.mechanics.rest import LOOSE
+from tissuec.mechanics.rigid import NeutralMotions
+from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.stability import Mode, softest
+from tissuec.model import topology
+from tissuec.model.network import Floats
+
+SWEEPS = 500
+TURNS = 4  # of Newton's method and relaxation
+UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
+
+
+class Unsettled(Exception):
+    """There is no equilibrium, or none was found.
+
+    Attributes:
+        message: Why, as a sentence without the node.
+        node: The one to name.
+    """
+
+    def __init__(self, message: str, node: int):
+        super().__init__(message)
+        self.message, self.node = message, node
+
+
+class Remark(Struct, frozen=True):
+    """What is to be known of an equilibrium, and the node that shows it best, if one does."""
+
+    message: str
+    node: int | None = None
+
+
+BUCKLED = "the net buckled to one of several possible sides"
+UNKNOWN = Remark("the stability of this equilibrium could not be determined")
+
+
+def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+    """Put the chosen nodes that nobody holds at rest where the forces on them balance.
+
+    Forces are as small then as rounding leaves them, or 1e-12 of the largest force.
+
+    Args:
+        situation: Changed in place; held nodes must be where they belong.
+        chosen: Which nodes may move, shape (node,).
+
+    Raises:
+        Unsettled: The situation is as it was.
+    """
+    balance = Balance(situation, chosen)
+    if not len(balance.free):
+        return ()
+    refuse_falling(balance)
+    x, remarks = _minimum(balance)
+    situation.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
+    situation.velocity[balance.free] = 0.0
+    situation.forget_friction(balance.free)
+    _let_relax(situation, balance)
+    return remarks
+
+
+def _let_relax(situation: Situation, balance: Balance) -> None:
+    """Make the branches of springs at the free nodes give way, so that they no longer pull."""
+    if situation.inelastic is None:
+        return
+    moved = np.zeros(situation.network.node_count, dtype=bool)
+    moved[balance.free] = True
+    ends = situation.network.ends
+    rest = observables.rest_lengths(situation, situation.velocity)
+    e = observables.elongation(ends, situation.position, rest)
+    springs = np.flatnonzero(situation.alive & moved[ends].any(axis=1))
+    situation.inelastic.let_relax(situation.velocity, e, springs)
+
+
+def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
+    """Return a minimum of the energy [m], shape (free, 3), and what is to be known of it."""
+    (x, remarks), node = _equilibrium(balance, balance.start), 0
+    for _ in range(TURNS):
+        free = _free_pieces(NeutralMotions.of(balance, x))
+        mode = softest(balance, x)
+        if mode is None:
+            return x, (*remarks, *free, UNKNOWN)
+        if mode.resists > LOOSE:
+            return x, (*remarks, *free)
+        node = mode.node(balance)
+        if mode.resists > -LOOSE:
+            text = "the net is a mechanism here: it can move without any force"
+            return x, (*remarks, *free, Remark(text, node))
+        remarks = (Remark(BUCKLED, node),)
+        x, _ = _equilibrium(balance, _pushed_off(balance, x, mode))
+    return x, (Remark("this equilibrium is unstable", node),)
+
+
+def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
+    """Return what is said of pieces that can move as a whole without any force."""
+    if not neutral.freedoms:
+        return ()
+    held = all(freedom.pivot is not None for freedom in neutral.freedoms)
+    who = "the net" if len(neutral.freedoms) == 1 else counted(len(neutral.freedoms), "piece")
+    text = (
+        f"{who} can rotate about its support without any force; its orientation is unchanged"
+        if held
+        else f"nothing holds {who}: the centre of mass is unchanged"
+    )
+    return (Remark(text),)
+
+
+def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
+    """Return where the forces balance [m], shape (free, 3), from x on, and what happened.
+
+    Near an unstable equilibrium, Newton's steps may become so small that they neither reach nor
+    leave it: there the net is pushed off.
+
+    Raises:
+        Unsettled: They balance nowhere.
+    """
+    remarks: tuple[Remark, ...] = ()
+    for _ in range(TURNS):
+        x, found = descend(balance, x)
+        if found:
+            return x, remarks
+        bars = balance.bars(x)
+        left = greatest(balance.force(bars))
+        mode = softest(balance, x) if left <= NEAR * balance.largest(bars) else None
+        if mode is not None and mode.resists < -LOOSE:
+            remarks = (Remark(BUCKLED, mode.node(balance)),)
+            x = _pushed_off(balance, x, mode)
+        else:
+            x = relax(balance, x, threshold=1e-3 * left, most=SWEEPS).x
+    force = balance.force(balance.bars(x))
+    worst = int(np.argmax((force**2).sum(axis=1)))
+    left = show(float(np.linalg.norm(force[worst])), FORCE)
+    text = f"no equilibrium was found: a residual force of {left} remains"
+    raise Unsettled(text, int(balance.free[worst]))
+
+
+def _pushed_off(balance: Balance, x: Floats, mode: Mode) -> Floats:
+    """Return a place beside an unstable equilibrium with less energy [m], shape (free, 3)."""
+    bars = balance.bars(x)
+    energy, _ = balance.energy(x, bars)
+    size = 0.1 * float(bars.length.mean()) / greatest(mode.shape)
+    for _ in range(HALVINGS):
+        for there in (x + size * mode.shape, x - size * mode.shape):
+            after, rounding = balance.energy(there, balance.bars(there))
+            if after < energy - rounding:
+                return there
+        size *= 0.5
+    return x
+
+
+def refuse_falling(balance: Balance) -> None:
+    """Raise Unsettled if forces act on a piece of the net that nothing holds."""
+    inner = (balance.ends >= 0).all(axis=1)
+    labels = topology.pieces(len(balance.free), balance.ends[inner])
+    anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
+    anchored[labels[balance.ends[~inner].max(axis=1)]] = True
+    anchored[labels[balance.touched(balance.bars(balance.start).position)]] = True
+    total = np.zeros((len(anchored), 3))
+    np.add.at(total, labels, balance.load)
+    most = UNLOADED * float(np.abs(balance.load).sum(axis=0).max())
+    falling = ~anchored & (np.abs(total).max(axis=1) > most)
+    if falling.any():
+        piece = int(np.argmax(falling))
+        acting = show(float(np.linalg.norm(total[piece])), FORCE)
+        text = f"there is no equilibrium: no support balances a force of {acting}"
+        raise Unsettled(text, int(balance.free[np.argmax(labels == piece)]))

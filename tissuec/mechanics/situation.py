@@ -1,0 +1,405 @@
+"""What is true at one moment of a run: the state, and everything that the script has switched.
+
+The engine and the reference both step a ``Situation`` from event to event; events change it
+between steps. Arrays stand in the order of the network.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.forces import Effect, Field, Imposed, Nodal
+from tissuec.forces.bending import Hinges
+from tissuec.forces.branches import Inelastic
+from tissuec.forces.drag import Drag
+from tissuec.forces.load import Load, Term, total
+from tissuec.forces.rest_length import Reeling
+from tissuec.forces.springs import Springs
+from tissuec.forces.volume import Enclosure
+from tissuec.forces.weight import Weight
+from tissuec.laws.evaluation import Behaviour
+from tissuec.model.knots import SURE, Knot
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.profiles import Course
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.forces.contact import Contact
+    from tissuec.forces.jets import Jet
+
+
+class Turn(Struct, frozen=True, eq=False):
+    """A rotation about a fixed axis by ``angle`` times a course."""
+
+    centre: Floats  # [m], shape (3,)
+    axis: Floats  # unit vector, shape (3,)
+    angle: float  # [rad]
+    course: Course
+
+    def apply(self, base: Floats, time: Floats | float) -> tuple[Floats, Floats]:
+        """Return the turned points and their velocities, each of shape (…, point, 3).
+
+        Rodrigues' formula: R r = r cos θ + (n × r) sin θ + n (n·r)(1 - cos θ).
+        """
+        factor, rate = (np.asarray(part)[..., None, None] for part in self.course.at(time))
+        theta = self.angle * factor
+        arm = base - self.centre
+        along = np.outer(arm @ self.axis, self.axis)
+        turned = (
+            along + (arm - along) * np.cos(theta) + np.cross(self.axis, arm) * np.sin(theta)
+        )
+        velocity = np.asarray(np.cross(self.axis, turned), dtype=float) * self.angle * rate
+        return self.centre + turned, velocity
+
+
+class Motion(Struct, frozen=True, eq=False):
+    """A prescribed path of some nodes.
+
+    x(t) = centre + R(t) (base - centre) + Σ vectorᵢ sᵢ(t), with R = 1 where ``turn`` is None.
+
+    Attributes:
+        nodes: The driven nodes, shape (driven,).
+        base: Their positions where every course is zero [m], shape (driven, 3).
+        shifts: Translations.
+        turn: At most one rotation.
+        span: The sentence that ordered it.
+    """
+
+    nodes: Indices
+    base: Floats
+    shifts: tuple[Term, ...]
+    turn: Turn | None
+    span: Span
+
+    def at(self, time: Floats | float) -> tuple[Floats, Floats]:
+        """Return positions [m] and velocities [m/s] of the nodes, of shape (…, driven, 3)."""
+        position, velocity = self.base, np.zeros_like(self.base)
+        if self.turn is not None:
+            position, velocity = self.turn.apply(self.base, time)
+        shift, speed = (part[..., None, :] for part in total(self.shifts, time))
+        return position + shift, velocity + speed
+
+
+class Situation(Struct, eq=False):
+    """The state at ``time`` and what acts on it until the next event.
+
+    Attributes:
+        position, velocity: State [m], [m/s], shape (node, 3).
+        alive: False for springs that were cut or ruptured, shape (spring,).
+        holders: Who holds which nodes ("fix" for fixed ones, otherwise a tool or set name);
+            a node held by anybody is no unknown.
+        motions: Prescribed motions under way, by the name of the tool or set that moves.
+        loads: External forces, by name.
+        enclosures: Volumes that are kept by pressure, by the name of the body.
+        contact: What instruments and threads touch, None where they touch nothing.
+        jets: Of fluid, by the name of the nozzle.
+        forces: What ``force`` blocks describe.
+        reelings: Threads that are drawn in or paid out, by the name of the body.
+        knots: Knots that were tied, by the name of the body.
+        inelastic: What springs remember, None where none does; the network's own until a
+            ``change``.
+        hold_ends: When a hold for an interval ends [s], by the name of the holder.
+        gravity: Acceleration [m/s²], shape (3,).
+        drag: Ambient damping [N s/m] of all nodes alike.
+        mass, stiffness, damping, rest, strength, crush: Present values; the network's own
+            arrays until a ``change``. Rest lengths of threads under way are those at ``time``.
+    """
+
+    network: Network
+    time: float
+    position: Floats
+    velocity: Floats
+    alive: NDArray[np.bool_]
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    rest: Floats
+    strength: Floats
+    crush: Floats
+    gravity: Floats
+    drag: float
+    holders: dict[str, Indices] = field(default_factory=dict)
+    motions: dict[str, Motion] = field(default_factory=dict)
+    loads: dict[str, Load] = field(default_factory=dict)
+    enclosures: dict[str, Enclosure] = field(default_factory=dict)
+    contact: "Contact | None" = None
+    jets: "dict[str, Jet]" = field(default_factory=dict)
+    forces: tuple[Imposed, ...] = ()
+    reelings: dict[str, Reeling] = field(default_factory=dict)
+    knots: dict[str, Knot] = field(default_factory=dict)
+    inelastic: Inelastic | None = None
+    hold_ends: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def start(
+        cls,
+        network: Network,
+        *,
+        gravity: Floats,
+        drag: float,
+        contact: "Contact | None" = None,
+        forces: tuple[Imposed, ...] = (),
+    ) -> "Situation":
+        """Return the situation at 0 s, before any event: all is free, no knot is tied."""
+        tools = {
+            tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in network.tools
+        }
+        return cls(
+            network=network,
+            time=0.0,
+            position=network.position.copy(),
+            velocity=network.velocity.copy(),
+            alive=network.present,
+            mass=network.mass,
+            stiffness=network.stiffness,
+            damping=network.damping,
+            rest=network.rest,
+            strength=network.strength,
+            crush=network.crush,
+            gravity=np.asarray(gravity, dtype=float),
+            drag=drag,
+            holders=tools,
+            contact=contact,
+            forces=forces,
+            inelastic=network.inelastic,
+        )
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Return which nodes are held, grasped or driven: no unknowns, shape (node,)."""
+        held = np.zeros(self.network.node_count, dtype=bool)
+        for nodes in self.holders.values():
+            held[nodes] = True
+        held[self.network.memory] = True
+        return held
+
+    @property
+    def braking(self) -> Floats:
+        """Return the ambient damping of each node [N s/m], shape (node,)."""
+        braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag
+        if own is not None:  # nodes of tools and hidden ones stand behind
+            braking[: len(own)] += own
+        return braking
+
+    def behaviour(self, springs: Indices | None = None) -> Behaviour:
+        """Return what some springs do, all of them by default, by their present numbers."""
+        chosen = slice(None) if springs is None else springs
+        network = self.network
+        return Behaviour(
+            network.laws,
+            network.law[chosen],
+            self.stiffness[chosen],
+            self.damping[chosen],
+            self.rest[..., chosen],
+        )
+
+    def springs(self, chosen: Indices | None = None) -> Springs:
+        """Return some springs with their present numbers, all of them by default."""
+        part = slice(None) if chosen is None else chosen
+        ends, alive = self.network.ends[part], self.alive[part]
+        return Springs(ends, alive, self.behaviour(chosen), self.memory(chosen))
+
+    @property
+    def acting(self) -> Springs:
+        """Return the springs that act on a free node."""
+        held = self.held[self.network.ends].all(axis=1)
+        return self.springs(np.flatnonzero(self.alive & ~held))
+
+    def memory(self, springs: Indices | None = None) -> Inelastic | None:
+        """Return what some springs remember, all of them by default."""
+        whole = self.inelastic
+        return whole if whole is None or springs is None else whole.some(springs)
+
+    def rest_at(self, time: Floats | float) -> Floats:
+        """Return the rest lengths at times until the next event [m], shape (…, spring)."""
+        if not self.reelings:
+            return self.rest
+        times = np.asarray(time, dtype=float)
+        springs = self.rest.shape[-1]
+        own = self.rest.reshape(-1, springs)[0]  # what does not change is alike at all times
+        rest = np.broadcast_to(own, (*times.shape, springs)).copy()
+        for reeling in self.reelings.values():
+            found = [reeling.rest(float(t)) for t in times.ravel()]
+            rest[..., reeling.springs] = np.reshape(found, (*times.shape, -1))
+        return rest
+
+    def at(self, time: Floats | float) -> "Situation":
+        """Return this with the rest lengths of times; of shape (…, spring) if they change."""
+        return replace(self, rest=self.rest_at(time)) if self.reelings else self
+
+    def stop_reeling(self, springs: Indices) -> None:
+        """Leave the threads with some of these springs as long as they are now."""
+        self.rest = self.rest_at(self.time)
+        self.reelings = {
+            name: reeling
+            for name, reeling in self.reelings.items()
+            if not np.isin(reeling.springs, springs).any()
+        }
+
+    def give_way(self, springs: Indices) -> list[str]:
+        """Let the knots slip whose springs surpass their limits; return them by name.
+
+        Args:
+            springs: That surpass what they bear.
+        """
+        found = [name for name, knot in self.knots.items() if self._slips(knot, springs)]
+        for name in found:
+            knot = self.knots[name]
+            stretch = SURE * (self._distance(knot) - float(self.rest[knot.hold]))
+            self._switch(name, replace(knot, stretch=stretch))
+        return found
+
+    def _slips(self, knot: Knot, springs: Indices) -> bool:
+        """Return whether this knot gives way, rather than the thread that breaks there."""
+        return knot.limit < knot.strength and knot.hold in springs
+
+    @property
+    def is_slipping(self) -> bool:
+        """Return whether any knot slips."""
+        return any(self.alive[knot.slip] for knot in self.knots.values())
+
+    def seizing(self, time: float, position: Floats, velocity: Floats) -> list[str]:
+        """Return the knots that slip but through which no thread runs any more, by name.
+
+        Args:
+            time: [s], until the next event.
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        found = []
+        for name, knot in self.knots.items():
+            if self.alive[knot.slip]:
+                drawn = sum(r.rate_of(knot.hold, time) for r in self.reelings.values())
+                if _parting(self.network, knot, position, velocity) <= drawn:
+                    found.append(name)
+        return found
+
+    def seize(self) -> list[str]:
+        """Let knots hold again that do not slip any more; return them by name."""
+        found = self.seizing(self.time, self.position, self.velocity)
+        for name in found:
+            knot = self.knots[name]
+            assert knot.stretch is not None
+            rest = self._distance(knot) - knot.stretch
+            longer = rest - float(self.rest[knot.hold])
+            self.rest = self.rest.copy()
+            self.rest[knot.hold] = rest
+            self.reelings = {
+                name: reeling.lengthened(knot.hold, longer)
+                for name, reeling in self.reelings.items()
+            }
+            self._switch(name, replace(knot, stretch=None))
+        return found
+
+    def _switch(self, name: str, knot: Knot) -> None:
+        """Let the one spring of a knot take the place of the other."""
+        self.alive = self.alive.copy()
+        slips = knot.stretch is not None
+        self.alive[[knot.hold, knot.slip]] = not slips, slips
+        self.knots = {**self.knots, name: knot}
+
+    def _distance(self, knot: Knot) -> float:
+        """Return how far the ends of a thread are apart [m]."""
+        first, second = self.position[self.network.ends[knot.hold]]
+        return float(np.linalg.norm(second - first))
+
+    def enclosure(self, body: str) -> Enclosure | None:
+        """Return the volume of a body that is kept, None without one."""
+        found = (e for name, e in self.enclosures.items() if name.lower() == body.lower())
+        return next(found, None)
+
+    def let_leak(self) -> list[tuple[Enclosure, int]]:
+        """Give up the cells that are torn, which keep no pressure; jets go through tears.
+
+        Returns:
+            Enclosures as they were, each with the number of cells that it loses.
+        """
+        found, kept = [], {}
+        for name, enclosure in self.enclosures.items():
+            torn = enclosure.torn(self.alive)
+            if len(torn):
+                found.append((enclosure, len(torn)))
+                enclosure = enclosure.without(torn)
+            if enclosure.cell_count:
+                kept[name] = enclosure
+        self.enclosures = kept
+        self.jets = {name: jet.torn(self.alive) for name, jet in self.jets.items()}
+        return found
+
+    @property
+    def touching(self) -> "Contact | None":
+        """Return what touches now: no thread where it is cut or broken."""
+        return None if self.contact is None else self.contact.with_whole(self.alive)
+
+    @property
+    def folding(self) -> Hinges | None:
+        """Return the hinges of walls: none that has lost a spring."""
+        hinges = self.network.hinges
+        return None if hinges is None else hinges.whole(self.alive)
+
+    @property
+    def outer(self) -> tuple[Nodal, ...]:
+        """Return what acts on free nodes from outside: weight, drag and external forces."""
+        held, braking = self.held, self.braking
+        weight = Weight(np.where(held, 0.0, self.mass), self.gravity)
+        drag = Drag(np.where(held, 0.0, braking))
+        return (
+            *((weight,) if self.gravity.any() else ()),
+            *((drag,) if braking.any() else ()),
+            *self.loads.values(),
+        )
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Return all that acts beside springs."""
+        return (*self.outer, *self.fields)
+
+    @property
+    def loss(self) -> str:
+        """Return why energy is not kept, as the beginning of a sentence; empty if it is."""
+        springs = self.acting
+        if springs.behaviour.is_viscous:
+            return "there is viscosity"
+        if springs.memory is not None:
+            return "there are springs that relax or flow"
+        for effect in self.effects:
+            if effect.loss:
+                return effect.loss
+            if effect.braking(self.position) is not None:
+                return "there is viscosity"
+        return ""
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """Return what acts on nodes by their places, beside springs."""
+        contact = () if (touching := self.touching) is None else (touching,)
+        hinges = () if (folding := self.folding) is None else (folding,)
+        imposed = (force.field for force in self.forces)
+        return (*self.enclosures.values(), *hinges, *contact, *self.jets.values(), *imposed)
+
+    def forget_friction(self, nodes: Indices) -> None:
+        """Let go what friction on some nodes remembers, as if they had just been put down."""
+        if self.contact is not None and len(self.contact.memory):
+            settled = np.isin(self.contact.nodes, nodes)
+            self.velocity[self.contact.memory[settled]] = 0.0
+
+    def place_held(self) -> None:
+        """Put driven nodes on their paths and every other held node at rest, at ``time``.
+
+        Threads that are drawn in or paid out are as long as they are then.
+        """
+        self.rest = self.rest_at(self.time)
+        for nodes in self.holders.values():
+            self.velocity[nodes] = 0.0
+        for motion in self.motions.values():
+            self.position[motion.nodes], self.velocity[motion.nodes] = motion.at(self.time)
+
+
+def _parting(network: Network, knot: Knot, position: Floats, velocity: Floats) -> float:
+    """Return how fast the ends of a thread part [m/s]."""
+    first, second = network.ends[knot.slip]
+    reach = position[second] - position[first]
+    distance = float(np.linalg.norm(reach))
+    return float(np.vdot(reach, velocity[second] - velocity[first])) / (distance or 1.0)

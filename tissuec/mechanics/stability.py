@@ -1,0 +1,84 @@
+"""Whether an equilibrium is one to stay at: the motion about it that resists least.
+
+The energy is at a minimum where the smallest eigenvalue of K, rigid motions that cost nothing
+aside, is positive. Where it is negative, the least disturbance grows: a pressed column buckles.
+(S. P. Timoshenko, J. M. Gere, Theory of Elastic Stability, 1961, chapter 2.)
+"""
+
+from typing import Any, cast
+
+import numpy as np
+from msgspec import Struct
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.rest import LOOSE
+from tissuec.mechanics.rigid import NeutralMotions
+from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.stiffness import Factor
+from tissuec.model.network import Floats
+
+LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
+
+
+class Mode(Struct, frozen=True, eq=False):
+    """The motion about an equilibrium that the net resists least.
+
+    Attributes:
+        resists: Its stiffness over the largest there is; negative where the net would buckle.
+        shape: How the free nodes move in it, shape (free, 3).
+    """
+
+    resists: float
+    shape: Floats
+
+    def node(self, balance: Balance) -> int:
+        """Return the node that moves most."""
+        return int(balance.free[np.argmax((self.shape**2).sum(axis=1))])
+
+
+def softest(balance: Balance, x: Floats) -> Mode | None:
+    """Return the softest motion at x [m], shape (free, 3), that is not neutral.
+
+    None where there is none, or where it was not found.
+    """
+    bars = balance.bars(x)
+    matrix, size = balance.matrix(bars, exact=True), 3 * len(x)
+    top = float(balance.matrix(bars, exact=False).diagonal().max(initial=0.0))
+    neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
+    if neutral.count >= size:
+        return None
+    below = -balance.weakening(bars) - 1e-3 * top
+    start = np.sin(1.0 + np.arange(3.0 * len(balance.free)) ** 2)
+
+    def project(vector: Floats) -> Floats:
+        return neutral.without(vector.reshape(-1, 3)).ravel()
+
+    try:
+        solve = Factor(matrix.plus(np.full(size, -below))).solve
+        inverse = LinearOperator((size, size), lambda b: project(solve(project(b))))
+        whole = LinearOperator((size, size), matrix)
+        found = cast(Any, eigsh)(whole, k=1, sigma=below, v0=project(start), OPinv=inverse)
+    except (ArpackError, RuntimeError):
+        return None
+    value, shape = float(found[0][0]), np.asarray(found[1]).reshape(-1, 3)
+    # A rule that says to which side the net buckles: the first that moves much, moves forwards.
+    size = np.abs(shape.ravel())
+    first = int(np.argmax(size > 0.9 * size.max()))
+    return Mode(value / top, shape * np.sign(shape.ravel()[first]))
+
+
+def unstable_node(situation: Situation) -> int | None:
+    """Return the node that moves most as the net buckles; None where its rest is stable.
+
+    None as well for nets of more than ``LARGEST`` unknowns, which are not looked at.
+
+    Args:
+        situation: At rest, with held nodes where they belong; not changed.
+    """
+    balance = Balance(situation, np.ones(situation.network.node_count, dtype=bool))
+    if not 0 < 3 * len(balance.free) <= LARGEST:
+        return None
+    balance.freeze(balance.bars(balance.start))
+    mode = softest(balance, balance.start)
+    return None if mode is None or mode.resists > -LOOSE else mode.node(balance)

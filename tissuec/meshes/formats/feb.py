@@ -1,0 +1,164 @@
+"""FEBio's XML, versions 2 to 4: nodes, elements, and the sets that are named there.
+
+Groups are the parts (blocks of elements with a name), element sets, surfaces, node sets, and
+the materials of older files as "material 2". Node and element numbers may have gaps.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from tissuec.meshes.formats import (
+    CORNERS,
+    FORMATS,
+    Cells,
+    FormatError,
+    RawMesh,
+    gather,
+    known_by,
+)
+from tissuec.meshes.formats.xml import parse
+
+#: Beginnings of element types -> kind; the number behind them is that of all nodes.
+_KINDS = {
+    "tet": "tetra", "hex": "hexahedron", "penta": "wedge", "pyra": "pyramid",
+    "tri": "triangle", "quad": "quad", "q4": "quad",
+}  # fmt: skip
+
+
+@FORMATS.member(".feb")
+@known_by(holds=b"<febio_spec")
+def read(data: bytes, path: Path) -> RawMesh:
+    """Return the mesh of an FEBio model."""
+    root = parse(data)
+    if root.tag != "febio_spec":
+        raise FormatError(f'its outermost element is "{root.tag}", not "febio_spec"')
+    mesh = next((found for tag in ("Mesh", "Geometry") for found in root.iter(tag)), None)
+    if mesh is None:
+        raise FormatError("it holds neither Mesh nor Geometry")
+    if "from" in mesh.attrib:
+        raise FormatError(f'its mesh stands in another file, "{mesh.get("from")}"')
+    return _Model(mesh).result()
+
+
+class _Model:
+    """The mesh section of a model."""
+
+    def __init__(self, mesh: Element):
+        self.mesh = mesh
+        self.points: list[list[float]] = []
+        self.number: dict[int, int] = {}  # id of a node -> row
+        self.elements: dict[int, list[int]] = {}  # id of an element -> corners
+        self.cells: dict[str, list[list[int]]] = {kind: [] for kind in CORNERS}
+        self.groups: dict[str, list[int]] = {}
+        self.curved = 0
+
+    def result(self) -> RawMesh:
+        for block in self.mesh.findall("Nodes"):
+            self._nodes(block)
+        for block in self.mesh.findall("Elements"):
+            self._elements(block)
+        for tag in ("NodeSet", "ElementSet", "Surface"):
+            for block in self.mesh.findall(tag):
+                self._set(block)
+        cells = tuple(
+            Cells(kind, np.array(rows, dtype=np.int64))
+            for kind, rows in self.cells.items()
+            if rows
+        )
+        groups = {name: gather([np.array(g, np.int64)]) for name, g in self.groups.items()}
+        position = np.array(self.points, dtype=float).reshape(-1, 3)
+        return RawMesh(position, cells, groups, curved=self.curved)
+
+    def _nodes(self, block: Element) -> None:
+        rows = []
+        for node in block.findall("node"):
+            place = _numbers(node, float)
+            if len(place) != 3:
+                raise FormatError(f"node {node.get('id')} has {len(place)} coordinates")
+            rows.append(self._enter(node, place))
+        self._join(block.get("name"), rows)
+
+    def _enter(self, node: Element, place: list[float]) -> int:
+        key = _id(node)
+        if key in self.number:
+            raise FormatError(f"node {key} is there twice")
+        self.number[key] = len(self.points)
+        self.points.append(place)
+        return self.number[key]
+
+    def _elements(self, block: Element) -> None:
+        inside: list[int] = []
+        for element in block:
+            # Version 1 and 2.0 name the type in the element, later ones in the block.
+            kind = self._kind(block.get("type") or element.tag)
+            nodes = [self._node(key, element) for key in _numbers(element, int)]
+            if len(nodes) < CORNERS[kind]:
+                raise FormatError(f"element {element.get('id')} has {len(nodes)} nodes")
+            self.curved += len(nodes) > CORNERS[kind]
+            corners = nodes[: CORNERS[kind]]
+            self.cells[kind].append(corners)
+            self.elements[_id(element)] = corners
+            inside += corners
+            if "mat" in element.attrib:
+                self._join(f"material {element.get('mat')}", corners)
+        self._join(block.get("name"), inside)
+        if "mat" in block.attrib:
+            self._join(f"material {block.get('mat')}", inside)
+
+    def _kind(self, name: str) -> str:
+        for beginning, kind in _KINDS.items():
+            if name.lower().startswith(beginning):
+                return kind
+        raise FormatError(f'elements of type "{name}" are not read')
+
+    def _set(self, block: Element) -> None:
+        rows: list[int] = []
+        if block.tag == "Surface":
+            for facet in block:
+                rows += [self._node(key, facet) for key in _numbers(facet, int)]
+        else:
+            for key in _ids(block):
+                if block.tag == "NodeSet":
+                    rows.append(self._node(key, block))
+                elif key in self.elements:
+                    rows += self.elements[key]
+                else:
+                    name = block.get("name")
+                    raise FormatError(f'set "{name}" names element {key}, which is not there')
+        self._join(block.get("name"), rows)
+
+    def _node(self, key: int, where: Element) -> int:
+        if key not in self.number:
+            name = where.get("id") or where.get("name")
+            raise FormatError(f'{where.tag} "{name}" names node {key}, which is not there')
+        return self.number[key]
+
+    def _join(self, name: str | None, rows: list[int]) -> None:
+        if name and rows:
+            self.groups.setdefault(name, []).extend(rows)
+
+
+def _id(element: Element) -> int:
+    try:
+        return int(element.attrib["id"])
+    except (KeyError, ValueError):
+        raise FormatError(f"a {element.tag} has no number as its id") from None
+
+
+def _ids(block: Element) -> Iterator[int]:
+    """Yield the numbers of a set: ids of its elements up to version 2.5, a list from 3 on."""
+    if len(block):
+        yield from map(_id, block)
+    else:
+        yield from _numbers(block, int)
+
+
+def _numbers(element: Element, kind: type) -> list:
+    try:
+        return [kind(word) for word in (element.text or "").replace(",", " ").split()]
+    except ValueError:
+        name = element.get("id") or element.get("name")
+        raise FormatError(f'the numbers of {element.tag} "{name}" cannot be read') from None

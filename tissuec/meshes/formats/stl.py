@@ -1,0 +1,83 @@
+"""STL: triangles one by one, as text or in 50 bytes each.
+
+Every triangle writes its corners anew. Corners that are equal to the last bit are one node
+here, which loses nothing; those that are only nearly equal are for the repair to judge.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from tissuec.meshes.formats import FORMATS, Cells, Floats, FormatError, RawMesh, known_by
+
+_HEAD = 84  # bytes before the triangles: 80 of a remark, 4 of their number
+_FACET = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
+_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)[ \t\r]*$", re.MULTILINE)
+_SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\r\n]*)", re.MULTILINE)
+
+
+@FORMATS.member(".stl")
+@known_by(begins=b"solid")
+def read(data: bytes, path: Path) -> RawMesh:
+    """Return the triangles; of a text with several solids, the nodes of each by its name."""
+    count = int.from_bytes(data[80:_HEAD], "little")
+    is_text = data.lstrip().startswith(b"solid") and b"facet" in data[:4096]
+    if is_text and len(data) != _HEAD + 50 * count:
+        return _read_text(data)
+    if len(data) < _HEAD:
+        raise FormatError(f"it is no STL: it has {len(data)} bytes and no triangle")
+    if len(data) < _HEAD + 50 * count:
+        whole = max(0, len(data) - _HEAD) // 50
+        raise FormatError(
+            f"it is cut off: {count} triangles are announced, and {whole} are there"
+        )
+    facets = np.frombuffer(data, _FACET, count, _HEAD)
+    return _mesh(facets["corner"].astype(float).reshape(-1, 3), {})
+
+
+def _read_text(data: bytes) -> RawMesh:
+    text = data.lower()
+    facets, ends = (
+        text.count(b"endfacet"),
+        len(re.findall(rb"^[ \t]*facet\b", text, re.MULTILINE)),
+    )
+    found = _VERTEX.findall(text)
+    if facets != ends or len(found) != 3 * facets or b"endsolid" not in text[-1024:]:
+        raise FormatError(
+            f"it is cut off or mistaken: {ends} triangles begin, {facets} end, and "
+            f"{len(found)} corners can be read"
+        )
+    try:
+        corners = np.array(found, dtype=bytes).reshape(-1, 3).astype(float)
+    except ValueError as error:
+        raise FormatError(f"a coordinate is no number: {error}") from None
+    # Each solid reaches to the next; the corners before its end tell which are its own.
+    starts = [(place.start(), place[1]) for place in _SOLID.finditer(data)]
+    places = [place.start() for place in _VERTEX.finditer(text)] if starts[1:] else []
+    bounds = np.searchsorted(places, [start for start, _ in starts]).tolist()
+    names = {}
+    for (_, name), low, high in zip(starts, bounds, [*bounds[1:], len(corners)], strict=True):
+        key = name.decode("utf-8", "replace").strip()
+        if key:
+            names[key] = np.concatenate([names.get(key, []), np.arange(low, high)]).astype(int)
+    return _mesh(corners, names)
+
+
+def _mesh(corners: Floats, parts: dict) -> RawMesh:
+    node, number = one_each(corners)
+    groups = {name: np.unique(number[rows]) for name, rows in parts.items()}
+    return RawMesh(node, (Cells("triangle", number.reshape(-1, 3)),), groups)
+
+
+def one_each(points: Floats) -> tuple[Floats, np.ndarray]:
+    """Return every different point once, in the order of appearance, and the number of each."""
+    order = np.lexsort(points.T)
+    first = np.ones(len(points), dtype=bool)
+    first[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    lowest = np.minimum.reduceat(order, np.flatnonzero(first)) if len(order) else order
+    # Numbered by the first of each run in the file, so that nodes keep its order.
+    rank = np.argsort(np.argsort(lowest))
+    number = np.empty(len(points), dtype=np.int64)
+    number[order] = rank[np.cumsum(first) - 1]
+    return points[np.sort(lowest)], number

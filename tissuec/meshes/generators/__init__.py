@@ -1,0 +1,90 @@
+"""Mesh generators: a member is one file with a ``Struct`` of parameters and its ``build``."""
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.fields import LocatedFile
+from tissuec.core.registry import Family
+from tissuec.model.network import Grid
+
+
+class FileOrigin(Struct, frozen=True):
+    """The file that a mesh was read from, and the SHA-256 digest of its bytes."""
+
+    file: LocatedFile
+    digest: str
+
+
+class Mesh(Struct, frozen=True, eq=False):
+    """Drawn topology, before any tissue: where nodes are and which springs join them.
+
+    Attributes:
+        position: Node positions [m], shape (node, 3).
+        ends: Node pair of each spring, shape (spring, 2), lower index first.
+        skin: Closed or open surface as triangles, for viewers, shape (triangle, 3); may be
+            empty.
+        grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
+        volume: Of a solid, what each node stands for [m³], shape (node,); None of surfaces.
+        tetrahedra: That divide a solid, shape (tetrahedron, 4); None where there are none.
+        groups: Nodes of the parts that a file names, by name, ascending.
+        shares: By what the spring constant and the viscosity that the tissue gives are
+            multiplied, shape (spring,); None where each spring gets them as they are.
+        origin: Where it was read from; None for what is generated.
+        remarks: What its author should know about it.
+    """
+
+    position: NDArray[np.float64]
+    ends: NDArray[np.int32]
+    skin: NDArray[np.int32]
+    groups: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    shares: NDArray[np.float64] | None = None
+    origin: FileOrigin | None = None
+    remarks: tuple[str, ...] = ()
+    grid: Grid | None = None
+    volume: NDArray[np.float64] | None = None
+    tetrahedra: NDArray[np.int64] | None = None
+
+    def with_ends(self, ends: NDArray[np.int32]) -> "Mesh":
+        """Return this with other springs."""
+        return replace(self, ends=ends)
+
+
+class Generator(Protocol):
+    """What a member of ``MESHES`` can do; its fields are its entries in the language."""
+
+    def build(self) -> Mesh: ...
+
+    def size(self) -> tuple[int, int]:
+        """Return upper bounds of (nodes, springs) without building, to refuse absurd counts."""
+        ...
+
+
+@runtime_checkable
+class Celled(Protocol):
+    """A generator of solid bodies that are divided into cells."""
+
+    def cell_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Return nodes of faces, shape (cell, face, 4), and inside, shape (cell, inner)."""
+        ...
+
+
+@runtime_checkable
+class Threaded(Protocol):
+    """A generator of a thread: a chain of springs, in the order of its nodes, without a skin.
+
+    The chain leads from node to node, and back to the first one if it is a loop.
+    """
+
+    def is_loop(self) -> bool: ...
+
+    def thread_radius(self) -> float:
+        """Return how thick it is when it touches others [m]."""
+        ...
+
+
+MESHES: Family[type[Generator]] = Family("tissuec.meshes.generators", "mesh")

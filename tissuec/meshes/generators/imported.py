@@ -1,0 +1,204 @@
+"""A mesh from a file, such as an organ out of a segmentation or a finite element model."""
+
+from functools import cached_property
+from hashlib import sha256
+from typing import Annotated
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core import units
+from tissuec.core.fields import InFile, Measure, OneOf
+from tissuec.core.files import read_bytes
+from tissuec.geometry.edges import Edges, Floats, Indices
+from tissuec.meshes.formats import FormatError, read
+from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
+from tissuec.meshes.generators.filling import Filling, Interior
+from tissuec.meshes.generators.joining import springs
+from tissuec.meshes.generators.lattice import CRYSTALS, REACH
+from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.repair import Shape, repair
+from tissuec.meshes.stiffness_sharing import (
+    area_shares,
+    filled_volumes,
+    node_volumes,
+    volume_shares,
+)
+
+TETRAHEDRA = "tetrahedra"
+EVEN, AREA, VOLUME = "even", "area rule", "volume rule"
+LARGEST_FILE = 2 << 30  # bytes; beyond, reading takes more memory than nets can
+
+
+class MeshFileError(ValueError):
+    """A mesh file cannot be used; ``hint`` is what to do about it."""
+
+    def __init__(self, message: str, hint: str = ""):
+        self.hint = hint
+        super().__init__(message)
+
+
+@MESHES.member("imported")
+class Imported(Struct, frozen=True, eq=False, dict=True):
+    """A surface or a solid from a file, repaired where it can be.
+
+    Springs run along the edges of triangles, quadrilaterals and volume cells; a face of four
+    corners gets its shorter diagonal as well, so that it does not shear freely. The skin is the
+    surface; of volume cells it is what only one cell has.
+
+    A closed surface can be filled: with a lattice, whose reach is that of a lattice mesh, or
+    with tetrahedra. The lattice is centred on the body; its nodes come behind those of the
+    file.
+
+    Attributes:
+        file: A file beside the scene or in a library, and the unit of its coordinates.
+        filling: What fills a closed surface: none, a crystal lattice, or tetrahedra.
+        cell: Edge of the cubic cell of the filling.
+        reach: How far springs of a filling lattice reach.
+        stiffness: How springs share what the tissue says: even (each spring gets it), by the
+            area rule (for surfaces), or by the volume rule (for tetrahedra).
+        merging_distance: Nodes that are no further apart become one; without it, a millionth of
+            the diagonal of the mesh.
+    """
+
+    file: InFile
+    filling: Annotated[str, OneOf(("none", *CRYSTALS, TETRAHEDRA))] = "none"
+    cell: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
+    reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
+    stiffness: Annotated[str, OneOf((EVEN, AREA, VOLUME))] = EVEN
+    merging_distance: Annotated[float | None, Measure(units.LENGTH, at_least=0.0)] = None
+
+    def __post_init__(self) -> None:
+        require_limits(self)
+        if self.filling != "none" and self.cell is None:
+            raise ValueError(f'"filling" is {self.filling} and needs "cell": its size')
+        if self.filling == "none" and self.cell is not None:
+            raise ValueError('"cell" is the size of a filling, and there is none')
+        if self.reach != "nearest neighbours" and self.filling not in CRYSTALS:
+            raise ValueError('"reach" is of a filling lattice, and there is none')
+
+    @cached_property
+    def _bytes(self) -> bytes:
+        try:
+            return read_bytes(self.file.path, LARGEST_FILE)
+        except OSError as error:
+            reason = (error.strerror or type(error).__name__).lower()
+            raise self._error(f"the file cannot be read: {reason}") from error
+
+    @cached_property
+    def shape(self) -> Shape:
+        """Return what the file holds, repaired; raises MeshFileError."""
+        try:
+            raw = read(self._bytes, self.file.path)
+            with np.errstate(over="ignore"):  # numbers out of range merge into one node
+                return repair(raw, self.file.factor, close=self.merging_distance)
+        except FormatError as error:
+            raise self._error(str(error), error.hint) from error
+
+    def _error(self, message: str, hint: str = "") -> MeshFileError:
+        return MeshFileError(f'"{self.file.name}": {message}', hint)
+
+    def size(self) -> tuple[int, int]:
+        """Return the numbers of nodes and springs; with a filling, as if it filled the box."""
+        shape = self.shape
+        nodes, pairs = len(shape.position), len(shape.pairs)
+        if self.filling == "none":
+            return nodes, pairs
+        try:
+            kind = self.filling if self.filling in CRYSTALS else "caesium chloride"
+            inner, bonds = self._interior().lattice(kind, self.reach).size()
+        except FormatError as error:
+            raise self._error(str(error), error.hint) from error
+        # Twice as many tetrahedra as a lattice of body-centred cells has, to be safe.
+        return nodes + inner, pairs + bonds + 16 * (nodes + inner)
+
+    def build(self, *, for_matter: bool = False) -> Mesh:
+        """Return nodes, springs, skin, groups, and what is to be told of the file.
+
+        Args:
+            for_matter: Whether a filling is joined to its surface as matter needs it.
+        """
+        shape = self.shape
+        try:
+            filling = self._filled(for_matter)
+            position = np.concatenate([shape.position, filling.position])
+            ends = springs(len(position), shape.pairs, filling.pairs)
+            shares = self._shares(position, ends, filling)
+        except FormatError as error:
+            raise self._error(str(error), error.hint) from error
+        return Mesh(
+            position,
+            ends,
+            shape.skin.astype(np.int32),
+            groups=shape.groups,
+            shares=shares,
+            origin=FileOrigin(self.file, sha256(self._bytes).hexdigest()),
+            remarks=(*shape.remarks, *filling.remarks),
+            volume=self._volume(position, filling),
+            tetrahedra=self._tetrahedra(filling),
+        )
+
+    def _interior(self, *, for_matter: bool = False) -> Interior:
+        """Return the closed surface; raises FormatError if there is none."""
+        shape = self.shape
+        assert self.cell is not None
+        if shape.is_volume:
+            raise FormatError("it holds volume cells, which cannot be filled")
+        edges = Edges.among(shape.skin)
+        if not edges.is_closed:
+            free, many = (int(n) for n in ((edges.count == 1).sum(), (edges.count > 2).sum()))
+            raise FormatError(
+                f"the surface is not closed and cannot be filled: {free} edges of one "
+                f"triangle, {many} of more than two",
+                "close its holes where it was made, or write a larger merging distance",
+            )
+        return Interior(shape.position, shape.skin, self.cell, for_matter)
+
+    def _filled(self, for_matter: bool) -> Filling:
+        if self.filling == "none":
+            none = np.zeros((0, 3))
+            return Filling(none, none[:, :2].astype(int), np.zeros((0, 4), int), ())
+        if self.filling == TETRAHEDRA:
+            return self._interior(for_matter=for_matter).with_tetrahedra()
+        return self._interior(for_matter=for_matter).with_lattice(self.filling, self.reach)
+
+    def _tetrahedra(self, filling: Filling) -> Indices | None:
+        """Return the tetrahedra that divide a solid; None of surfaces and of other cells."""
+        cells = self.shape.tetrahedra if self.shape.is_volume else filling.tetrahedra
+        return None if self.shape.others or not len(cells) else cells
+
+    def _volume(self, position: Floats, filling: Filling) -> Floats | None:
+        """Return what nodes of a solid stand for [m³]; NaN where that is not known."""
+        shape = self.shape
+        if not (shape.is_volume or len(filling.pairs)):
+            return None
+        if shape.others:
+            return np.full(len(position), np.nan)
+        if shape.is_volume:
+            return node_volumes(position, shape.tetrahedra)
+        if not len(filling.tetrahedra):
+            return np.full(len(position), np.nan)
+        return filled_volumes(position, shape.skin, filling.tetrahedra)
+
+    def _shares(
+        self, position: Floats, ends: NDArray[np.int32], filling: Filling
+    ) -> Floats | None:
+        shape = self.shape
+        if self.stiffness == EVEN:
+            return None
+        if self.stiffness == AREA:
+            if shape.is_volume:
+                raise FormatError(
+                    "the area rule is for surfaces, and the file holds volume cells",
+                    "for tetrahedra write: stiffness is volume rule",
+                )
+            return area_shares(position, shape.skin, ends)
+        tetrahedra = self._tetrahedra(filling)
+        if self.filling in CRYSTALS or tetrahedra is None:
+            holds = f"{shape.others} other cells" if shape.others else "none"
+            raise FormatError(
+                f"the volume rule is for tetrahedra, and there are {holds}",
+                "fill a closed surface with tetrahedra, or write: stiffness is area rule",
+            )
+        return volume_shares(position, tetrahedra, ends)

@@ -1,0 +1,125 @@
+"""A tube: rings of nodes around a straight axis, such as a vessel or a Fallopian tube."""
+
+from typing import Annotated
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.fields import Length, OneOf, Points, Whole
+from tissuec.meshes.generators import MESHES, Mesh
+from tissuec.meshes.generators.joining import Pairs, grid_pairs, grid_triangles, springs
+from tissuec.meshes.generators.limits import require_limits
+from tissuec.model.network import Grid
+
+
+@MESHES.member("tube")
+class Tube(Struct, frozen=True, eq=False):
+    """An open tube of ``rings`` times ``sides`` nodes, numbered ring by ring.
+
+    Springs run round each ring and from each ring to the next. 16 rings of 10 sides have 160
+    nodes and, with ``interior is crossed`` or with ``diagonals is both``, 610 springs. Side 0
+    lies towards the coordinate direction most nearly at right angles to the axis (x before y
+    before z); the sides go round the axis by the right-hand rule.
+
+    Crossed springs join each node to two nodes of the next ring, half of the sides (rounded
+    down) less one away on either hand: of 10 sides to those beside the opposite node, of 7 to
+    the second ones. They need 6 sides. Spokes cross each ring to the opposite node or, where
+    the number of sides is odd, to the two nodes nearest to opposite; they need 4 sides.
+
+    Attributes:
+        axis: Centres of the first and the last ring.
+        radius: Distance of every node from the axis.
+        rings: Number of rings of nodes, both ends included.
+        sides: Number of nodes in each ring.
+        diagonals: Springs across the faces of the wall: none, one or both of each face.
+        interior: Springs through the inside: none, crossed (to the next ring) or spokes.
+    """
+
+    axis: Points
+    radius: Length
+    rings: Annotated[int, Whole(at_least=2)]
+    sides: Annotated[int, Whole(at_least=3)]
+    diagonals: Annotated[str, OneOf(("none", "one", "both"))] = "none"
+    interior: Annotated[str, OneOf(("none", "crossed", "spokes"))] = "none"
+
+    def __post_init__(self) -> None:
+        require_limits(self)
+        if np.array_equal(*self.axis):
+            raise ValueError('"axis" must join two different points')
+        if self.interior == "crossed" and self.sides < 6:
+            raise ValueError(
+                f'"interior is crossed" needs "sides" of 6 or more, not {self.sides}: '
+                "with fewer, the springs would lie in the wall"
+            )
+        if self.interior == "spokes" and self.sides < 4:
+            raise ValueError(
+                '"interior is spokes" needs "sides" of 4 or more: '
+                "in a ring of 3 every node is joined to every other"
+            )
+
+    def size(self) -> tuple[int, int]:
+        """Return the numbers of nodes and springs."""
+        nodes = self.rings * self.sides
+        between = nodes - self.sides
+        count = nodes + between + ("none", "one", "both").index(self.diagonals) * between
+        if self.interior == "crossed":
+            count += 2 * between
+        if self.interior == "spokes":
+            count += nodes if self.sides % 2 else nodes // 2
+        return nodes, count
+
+    def build(self) -> Mesh:
+        """Return nodes, springs, and the wall with its normals pointing outwards."""
+        shape = (self.rings, self.sides)
+        pairs = [grid_pairs(shape, step, wrap=True) for step in self._steps()]
+        ends = springs(self.rings * self.sides, *pairs)
+        skin = grid_triangles(shape, wrap=True)
+        return Mesh(self._position(), ends, skin, grid=Grid(*shape, closed=True))
+
+    def _steps(self) -> list[tuple[int, int]]:
+        """Return how far springs reach, as (rings, sides)."""
+        steps = [(0, 1), (1, 0)]
+        steps += [(1, 1), (1, -1)][: ("none", "one", "both").index(self.diagonals)]
+        if self.interior == "crossed":
+            # Equally far on either hand of the opposite node: the net is its own mirror image.
+            beside = self.sides // 2 - 1
+            steps += [(1, beside), (1, -beside)]
+        if self.interior == "spokes":
+            steps.append((0, self.sides // 2))
+        return steps
+
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Return the pairs that bending springs join: two steps along or round the tube."""
+        shape = (self.rings, self.sides)
+        steps = [(0, 2)] + ([(2, 0)] if self.rings > 2 else [])
+        return np.concatenate([grid_pairs(shape, step, wrap=True) for step in steps])
+
+    def _position(self) -> NDArray[np.float64]:
+        start, end = (np.asarray(point, dtype=np.float64) for point in self.axis)
+        across, upward = perpendicular_frame(end - start)
+        angle = np.arange(self.sides)[:, None] * (2.0 * np.pi / self.sides)
+        ring = self.radius * (np.cos(angle) * across + np.sin(angle) * upward)
+        centre = np.linspace(start, end, self.rings)
+        return (centre[:, None, :] + ring).reshape(-1, 3)
+
+
+def perpendicular_frame(
+    direction: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return two unit vectors that form a right-handed frame with ``direction`` as third.
+
+    Args:
+        direction: Any vector but zero, shape (3,).
+
+    Returns:
+        Two vectors, each of shape (3,).
+    """
+    unit = direction / np.abs(direction).max()
+    unit = unit / np.linalg.norm(unit)
+    # The coordinate direction least along the axis has at least sin^2 = 2/3 across it, so the
+    # subtraction below never cancels.
+    least = int(np.argmin(np.abs(unit)))
+    across = np.eye(3)[least] - unit[least] * unit
+    across /= np.linalg.norm(across)
+    return across, np.cross(unit, across)

@@ -1,0 +1,1 @@
+"""Plain values: the network, its topology, and time profiles."""

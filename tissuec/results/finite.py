@@ -1,0 +1,72 @@
+"""No number that is none reaches a frame unnoticed."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tissuec.model.network import Floats, Network
+from tissuec.results.recording import body_of
+
+LARGEST = np.float64(1e100)  # as in scenes
+
+
+def are_numbers(data: NDArray) -> NDArray[np.bool_]:
+    """Return which numbers are some, and so small that squares of them are, too."""
+    return np.abs(data) < LARGEST  # false for NaN
+
+
+def all_numbers(data: NDArray) -> bool:
+    """Return whether all of them are, without an array of answers."""
+    return not data.size or bool(data.max() < LARGEST and data.min() > -LARGEST)
+
+
+def check_times(time: ArrayLike, *, after: float) -> Floats:
+    """Return ``time`` as an array of shape (frame,) [s].
+
+    Raises:
+        ValueError: A time is not finite, or earlier than the one before it or ``after``.
+    """
+    times = np.atleast_1d(np.asarray(time, dtype=float))
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError(f"times of frames are finite numbers in a row, not {time}")
+    if (np.diff(times, prepend=after) < 0).any():
+        raise ValueError(f"frames go forward in time, but {times} s follows {after} s")
+    return times
+
+
+def check_finite(
+    data: NDArray,
+    quantity: str,
+    time: Floats,
+    network: Network,
+    numbers: NDArray[np.integer],
+    what: str,
+) -> None:
+    """Raise a ValueError that names the first number of ``data`` that is not finite.
+
+    Args:
+        data: Shape (frame, node or spring, …).
+        quantity: Its name in the message, such as "position".
+        time: Times of the frames [s], shape (frame,).
+        network: Whose ids the message uses.
+        numbers: Network numbers of the second axis.
+        what: "node" or "spring".
+    """
+    if all_numbers(data):
+        return
+    finite = are_numbers(data)
+    place = tuple(np.argwhere(~finite)[0])
+    number = int(numbers[place[1]])
+    ids = network.node_ids if what == "node" else network.spring_ids
+    name = body_of(network, number) if what == "node" else network.owner(number).name
+    owner = f' of "{name}"' if name else ""
+    fits = " in single precision" if data.dtype == np.float32 else ""
+    raise ValueError(
+        f"the {quantity} of {what} {ids[number]}{owner} is {data[place]}{fits} "
+        f"at {time[place[0]]:.9g} s"
+    )
+
+
+def check_shape(data: NDArray, shape: tuple[int, ...], name: str) -> None:
+    """Raise a ValueError if ``data`` has another shape."""
+    if data.shape != shape:
+        raise ValueError(f"{name} has shape {data.shape}, not {shape}")

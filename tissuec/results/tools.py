@@ -1,0 +1,116 @@
+"""Instruments in the file: where the nodes of their shapes are, and who holds what."""
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.results import access
+from tissuec.results.access import Group
+from tissuec.results.finite import check_finite
+from tissuec.results.store import FEW, TEXT, Store
+
+TOOL_FRAMES = "/tissuec/tools/position"
+HOLDS = "/tissuec/holds"
+TOOL_CHUNK = 1024
+
+
+class Hold(Struct, frozen=True, eq=False):
+    """Who holds which nodes from a time on, until the next of the same holder.
+
+    Attributes:
+        time: When [s].
+        holder: "fix", or the name of a tool or set.
+        nodes: Network numbers, shape (node,); none when everything is let go.
+    """
+
+    time: float
+    holder: str
+    nodes: Indices
+
+
+class ToolTable:
+    """Where the nodes of tools are in each frame; nothing is written where no tool has any."""
+
+    def __init__(self, store: Store, network: Network, kind: np.dtype):
+        self._store, self._network, self._kind = store, network, kind
+        self._nodes = np.arange(network.body_nodes, network.shown_nodes)
+        self._position = None
+        if len(self._nodes):
+            self._position = store.column(
+                TOOL_FRAMES,
+                kind,
+                "position of each node of the shapes of tools, frame after frame",
+                unit="m",
+                row=(3,),
+                chunk=TOOL_CHUNK,
+                in_parts=True,
+            )
+
+    def checked(self, position: NDArray, time: Floats) -> NDArray:
+        """Return the positions of these nodes, (frame, node, 3), as they are to be kept.
+
+        Raises:
+            ValueError: One is not finite.
+        """
+        with np.errstate(over="ignore"):  # such a number is reported as not finite
+            found = position[:, self._nodes].astype(self._kind)
+        check_finite(found, "position", time, self._network, self._nodes, "node")
+        return found
+
+    def append(self, position: NDArray) -> None:
+        """Add frames that were checked."""
+        if self._position is not None:
+            self._store.append({self._position: position.reshape(-1, 3)})
+
+
+class HoldTable:
+    """One row for each time that a holder takes nodes or lets go of some."""
+
+    def __init__(self, store: Store, network: Network):
+        self._store, self._bodies = store, network.body_nodes
+        column = partial(store.column, chunk=FEW)
+        self._time = column(f"{HOLDS}/time", "f8", "since when each hold is so", unit="s")
+        self._holder = column(f"{HOLDS}/holder", TEXT, 'who holds: "fix", a tool or a set')
+        self._first = column(f"{HOLDS}/first_node", "i8", "where its nodes begin in nodes")
+        self._count = column(f"{HOLDS}/node_count", "i8", "how many nodes are held; 0: none")
+        self._nodes = store.column(f"{HOLDS}/nodes", "i8", "network numbers of the nodes held")
+        self._held = {hold.holder: hold.nodes for hold in read_holds(store.content)}
+
+    def set(self, time: float, holders: Mapping[str, Indices]) -> None:
+        """State who holds which nodes from now on; only what changed is written."""
+        none = np.zeros(0, dtype=np.int64)
+        for holder in [*holders, *(name for name in self._held if name not in holders)]:
+            nodes = np.asarray(holders.get(holder, none), dtype=np.int64)
+            nodes = nodes[nodes < self._bodies]  # tools carry themselves
+            if not np.array_equal(nodes, self._held.get(holder, none)):
+                self._held[holder] = nodes
+                self._append(Hold(time, holder, nodes))
+
+    def _append(self, hold: Hold) -> None:
+        self._store.append(
+            {
+                self._time: [hold.time],
+                self._holder: [hold.holder],
+                self._first: [self._nodes.rows],
+                self._count: [len(hold.nodes)],
+                self._nodes: hold.nodes,
+            }
+        )
+
+
+def read_holds(file: Group) -> tuple[Hold, ...]:
+    """Return who held what since when, in order."""
+    group = access.group(file, HOLDS)
+    nodes = access.array(group, "nodes")
+    names = ("time", "first_node", "node_count")
+    numbers = [access.array(group, name).tolist() for name in names]
+    return tuple(
+        Hold(time, holder, nodes[first : first + count])
+        for time, first, count, holder in zip(
+            *numbers, access.texts(group, "holder"), strict=True
+        )
+    )

@@ -1,0 +1,1 @@
+"""The interaction script: verbs, tools and measures, and the plan that they make."""

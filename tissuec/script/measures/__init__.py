@@ -1,0 +1,74 @@
+"""Measures: what can be logged, expected or waited for; one small file each.
+
+A member is a class that is never instantiated. Its ``sample`` takes a moment that may be a
+batch of samples, and its docstring is what the reference says about it.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.registry import Family
+from tissuec.core.units import Dimension
+from tissuec.model.network import Indices
+from tissuec.script.measures.moment import Moment
+
+
+class Subject(Struct, frozen=True, eq=False):
+    """What a measure is taken of.
+
+    Attributes:
+        name: As written, such as "forceps A".
+        nodes: The nodes, shape (node,); None for a tool, which means what it holds then.
+        springs: The springs of the set of springs or body, shape (spring,); for a set of nodes
+            those with both ends in it.
+        is_springs: True where the author named a set of springs.
+    """
+
+    name: str
+    nodes: Indices | None
+    springs: Indices
+    is_springs: bool = False
+
+
+class Measure(Protocol):
+    """What a member of ``MEASURES`` declares and computes.
+
+    Attributes:
+        form: How it is written, such as "distance(A, B)".
+        dimension: Of its value.
+        subjects: How many subjects it takes.
+        takes: "nodes", "springs" or "any": which subjects it can be taken of.
+    """
+
+    form: str
+    dimension: Dimension
+    subjects: int
+    takes: str
+
+    @staticmethod
+    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+        """Return what the components of ``sample`` are called in a log."""
+        ...
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> NDArray[np.float64]:
+        """Return the components in SI units, shape (…, column), with the axes of the moment."""
+        ...
+
+    @staticmethod
+    def value(sample: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the one number that conditions compare, such as the length of a force.
+
+        Of shape (…).
+
+        Args:
+            sample: Components, shape (…, column).
+        """
+        ...
+
+
+MEASURES: Family[type[Measure]] = Family("tissuec.script.measures", "measure")

@@ -1,0 +1,35 @@
+"""How well the energy balance of the run closes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("energy drift")
+class EnergyDrift(Scalar):
+    """The energy that came or went for no reason, relative to the largest energy so far.
+
+    |E - (E0 + work - dissipated + switched)| / scale, where E is kinetic, elastic and gravity
+    energy together; 0 as long as there was no energy at all.
+    """
+
+    form = "energy drift"
+    dimension = units.NUMBER
+    subjects = 0
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        if moment.ledger is None:
+            raise ValueError("no energy ledger was kept")
+        balance = np.abs(moment.ledger.balance(moment.energies))
+        scale = np.asarray(moment.ledger.scale, dtype=float)
+        return one_column(
+            np.where(scale > 0.0, balance / np.where(scale > 0.0, scale, 1.0), 0.0), moment
+        )

@@ -1,0 +1,32 @@
+"""What an instrument feels."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.mechanics import observables
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.vector import Vector
+
+
+@MEASURES.member("force")
+class Force(Vector):
+    """The support force: minus the sum of all inner forces on the nodes of A.
+
+    Of a tool it is taken over what the tool holds then. It is what the instrument feels, the
+    haptic force; weight and inertia of the nodes themselves are not in it.
+    """
+
+    form = "force(A)"
+    dimension = units.FORCE
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        nodes = moment.nodes(subjects[0])
+        # Subtracted, so that no force is 0 and not -0.
+        return 0.0 - observables.force_on(
+            moment.situation, moment.time, moment.position, moment.velocity, nodes
+        )

@@ -1,0 +1,27 @@
+"""Energy of motion."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.mechanics import observables
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("kinetic energy")
+class KineticEnergy(Scalar):
+    """Σ ½ m v² over the nodes of A that nobody holds."""
+
+    form = "kinetic energy(A)"
+    dimension = units.ENERGY
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        nodes = moment.nodes(subjects[0])
+        return one_column(
+            observables.kinetic_energy(moment.situation, moment.velocity, nodes), moment
+        )

@@ -1,0 +1,166 @@
+"""A view of a run at one time, or at several: what conditions, logs and expectations look at.
+
+Arrays of a moment may have leading axes, written ``…``: a batch of samples between two events
+is one moment. What is not asked for is not computed.
+"""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import force_setattr, replace
+from numpy.typing import NDArray
+
+from tissuec.mechanics import observables
+from tissuec.mechanics.situation import Situation
+from tissuec.model import topology
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from tissuec.script.measures import Subject
+
+_NOTHING = np.zeros(0, dtype=np.int64)
+
+
+class Ledger(Struct, frozen=True, eq=False):
+    """Where the energy went since the run began [J]; each a number or of shape (…).
+
+    Attributes:
+        initial: Energy when the run began, after the events at 0 s.
+        work: Done by external forces and by whoever drives nodes.
+        dissipated: In dampers and by ambient damping.
+        switched: Put in or taken out by events, such as a cut or a change of gravity.
+        scale: Largest energy so far, by which the balance is judged.
+    """
+
+    initial: float = 0.0
+    work: Floats | float = 0.0
+    dissipated: Floats | float = 0.0
+    switched: float = 0.0
+    scale: Floats | float = 0.0
+
+    def balance(self, energies: observables.Energies) -> Floats:
+        """Return the energy that is there and should not be [J], shape (…)."""
+        due = self.initial + self.work - self.dissipated + self.switched
+        return energies.total - due
+
+    def size(self, energies: observables.Energies) -> Floats:
+        """Return how large the energies of this moment are [J], shape (…).
+
+        The gravity energy is left out: where it is zero is a matter of the drawing.
+        """
+        parts = (energies.kinetic + energies.elastic, self.work, self.dissipated, self.switched)
+        largest = np.abs(parts[0])
+        for part in parts[1:]:
+            largest = np.maximum(largest, np.abs(part))
+        return largest
+
+
+class Moment(Struct, frozen=True, eq=False, dict=True):
+    """The state at a time, and what follows from it.
+
+    Attributes:
+        situation: What is alive, held and set; its own state and time are not looked at. Where
+            threads are drawn in, its rest lengths are those of this time, shape (…, spring).
+        time: [s], shape (…).
+        position, velocity: State [m], [m/s], shape (…, node, 3).
+        ruptured: True for springs that broke by themselves until now, shape (spring,).
+        ledger: Energies of the run; None where they are not kept.
+        pinned: Moments that conditions may look back to, by their times [s].
+    """
+
+    situation: Situation
+    time: Floats | float
+    position: Floats
+    velocity: Floats
+    ruptured: NDArray[np.bool_]
+    ledger: Ledger | None = None
+    pinned: Mapping[float, "Moment"] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.situation.reelings:  # rest lengths are those of this time
+            force_setattr(self, "situation", self.situation.at(self.time))
+
+    @classmethod
+    def of(cls, situation: Situation) -> "Moment":
+        """Return the moment of a situation's own state, with nothing ruptured or pinned."""
+        none = np.zeros(situation.network.spring_count, dtype=bool)
+        return cls(situation, situation.time, situation.position, situation.velocity, none)
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Return which nodes are held, shape (node,)."""
+        return self.situation.held
+
+    @cached_property
+    def tension(self) -> Floats:
+        """Return the tension of every spring [N], shape (…, spring)."""
+        return observables.tension(self.situation, self.position, self.velocity)
+
+    @cached_property
+    def node_force(self) -> Floats:
+        """Return the sum of the inner forces on every node [N], shape (…, node, 3)."""
+        found = observables.inner_forces(
+            self.situation, self.time, self.position, self.velocity
+        )
+        vars(self).setdefault("tension", found.tension)  # which is asked for, too
+        return found.node
+
+    @cached_property
+    def pieces(self) -> NDArray[np.int32]:
+        """Return which connected piece of its body each node belongs to, shape (node,)."""
+        network = self.situation.network
+        own = slice(network.body_springs)  # joints hold pieces together, and leave them pieces
+        ends, alive = network.ends[own], self.situation.alive[own]
+        return topology.pieces(network.node_count, ends, alive)
+
+    @cached_property
+    def energies(self) -> observables.Energies:
+        """Return kinetic, elastic and gravity energy of everything [J], each of shape (…)."""
+        return observables.energies(self.situation, self.time, self.position, self.velocity)
+
+    def nodes(self, subject: "Subject") -> Indices:
+        """Return the nodes of a subject: for a tool, those that it holds at this time."""
+        if subject.nodes is not None:
+            return subject.nodes
+        return self.situation.holders.get(subject.name, _NOTHING)
+
+    def springs(self, subject: "Subject") -> Indices:
+        """Return the springs of a subject: for a tool, those inside what it holds now."""
+        if subject.nodes is not None:
+            return subject.springs
+        inside = np.zeros(self.situation.network.node_count, dtype=bool)
+        inside[self.nodes(subject)] = True
+        return np.flatnonzero(inside[self.situation.network.ends].all(axis=1))
+
+    def intact(self, subject: "Subject") -> Indices:
+        """Return those of its springs that are alive, shape (spring,)."""
+        springs = self.springs(subject)
+        return springs[self.situation.alive[springs]]
+
+    def with_ledger(self, ledger: Ledger) -> "Moment":
+        """Return this moment with a ledger, and with all that was computed already."""
+        other = replace(self, ledger=ledger)
+        computed = {name: value for name, value in vars(self).items() if name in _COMPUTED}
+        vars(other).update(computed)
+        return other
+
+    def pick(self, chosen: int | Indices) -> "Moment":
+        """Return one moment of a batch, or several, along its only leading axis."""
+        ledger = self.ledger
+        if ledger is not None:
+            parts = {name: np.asarray(getattr(ledger, name))[chosen] for name in _IN_TIME}
+            ledger = replace(ledger, **parts)
+        return replace(
+            self,
+            time=np.asarray(self.time)[chosen],
+            position=self.position[chosen],
+            velocity=self.velocity[chosen],
+            ledger=ledger,
+        )
+
+
+_COMPUTED = ("held", "tension", "node_force", "pieces", "energies")
+_IN_TIME = ("work", "dissipated", "scale")

@@ -1,0 +1,23 @@
+"""How many nodes a set, a body or a grip has."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("nodes")
+class Nodes(Scalar):
+    """The number of nodes of a set or body, or of those that a tool holds."""
+
+    form = "count(nodes of A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        return one_column(len(moment.nodes(subjects[0])), moment)

@@ -1,0 +1,38 @@
+"""How far the rest lengths of springs have flowed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.forces.branches import flat
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.tension import Tension
+
+
+@MEASURES.member("plastic elongation")
+class PlasticElongation:
+    """By how much the rest length of every spring of A has flowed; the largest counts.
+
+    It is negative where pressure made a spring shorter, and stays when a spring is cut.
+    """
+
+    form = "plastic elongation(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "springs"
+    columns = Tension.columns
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        springs = subjects[0].springs
+        memory = moment.situation.memory(springs)
+        if memory is None:
+            return np.zeros((*moment.velocity.shape[:-2], len(springs)))
+        return memory.flowed(flat(moment.velocity))
+
+    @staticmethod
+    def value(sample: Floats) -> Floats:
+        return sample.max(axis=-1) if sample.shape[-1] else np.zeros(sample.shape[:-1])

@@ -1,0 +1,28 @@
+"""Where something is."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.vector import Vector
+
+
+@MEASURES.member("position")
+class Position(Vector):
+    """The mean position of the nodes of A; no number for an empty grip."""
+
+    form = "position(A)"
+    dimension = units.LENGTH
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        nodes = moment.nodes(subjects[0])
+        if not len(nodes):
+            return np.full((*np.shape(moment.time), 3), np.nan)
+        return moment.position[..., nodes, :].mean(axis=-2)

@@ -1,0 +1,27 @@
+"""Pressure inside a preserved volume."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("pressure")
+class Pressure(Scalar):
+    """The pressure that preserves the volume of the body A; 0 where none does."""
+
+    form = "pressure(A)"
+    dimension = units.PRESSURE
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        enclosure = moment.situation.enclosure(subjects[0].name)
+        if enclosure is None:
+            return one_column(0.0, moment)
+        each = enclosure.pressures(moment.time, moment.position) * enclosure.drawn
+        return one_column(each.sum(axis=-1) / enclosure.drawn.sum(), moment)

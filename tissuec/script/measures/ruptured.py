@@ -1,0 +1,30 @@
+"""Whether springs have broken by themselves."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("ruptured")
+class Ruptured(Scalar):
+    """The number of springs of A that broke by themselves until then; true where it is not 0.
+
+    Torn by tension or crushed by pressure; the event log tells them apart.
+    """
+
+    form = "ruptured(A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        return one_column(
+            np.count_nonzero(moment.ruptured[moment.springs(subjects[0])]), moment
+        )

@@ -1,0 +1,27 @@
+"""How fast something moves."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("speed")
+class Speed(Scalar):
+    """The speed of the fastest node of A, 0 without any."""
+
+    form = "speed(A)"
+    dimension = units.VELOCITY
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        velocity = moment.velocity[..., moment.nodes(subjects[0]), :]
+        speed = np.linalg.norm(velocity, axis=-1)
+        return one_column(speed.max(axis=-1, initial=0.0), moment)

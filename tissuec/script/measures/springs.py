@@ -1,0 +1,23 @@
+"""How many springs are left."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("springs")
+class Springs(Scalar):
+    """The number of springs that were neither cut nor ruptured until then."""
+
+    form = "count(springs of A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        return one_column(len(moment.intact(subjects[0])), moment)

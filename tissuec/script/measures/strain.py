@@ -1,0 +1,36 @@
+"""How far springs are stretched or compressed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.mechanics import observables
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("strain")
+class Strain(Scalar):
+    """The largest |L - L0| / L0 among the intact springs of A, 0 without any.
+
+    A spring whose rest length L0 is 0 has no strain and is passed over. Where rest lengths
+    flow, L0 is the present one.
+    """
+
+    form = "strain(A)"
+    dimension = units.NUMBER
+    subjects = 1
+    takes = "any"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        springs = moment.intact(subjects[0])
+        rest = observables.rest_lengths(moment.situation, moment.velocity, springs)
+        ends = moment.situation.network.ends[springs]
+        stretched = np.abs(observables.elongation(ends, moment.position, rest))
+        has_length = rest > 0.0
+        strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)
+        return one_column(strain.max(axis=-1, initial=0.0), moment)

@@ -1,0 +1,54 @@
+"""How strongly springs pull."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.mechanics import observables
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.moment import Moment
+
+
+@MEASURES.member("tension")
+class Tension:
+    """The tension c (L - L0) + d w of every spring of A, 0 once it is cut; the largest counts.
+
+    A spring under pressure has a negative tension. Relaxing branches are part of it. Of a
+    thread, its pieces are logged, and the knot of an open one once it is tied.
+    """
+
+    form = "tension(A)"
+    dimension = units.FORCE
+    subjects = 1
+    takes = "springs"
+
+    @staticmethod
+    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+        network, springs = moment.situation.network, subjects[0].springs
+        knots = [thread.hold for thread in network.threads.values() if not thread.closed]
+        names = zip(springs, network.spring_ids[springs], strict=True)
+        return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        springs, state = subjects[0].springs, (moment.position, moment.velocity)
+        tension = observables.tension(moment.situation, *state, springs)
+        for name, thread in moment.situation.network.threads.items():
+            (knot,) = np.nonzero(springs == thread.hold)
+            if not len(knot):
+                continue
+            # While a knot slips, the spring beside it bears what it bears.
+            tension[..., knot] += observables.tension(
+                moment.situation, *state, np.array([thread.slip])
+            )
+            if not thread.closed and name not in moment.situation.knots:
+                tension[..., knot] = np.nan
+        return tension
+
+    @staticmethod
+    def value(sample: Floats) -> Floats:
+        if not sample.shape[-1]:
+            return np.zeros(sample.shape[:-1])
+        return np.asarray(np.fmax.reduce(sample, axis=-1))

@@ -1,0 +1,21 @@
+"""What measures of a vector share."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissuec.model.network import Floats
+from tissuec.script.measures import Subject
+from tissuec.script.measures.moment import Moment
+
+
+class Vector:
+    """Base of the measures whose components are x, y and z and whose value is the length."""
+
+    @staticmethod
+    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+        return ("x", "y", "z")
+
+    @staticmethod
+    def value(sample: Floats) -> Floats:
+        return np.asarray(np.linalg.norm(sample, axis=-1))

@@ -1,0 +1,30 @@
+"""Volume inside a closed surface."""
+
+from collections.abc import Sequence
+
+from tissuec.core import units
+from tissuec.model.network import Floats
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.enclosed import surface_of
+from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.scalar import Scalar, one_column
+
+
+@MEASURES.member("volume")
+class Volume(Scalar):
+    """What the closed surface of the body A encloses now; 0 where it is open.
+
+    Of a lattice it is the sum over all cells, whether they keep their volume or not.
+    """
+
+    form = "volume(A)"
+    dimension = units.VOLUME
+    subjects = 1
+    takes = "nodes"
+
+    @staticmethod
+    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        enclosure = surface_of(moment.situation.network, subjects[0].name)
+        if enclosure is None:
+            return one_column(0.0, moment)
+        return one_column(enclosure.volumes(moment.position).sum(axis=-1), moment)

@@ -1,0 +1,168 @@
+"""What is to be done with a network: method, script, outputs and expectations."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.forces import Imposed
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.measures import Measure, Subject
+from tissuec.script.measures.moment import Moment
+from tissuec.script.verbs import Action
+
+if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.engine.integrators.procedures import Choices
+    from tissuec.forces.contact import Contact
+    from tissuec.geometry.surfaces import Smoothing
+
+AUTOMATIC = "automatic"
+"""The integrator is chosen by facts measured of the scene."""
+
+RELAXATION = "relaxation"
+"""The integrator that is none: the net is in equilibrium all the time."""
+
+
+class Simulation(Struct, frozen=True):
+    """The ``simulate`` block.
+
+    Attributes:
+        duration: [s].
+        integrator: Name of one, ``AUTOMATIC`` or ``RELAXATION``.
+        tolerance: Bound of the error of positions relative to the largest displacement so far.
+        step: Fixed step [s]; None where the tolerance rules.
+        span: The block.
+        choices: What is chosen of a published procedure; None of other methods.
+    """
+
+    duration: float
+    integrator: str
+    tolerance: float | None
+    step: float | None
+    span: Span
+    choices: "Choices | None" = None
+
+
+class Event(Struct, frozen=True):
+    """An action at a time; events at one time are carried out in this order."""
+
+    time: float  # [s], absolute, or after the trigger
+    action: Action
+
+
+class Condition(Protocol):
+    """What is true at some moments, and false at others."""
+
+    def __call__(self, moment: Moment) -> bool:
+        """Return whether it holds at a moment."""
+        ...
+
+    def holds(self, moments: Moment) -> NDArray[np.bool_]:
+        """Return when it holds, shape (…) as a batch of moments."""
+        ...
+
+
+class Trigger(Struct, frozen=True, eq=False):
+    """``when condition: …``: fires once, at the first time at which the condition holds."""
+
+    condition: Condition
+    events: tuple[Event, ...]
+    span: Span
+
+
+class Log(Struct, frozen=True, eq=False):
+    """One measure at a rate: ``force of forceps A every 1 ms``."""
+
+    name: str  # "force of forceps A"
+    measure: type[Measure]
+    subjects: tuple[Subject, ...]
+    every: float  # [s]
+    span: Span
+
+
+class SurfaceOutput(Struct, frozen=True, eq=False):
+    """A smooth surface of a body at a rate: ``surface of oviduct every 40 ms``."""
+
+    body: str
+    kind: str  # such as "loop subdivision"
+    smoothing: "Smoothing"
+    every: float  # [s]
+    span: Span
+
+
+class Expectation(Struct, frozen=True, eq=False):
+    """``expect condition at/from/until/over …``, judged during the run.
+
+    Attributes:
+        condition: Called at each moment of judgement; may ask ``moment.past`` for values that
+            were pinned to earlier times.
+        start, stop: The interval of judgement [s]; equal for ``at``.
+        pinned: Times that the condition asks for [s].
+        span: The clause.
+    """
+
+    condition: Condition
+    describe: Callable[[Moment], str]  # what was measured, such as "gap(oviduct) = 8.1 mm"
+    start: float
+    stop: float
+    pinned: tuple[float, ...]
+    span: Span
+
+
+class Output(Struct, frozen=True, eq=False):
+    """The ``output`` block.
+
+    Attributes:
+        frames: Nodes of the trajectory, shape (node,); empty where none was asked for.
+        every: Time between frames [s]; infinite without a trajectory.
+        single: Whether frames are stored in single precision.
+        logs: Measures at their own rates.
+        energy: Time between rows of the energy table [s]; infinite where not asked for.
+        surfaces: Smooth surfaces of bodies, at their own rates.
+    """
+
+    frames: Indices
+    every: float
+    single: bool
+    logs: tuple[Log, ...]
+    energy: float
+    surfaces: tuple[SurfaceOutput, ...] = ()
+
+
+class Plan(Struct, frozen=True, eq=False):
+    """Everything beside the network; immutable, so that one plan can be run many times."""
+
+    simulation: Simulation
+    gravity: Floats  # [m/s²], shape (3,)
+    drag: float  # [N s/m] per node
+    contact: "Contact | None"  # what tools touch
+    events: tuple[Event, ...]  # ascending in time
+    triggers: tuple[Trigger, ...]
+    output: Output
+    expectations: tuple[Expectation, ...]
+    needs_ledger: bool  # whether work and dissipation must be integrated
+    breakable: bool  # whether any spring can rupture
+    forces: tuple[Imposed, ...] = ()  # of force blocks
+
+    def start(self, network: Network) -> Situation:
+        """Return the situation at 0 s, before any event."""
+        return Situation.start(
+            network,
+            gravity=self.gravity,
+            drag=self.drag,
+            contact=self.contact,
+            forces=self.forces,
+        )
+
+
+def times_every(step: float, duration: float) -> NDArray[np.float64]:
+    """Return 0, step, 2 step, … up to the duration, which is met where it is a multiple.
+
+    Multiples are rounded products, not sums, so that 1000 times 1 ms is 1 s to the last bit.
+    """
+    count = int(np.floor(duration / step * (1 + 1e-12)))
+    return np.minimum(np.arange(count + 1) * step, duration)

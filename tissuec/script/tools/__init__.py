@@ -1,0 +1,50 @@
+"""Instruments: one file each, holding its entries and the shapes that it touches with.
+
+A member is a ``Struct`` whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
+move rigidly with the tool, except that jaws may close.
+"""
+
+from typing import Literal, Protocol
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.registry import Family
+from tissuec.model.network import Floats
+
+
+class Shape(Struct, frozen=True, eq=False):
+    """A capsule, all points near a line, or all that lies behind a plane; or an opening.
+
+    Attributes:
+        kind: Of both.
+        points: Ends of the line of a capsule, equal for a sphere; a point of a plane, or of an
+            opening, which touches nothing, and one straight in front of it [m], shape (2, 3).
+        radius: Of a capsule or an opening [m].
+        part: What it is called in messages and logs, such as "upper jaw"; empty for the whole.
+    """
+
+    kind: Literal["capsule", "plane", "opening"]
+    points: Floats
+    radius: float = 0.0
+    part: str = ""
+
+
+def capsule(start: Floats, stop: Floats, radius: float, part: str = "") -> Shape:
+    """Return all points within a radius of the line between two points."""
+    return Shape("capsule", np.array([start, stop]), radius, part)
+
+
+class Instrument(Protocol):
+    """What a member of ``INSTRUMENTS`` can do; its fields are its entries in the language."""
+
+    def shapes(self) -> tuple[Shape, ...]:
+        """Return what it touches with, as drawn; nothing if it only acts on nodes by name.
+
+        Raises:
+            ValueError: The entries are impossible together, and why.
+        """
+        ...
+
+
+INSTRUMENTS: Family[type[Instrument]] = Family("tissuec.script.tools", "tool")

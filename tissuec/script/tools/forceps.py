@@ -1,0 +1,37 @@
+"""Forceps: two jaws, or a grip on nodes by name."""
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.fields import LengthIfAny, PointsIfAny
+from tissuec.script.tools import INSTRUMENTS, Shape, capsule
+
+
+@INSTRUMENTS.member("forceps")
+class Forceps(Struct, frozen=True, eq=False):
+    """Two jaws that close and hold what lies between them by friction, as long as it bears.
+
+    Without entries they have no shape, and what they hold is said by ``grasp``.
+
+    Attributes:
+        radius: of both jaws, which are rods with round ends
+        upper: the line through the upper jaw, when drawn
+        lower: the line through the lower jaw
+    """
+
+    radius: LengthIfAny = None
+    upper: PointsIfAny = None
+    lower: PointsIfAny = None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        if self.radius is None and self.upper is None and self.lower is None:
+            return ()
+        if self.radius is None or self.upper is None or self.lower is None:
+            raise ValueError('jaws need all of "radius", "upper" and "lower"')
+        jaws = np.array([self.upper, self.lower])
+        if float(np.linalg.norm(np.subtract(*jaws.mean(axis=1)))) <= 2.0 * self.radius:
+            raise ValueError('"upper" and "lower" jaw are drawn inside each other')
+        return (
+            capsule(*self.upper, self.radius, "upper jaw"),
+            capsule(*self.lower, self.radius, "lower jaw"),
+        )

@@ -1,0 +1,33 @@
+"""A hook: a shaft with a bend."""
+
+from msgspec import Struct
+
+from tissuec.core.fields import Length, Points, Position, PositionIfAny
+from tissuec.script.tools import INSTRUMENTS, Shape, capsule
+
+
+@INSTRUMENTS.member("hook")
+class Hook(Struct, frozen=True, eq=False):
+    """A round shaft that bends at its end and goes on to a tip, which may bend once more.
+
+    Attributes:
+        radius: of shaft, bend and tip
+        shaft: the line through it, from the handle to the bend
+        bend: where the bend leads to
+        tip: where it ends, if it bends back
+    """
+
+    radius: Length
+    shaft: Points
+    bend: Position
+    tip: PositionIfAny = None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        handle, corner = self.shaft
+        parts = [
+            capsule(handle, corner, self.radius, "shaft"),
+            capsule(corner, self.bend, self.radius, "bend"),
+        ]
+        if self.tip is not None:
+            parts.append(capsule(self.bend, self.tip, self.radius, "tip"))
+        return tuple(parts)

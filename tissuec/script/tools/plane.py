@@ -1,0 +1,32 @@
+"""A plane: a table, or a plate that presses."""
+
+from typing import Annotated
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.fields import Point, Position
+from tissuec.model.network import Floats
+from tissuec.script.tools import INSTRUMENTS, Shape
+
+
+@INSTRUMENTS.member("plane")
+class Plane(Struct, frozen=True, eq=False):
+    """A plane without end that lets nothing pass to behind it.
+
+    Attributes:
+        point: any point of it
+        normal: the direction in front of it, at right angles to it
+    """
+
+    point: Position
+    normal: Annotated[Floats, Point(units.NUMBER)]
+
+    def shapes(self) -> tuple[Shape, ...]:
+        length = float(np.linalg.norm(self.normal))
+        if not length > 0.0:
+            raise ValueError('"normal" is a direction and cannot be (0, 0, 0)')
+        # A step of one metre would lose digits in small scenes; its length does not matter.
+        ahead = self.normal / length * max(float(np.abs(self.point).max()), 1e-3)
+        return (Shape("plane", np.array([self.point, self.point + ahead])),)

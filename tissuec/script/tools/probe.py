@@ -1,0 +1,32 @@
+"""A probe: a sphere or a rounded rod."""
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
+from tissuec.script.tools import INSTRUMENTS, Shape, capsule
+
+
+@INSTRUMENTS.member("probe")
+class Probe(Struct, frozen=True, eq=False):
+    """A sphere at a point, or a rod with round ends along an axis.
+
+    Attributes:
+        radius: of the sphere or rod
+        centre: of a sphere
+        axis: the line through a rod, between the centres of its round ends
+    """
+
+    radius: Length
+    centre: PositionIfAny = None
+    axis: PointsIfAny = None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        if (self.centre is None) == (self.axis is None):
+            raise ValueError('it has either a "centre", as a sphere, or an "axis", as a rod')
+        if self.axis is not None:
+            if not np.any(np.subtract(*self.axis)):
+                raise ValueError('"axis" has no length; for a sphere, write its "centre"')
+            return (capsule(*self.axis, self.radius),)
+        assert self.centre is not None
+        return (capsule(self.centre, self.centre, self.radius),)

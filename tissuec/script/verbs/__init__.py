@@ -1,0 +1,189 @@
+"""Verbs of the script: one file each, holding how its sentence is read and what it does.
+
+A verb is a class registered by its word. ``read`` turns an ``Order`` (one sentence) into a
+frozen action that holds network indices and SI numbers; ``apply`` carries it out.
+"""
+
+from collections.abc import Container, Sequence
+from typing import ClassVar, NoReturn, Protocol, runtime_checkable
+
+from msgspec import Struct
+
+from tissuec.core.registry import Family
+from tissuec.core.source import Span
+from tissuec.core.units import Dimension
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.profiles import Course
+
+
+class Happening(Struct, frozen=True):
+    """One row of the event log: what happened, to which springs, and why."""
+
+    kind: str  # "cut", "grasp", "release", "rupture", "trigger", …
+    springs: Sequence[int]
+    cause: str  # such as "cut oviduct with shears"
+    span: Span
+
+
+class Agenda(Protocol):
+    """What is still to come; an action may add to it, such as the end of a motion."""
+
+    def add(self, time: float, action: "Action") -> None:
+        """Enter an action at an absolute time [s]; steps land there exactly."""
+        ...
+
+    def land(self, times: Floats) -> None:
+        """Ask for steps to land on these absolute times [s], where a derivative jumps."""
+        ...
+
+
+class Action(Protocol):
+    """Something to be done at one time; immutable, so that a plan can be run many times."""
+
+    @property
+    def span(self) -> Span: ...
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        """Change the situation (at ``mechanics.situation.time``) and say what happened.
+
+        Raises:
+            Failed: It cannot be done; the situation is as it was.
+        """
+        ...
+
+
+@runtime_checkable
+class Demanding(Protocol):
+    """An action that can only be done with some networks, which is told before any run."""
+
+    @property
+    def span(self) -> Span: ...
+
+    def flaw(self, network: Network) -> str:
+        """Return why it can never be done, empty if it can."""
+        ...
+
+
+class Failed(Exception):
+    """An action cannot be carried out, so that the run cannot go on.
+
+    Attributes:
+        message: What failed and why, in words that a node can follow.
+        node: The one to name.
+        span: The sentence.
+    """
+
+    def __init__(self, message: str, node: int, span: Span):
+        super().__init__(message)
+        self.message, self.node, self.span = message, node, span
+
+
+class Group(Struct, frozen=True, eq=False):
+    """Nodes or springs under a name: a set or a whole body."""
+
+    name: str
+    indices: Indices  # ascending
+
+
+class Mover(Struct, frozen=True, eq=False):
+    """Who moves: a set (``nodes`` given) or a tool with whatever it holds then (None)."""
+
+    name: str
+    nodes: Indices | None
+
+
+class Order(Protocol):
+    """A sentence of the script, as its verb reads it.
+
+    Every method raises a located diagnostic when the text does not fit; clauses that no method
+    asked for are reported after ``read`` returns.
+    """
+
+    span: Span
+    duration: float | None  # [s] of "from … to …"; None for "at", "after" and "when"
+    words: str  # what stands behind the verb, such as "waist" or "pushing pressed"
+
+    def has(self, word: str) -> bool:
+        """Tell whether a clause with this joining word was written."""
+        ...
+
+    def nodes(self, *, after: str = "") -> Group:
+        """Return the set or body named behind the verb, without the prefix ``after``."""
+        ...
+
+    def nodes_of(self, word: str) -> Group:
+        """Return the set or body named in the clause ``word``."""
+        ...
+
+    def springs(self) -> Group:
+        """Return the springs of the set of springs, or of the body, named behind the verb."""
+        ...
+
+    def springs_of(self, word: str) -> Group:
+        """Return the springs of the set of springs, or of the body, named in a clause."""
+        ...
+
+    def names_springs(self) -> bool:
+        """Tell whether what is named behind the verb is a set of springs."""
+        ...
+
+    def mover(self, *, after: str = "") -> Mover:
+        """Return the set, body or forceps named behind the verb, without ``after``."""
+        ...
+
+    def is_tool(self) -> bool:
+        """Tell whether the words behind the verb name a tool."""
+        ...
+
+    def tool(self, word: str, *, kind: str | None = None) -> str | None:
+        """Return the tool named in a clause, None without the clause; ``kind`` is demanded."""
+        ...
+
+    def instrument(self, word: str, kind: str) -> object:
+        """Return what is written of the tool of a kind that is named in a clause."""
+        ...
+
+    def vector(self, word: str, dimension: Dimension) -> Floats: ...
+
+    def number(self, word: str, dimension: Dimension) -> float: ...
+
+    def direction(self, word: str) -> Floats:
+        """Return a vector of length 1 in the direction written in a clause."""
+        ...
+
+    def is_vector(self, word: str) -> bool: ...
+
+    def word(self, word: str, choices: Container[str]) -> str | None:
+        """Return what stands in a clause if it is one of some choices of words."""
+        ...
+
+    def text(self, word: str) -> str:
+        """Return the words of a clause, such as "each node" in ``on each node``."""
+        ...
+
+    def courses(self, *, default: str, columns: int = 1) -> tuple[Course, ...]:
+        """Return the course of ``using …`` beginning at 0 s, one per column of a table.
+
+        ``default`` is the kind without that clause; "" demands one. A course that needs an end
+        (ramp, smooth, constant speed) takes it from the duration and is refused without.
+        """
+        ...
+
+    def reject(
+        self, code: str, message: str, *, hint: str = "", word: str | None = None
+    ) -> NoReturn:
+        """Refuse the sentence, pointing at a clause (``word``) or at all of it."""
+        ...
+
+
+class Verb(Protocol):
+    """What a member of ``VERBS`` is: its sentence forms, for messages and the reference."""
+
+    forms: ClassVar[tuple[str, ...]]  # such as ("grasp SET with TOOL",)
+
+    @classmethod
+    def read(cls, order: Order) -> Action: ...
+
+
+VERBS: Family[type[Verb]] = Family("tissuec.script.verbs", "verb")

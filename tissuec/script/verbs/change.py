@@ -1,0 +1,225 @@
+"""``change``: another gravity, another tissue, another velocity."""
+
+from collections.abc import Callable
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.errors import alternatives, counted
+from tissuec.core.names import key_of
+from tissuec.core.source import Span
+from tissuec.core.units import Dimension
+from tissuec.forces.branches import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Network
+from tissuec.script.verbs import VERBS, Action, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import sentence
+
+
+class Parameter(NamedTuple):
+    """A parameter array of a situation that can be changed."""
+
+    array: str  # of a situation, or one of what its springs remember
+    dimension: Dimension
+    may_be_zero: bool
+
+
+PARAMETERS = {
+    "spring constant": Parameter("stiffness", units.STIFFNESS, True),
+    "viscosity": Parameter("damping", units.VISCOSITY, True),
+    "fraction force": Parameter("strength", units.FORCE, False),
+    "crushing force": Parameter("crush", units.FORCE, False),
+    "rest length": Parameter("rest", units.LENGTH, True),
+    "mass": Parameter("mass", units.MASS, False),
+    **{
+        name: parameter
+        for constant, time in zip(CONSTANTS, TIMES, strict=True)
+        for name, parameter in (
+            (constant, Parameter(constant, units.STIFFNESS, True)),
+            (time, Parameter(time, units.TIME, False)),
+        )
+    },
+    LIMIT: Parameter(LIMIT, units.FORCE, True),
+    VISCOSITY: Parameter(VISCOSITY, units.VISCOSITY, False),
+}
+
+
+class ChangeParameter(Struct, frozen=True):
+    """A number for every spring or node of a group, or a factor on what they have."""
+
+    array: str
+    group: Group
+    number: float  # in SI units
+    is_factor: bool
+    span: Span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        chosen = self.group.indices
+        if self.array == "rest":
+            situation.stop_reeling(chosen)
+        # A copy, because the array may be the network's own.
+        values = getattr(situation, self.array).copy()
+        values[chosen] = values[chosen] * self.number if self.is_factor else self.number
+        setattr(situation, self.array, values)
+        return (_changed(self.span),)
+
+
+class ChangeMemory(Struct, frozen=True):
+    """The same of what springs relax or flow by."""
+
+    name: str
+    group: Group
+    number: float  # in SI units
+    is_factor: bool
+    span: Span
+
+    def flaw(self, network: Network) -> str:
+        inelastic, springs = network.inelastic, self.group.indices
+        having = 0 if inelastic is None else int(inelastic.has(self.name)[springs].sum())
+        if having == len(springs):
+            return ""
+        first, second = next(pair for pair in PAIRS if self.name in pair)
+        without = counted(len(springs) - having, "spring")
+        return (
+            f"{without} of {self.group.name} began without a {first} and a {second}; "
+            f'to have some later, let their tissue say "{first} is none" and a {second}'
+        )
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        assert situation.inelastic is not None  # see ``flaw``
+
+        def changed(values: Floats) -> Floats | float:
+            return values * self.number if self.is_factor else self.number
+
+        memory = situation.inelastic
+        situation.inelastic = memory.changed(self.name, self.group.indices, changed)
+        return (_changed(self.span),)
+
+
+class ChangeSurroundings(Struct, frozen=True):
+    """Another gravity [m/s²], shape (3,), or another ambient damping [N s/m]."""
+
+    gravity: Floats | None
+    drag: float | None
+    span: Span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if self.gravity is not None:
+            situation.gravity = self.gravity
+        if self.drag is not None:
+            situation.drag = self.drag
+        return (_changed(self.span),)
+
+
+class ChangeMotion(Struct, frozen=True):
+    """Another velocity [m/s] or angular velocity [rad/s], shape (3,), of free nodes."""
+
+    group: Group
+    vector: Floats
+    is_spin: bool
+    span: Span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        nodes = self.group.indices
+        velocity = self._spinning(situation) if self.is_spin else self.vector
+        situation.velocity[nodes] = velocity
+        situation.place_held()
+        return (_changed(self.span),)
+
+    def _spinning(self, situation: Situation) -> Floats:
+        """Return v = v_c + ω × (x - x_c) about the centre of mass c, shape (node, 3)."""
+        nodes = self.group.indices
+        share = situation.mass[nodes] / situation.mass[nodes].sum()
+        arm = situation.position[nodes] - share @ situation.position[nodes]
+        return share @ situation.velocity[nodes] + np.cross(self.vector, arm)
+
+
+@VERBS.member("change")
+class Change:
+    """Gives something another value from this time on.
+
+    ``gravity`` and ``damping`` are those of the surroundings; ``spring constant``,
+    ``viscosity``, ``fraction force``, ``crushing force`` and ``rest length`` belong to every
+    spring of a set or body, and so do the numbers by which springs relax or yield, where they
+    began with some; ``mass`` belongs to every node. ``by`` a factor multiplies what each of
+    them has. ``velocity`` and ``spin`` act on nodes that nobody holds: a velocity is the same
+    for all of them, a spin turns them about their centre of mass, which keeps its velocity.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "change gravity to VECTOR",
+        "change damping to NUMBER",
+        "change spring constant of SET to NUMBER",
+        "change viscosity of SET by FACTOR",
+        "change velocity of SET to VECTOR",
+        "change spin of SET to VECTOR",
+    )
+
+    @classmethod
+    def read(cls, order: Order) -> Action:
+        what = key_of(order.words)
+        if what in PARAMETERS:
+            return _read_parameter(order, PARAMETERS[what])
+        if what not in _READERS:
+            known = [name for name in PARAMETERS if name not in (*CONSTANTS[1:], *TIMES[1:])]
+            hint = alternatives(what, (*_READERS, *known), what="it can be")
+            order.reject("TIS305", f'"{what}" is nothing that can be changed', hint=hint)
+        return _READERS[what](order)
+
+
+def _read_parameter(order: Order, parameter: Parameter) -> Action:
+    if order.has("to") == order.has("by"):
+        order.reject(
+            "TIS306" if order.has("to") else "TIS304",
+            f'"change {order.words}" needs either a new value or a factor',
+            hint="leave one of them out"
+            if order.has("to")
+            else "end with to and a value, or with by and a factor such as 50 %",
+        )
+    word, is_factor = ("by", True) if order.has("by") else ("to", False)
+    number = order.number(word, units.NUMBER if is_factor else parameter.dimension)
+    _refuse_size(order, word, number, may_be_zero=parameter.may_be_zero)
+    group = order.nodes_of("of") if parameter.array == "mass" else order.springs_of("of")
+    kind = ChangeMemory if parameter.array in NAMES else ChangeParameter
+    return kind(parameter.array, group, number, is_factor, order.span)
+
+
+def _read_gravity(order: Order) -> Action:
+    return ChangeSurroundings(order.vector("to", units.ACCELERATION), None, order.span)
+
+
+def _read_damping(order: Order) -> Action:
+    drag = order.number("to", units.VISCOSITY)
+    _refuse_size(order, "to", drag, may_be_zero=True)
+    return ChangeSurroundings(None, drag, order.span)
+
+
+def _read_velocity(order: Order) -> Action:
+    velocity = order.vector("to", units.VELOCITY)
+    return ChangeMotion(order.nodes_of("of"), velocity, False, order.span)
+
+
+def _read_spin(order: Order) -> Action:
+    spin = order.vector("to", units.FREQUENCY)
+    return ChangeMotion(order.nodes_of("of"), spin, True, order.span)
+
+
+_READERS: dict[str, Callable[[Order], Action]] = {
+    "gravity": _read_gravity,
+    "damping": _read_damping,
+    "velocity": _read_velocity,
+    "spin": _read_spin,
+}
+
+
+def _refuse_size(order: Order, word: str, number: float, *, may_be_zero: bool) -> None:
+    if number > 0.0 or (may_be_zero and number == 0.0):
+        return
+    limit = "0 or more" if may_be_zero else "more than 0"
+    order.reject("TIS308", f"{order.words} must be {limit}", word=word)
+
+
+def _changed(span: Span) -> Happening:
+    return Happening("change", (), sentence(span), span)

@@ -1,0 +1,172 @@
+"""``cut``: springs that are removed."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.blade import ON_PLANE, Blade, plane, strip, stroke
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import schedule
+
+
+@VERBS.member("cut")
+class Cut(Struct, frozen=True):
+    """Removes for good the intact springs of a body or set that a blade goes through now.
+
+    ``along plane`` is a whole plane; ``along stroke`` is the parallelogram that an edge sweeps
+    from its place between two points by a vector; ``along line`` is the part of the plane
+    facing a direction that lies between the ends of a line, endless at right angles to it.
+    A node on the blade counts as in front of it. Without ``along`` all springs of a set of
+    springs are cut. The tool after ``with`` must be scissors and is entered in the event log.
+    A cut that goes through nothing is noted and changes nothing.
+
+    Over an interval the blades close along a line, or along the edge of a stroke, from its
+    first point to its second: each spring is cut when they come to where it was as the cut
+    began, or at the next such time if it has moved by then, and the rest at the end.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "cut SET",
+        "cut BODY along plane through POINT facing VECTOR",
+        "cut BODY along stroke from POINT to POINT by VECTOR",
+        "cut BODY along line from POINT to POINT facing VECTOR",
+        "cut BODY along plane through POINT facing VECTOR with TOOL",
+        "cut BODY along line from POINT to POINT facing VECTOR using PROFILE",
+    )
+    group: Group
+    blade: Blade | None
+    course: Course | None  # of the closing blades, None where all is cut at once
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        group = order.springs()
+        order.tool("with", kind="scissors")
+        blade = _read_blade(order) if order.has("along") else None
+        if blade is None and not order.names_springs():
+            order.reject(
+                "TIS304",
+                '"cut" needs "along", unless it names a set of springs',
+                hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
+            )
+        if order.duration is None:
+            return cls(group, blade, None, None, order.span)
+        if blade is None or not blade.limited[0]:
+            order.reject(
+                "TIS306",
+                "blades that close over an interval need a line or a stroke to close along",
+                hint="write at T: cut …, or: cut … along line from … to … facing …",
+            )
+        course = order.courses(default="constant speed")[0]
+        return cls(group, blade, course, order.duration, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if self.course is not None:
+            return self._begin(self.course, situation, agenda)
+        springs, _ = self.found(situation)
+        if not len(springs):
+            text = f"{sentence(self.span)}: there is nothing to cut"
+            return (Happening("note", (), text, self.span),)
+        return (sever(situation, springs, self.span),)
+
+    def _begin(
+        self, course: Course, situation: Situation, agenda: Agenda
+    ) -> tuple[Happening, ...]:
+        (begun,), stop = schedule(agenda, (course,), situation.time, self.duration)
+        shares = np.unique(np.append(self.found(situation)[1], 1.0))
+        for time in np.unique([when(begun, share, situation.time, stop) for share in shares]):
+            agenda.add(float(time), Snip(self, begun, stop))
+        text = f"begin of: {sentence(self.span)}"
+        return (Happening("stroke", (), text, self.span),)
+
+    def found(self, situation: Situation) -> tuple[Indices, Floats]:
+        """Return the intact springs that the blade goes through, and where along its edge."""
+        springs = self.group.indices[situation.alive[self.group.indices]]
+        if self.blade is None:
+            return springs, np.zeros(len(springs))
+        first, second = situation.position[situation.network.ends[springs]].swapaxes(0, 1)
+        across, share = self.blade.crosses(first, second, situation.network.extent)
+        return springs[across], share[across]
+
+
+class Snip(Struct, frozen=True, eq=False):
+    """Closing blades that have come so far along their edge."""
+
+    cut: Cut
+    course: Course
+    stop: float  # [s]
+
+    @property
+    def span(self) -> Span:
+        return self.cut.span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        springs, share = self.cut.found(situation)
+        come = 1.0 if situation.time >= self.stop else self.course.at(situation.time)[0]
+        reached = springs[share <= come + ON_PLANE]
+        return (sever(situation, reached, self.span),) if len(reached) else ()
+
+
+def sever(situation: Situation, springs: Indices, span: Span) -> Happening:
+    """Remove springs for good, and say so."""
+    situation.alive = situation.alive.copy()
+    situation.alive[springs] = False
+    return Happening("cut", tuple(springs.tolist()), sentence(span), span)
+
+
+def when(course: Course, share: float, start: float, stop: float) -> float:
+    """Return when a course that rises from 0 to 1 comes to a share [s], by bisection."""
+    for _ in range(60):
+        middle = 0.5 * (start + stop)
+        start, stop = (middle, stop) if course.at(middle)[0] < share else (start, middle)
+    return stop
+
+
+def _read_blade(order: Order) -> Blade:
+    shape = order.text("along").lower()
+    if shape not in _BLADES:
+        hint = alternatives(shape, _BLADES, what="a cut goes along a")
+        order.reject("TIS305", f'"{shape}" is nothing to cut along', hint=hint, word="along")
+    return _BLADES[shape](order)
+
+
+def _read_plane(order: Order) -> Blade:
+    return plane(order.vector("through", units.LENGTH), order.direction("facing"))
+
+
+def _read_stroke(order: Order) -> Blade:
+    ends = (order.vector(word, units.LENGTH) for word in ("from", "to", "by"))
+    blade = stroke(*ends)
+    if blade is None:
+        order.reject(
+            "TIS306",
+            "this stroke sweeps no area",
+            hint="the two points must differ, and the blade must move across its edge",
+            word="by",
+        )
+    return blade
+
+
+def _read_strip(order: Order) -> Blade:
+    start, stop = (order.vector(word, units.LENGTH) for word in ("from", "to"))
+    blade = strip(start, stop, order.direction("facing"))
+    if blade is None:
+        order.reject(
+            "TIS306",
+            "this line does not lie in the plane that it is said to face",
+            hint="the points must differ, and the direction be at right angles to the line",
+            word="facing",
+        )
+    return blade
+
+
+_BLADES = {"plane": _read_plane, "stroke": _read_stroke, "line": _read_strip}

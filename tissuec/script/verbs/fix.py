@@ -1,0 +1,30 @@
+"""``fix``: nodes that stay where they are until they are freed."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import FIX, sentence, take
+
+
+@VERBS.member("fix")
+class Fix(Struct, frozen=True):
+    """Holds nodes in place from this time on, whatever else is released; ``free`` ends it.
+
+    Nodes that move when they are fixed are stopped where they are.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("fix SET",)
+    group: Group
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        return cls(order.nodes(), order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        take(situation, FIX, self.group.indices)
+        return (Happening("fix", (), sentence(self.span), self.span),)

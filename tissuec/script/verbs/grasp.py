@@ -1,0 +1,40 @@
+"""``grasp``: a tool takes hold of nodes."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import sentence, take
+from tissuec.script.verbs.motion import joined
+
+
+@VERBS.member("grasp")
+class Grasp(Struct, frozen=True):
+    """Takes nodes into the rigid grip of a tool, besides those that it holds already.
+
+    The tool must be forceps. Nodes that move are stopped; if the tool is moving what it holds,
+    they move along with it from now on.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("grasp SET with TOOL",)
+    group: Group
+    tool: str
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        tool = order.tool("with", kind="forceps")
+        if tool is None:
+            order.reject("TIS304", '"grasp" needs a tool', hint="write: grasp SET with TOOL")
+        return cls(order.nodes(), tool, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        motion = situation.motions.get(self.tool)
+        take(situation, self.tool, self.group.indices)
+        if motion is not None:
+            situation.motions[self.tool] = joined(motion, situation, self.group.indices)
+            situation.place_held()
+        return (Happening("grasp", (), sentence(self.span), self.span),)

@@ -1,0 +1,54 @@
+"""``hold``: nodes that stay where they are for a while."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import held_by, let_go, sentence, take
+
+
+class EndHold(Struct, frozen=True):
+    """The end of a hold for an interval, unless the set was held anew in the meantime."""
+
+    holder: str
+    time: float  # [s]
+    span: Span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if situation.hold_ends.get(self.holder) != self.time:
+            return ()
+        nodes = held_by(situation, self.holder)
+        let_go(situation, nodes, lambda holder: holder == self.holder)
+        # Kept, so that a release at the same time is known to have been obeyed already.
+        situation.hold_ends[self.holder] = self.time
+        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+
+
+@VERBS.member("hold")
+class Hold(Struct, frozen=True):
+    """Holds nodes at their present places: for the interval, or until ``release`` or ``free``.
+
+    A motion that drives them ends for them. A later ``hold`` or ``move`` of the same set takes
+    the place of this one.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("hold SET",)
+    group: Group
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        return cls(order.nodes(), order.duration, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        take(situation, self.group.name, self.group.indices)
+        situation.hold_ends.pop(self.group.name, None)
+        if self.duration is not None:
+            end = situation.time + self.duration
+            situation.hold_ends[self.group.name] = end
+            agenda.add(end, EndHold(self.group.name, end, self.span))
+        return (Happening("hold", (), sentence(self.span), self.span),)

@@ -1,0 +1,78 @@
+"""Who holds which nodes, and what becomes of motions when that changes.
+
+The latest order wins: a node that is fixed, held or grasped leaves every motion that drove it
+and rests, and one that is driven follows its new path, whoever else holds it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Indices
+
+FIX = "fix"
+_NOTHING = np.zeros(0, dtype=np.int64)
+
+
+def sentence(span: Span) -> str:
+    """Return what a span covers on one line, for the event log."""
+    return " ".join(span.text.split())
+
+
+def held_by(situation: Situation, holder: str) -> Indices:
+    """Return the nodes that a tool or set holds, ascending."""
+    return situation.holders.get(holder, _NOTHING)
+
+
+def gripped(situation: Situation, tool: str) -> Indices:
+    """Return the nodes that a tool holds beside those of its own shape, ascending."""
+    own = [t.nodes for t in situation.network.tools if t.name == tool]
+    held = held_by(situation, tool)
+    return held[held < own[0].start] if own else held
+
+
+def take(situation: Situation, holder: str, nodes: Indices) -> None:
+    """Let a holder hold nodes besides those that it holds already; they rest from now on."""
+    situation.place_held()
+    halt(situation, nodes, lambda name: True)
+    situation.holders[holder] = np.union1d(held_by(situation, holder), nodes)
+    situation.place_held()
+
+
+def halt(situation: Situation, nodes: Indices, concerns: Callable[[str], bool]) -> None:
+    """Take nodes out of the motions that ``concerns`` picks by their names."""
+    for name in filter(concerns, tuple(situation.motions)):
+        motion = situation.motions[name]
+        stays = ~np.isin(motion.nodes, nodes)
+        if not stays.any():
+            del situation.motions[name]
+        elif not stays.all():
+            situation.motions[name] = replace(
+                motion, nodes=motion.nodes[stays], base=motion.base[stays]
+            )
+
+
+def let_go(situation: Situation, nodes: Indices, concerns: Callable[[str], bool]) -> Indices:
+    """End the hold of the holders that ``concerns`` picks on some nodes.
+
+    What nobody holds any more flies on with the velocity that it has at this time.
+
+    Returns:
+        The nodes that were let go of, ascending.
+    """
+    situation.place_held()
+    halt(situation, nodes, concerns)
+    found = [_NOTHING]
+    for name in filter(concerns, tuple(situation.holders)):
+        held = situation.holders.pop(name)
+        found.append(np.intersect1d(held, nodes))
+        stays = np.setdiff1d(held, nodes)
+        if len(stays):
+            situation.holders[name] = stays
+        else:
+            situation.hold_ends.pop(name, None)
+    situation.place_held()
+    return np.unique(np.concatenate(found))

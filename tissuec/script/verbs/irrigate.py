@@ -1,0 +1,166 @@
+"""``irrigate``: jets of fluid on surfaces."""
+
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self, cast
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.errors import Edit, Hint, insertion
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import schedule
+
+if TYPE_CHECKING:  # annotations only: scenes without jets load faster
+    from tissuec.forces.jets import Jet
+
+FLOW = "with 5 ml/s"
+NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction = (0, 0, -1) }"
+
+
+class Opening(Protocol):
+    """What is asked of a nozzle."""
+
+    @property
+    def diameter(self) -> float: ...
+
+    @property
+    def density(self) -> float: ...
+
+    @property
+    def growth(self) -> float: ...
+
+
+class EndJet(Struct, frozen=True):
+    """The end of a jet, unless another one took its place before."""
+
+    nozzle: str
+    stop: float  # [s], by which it is told from others
+    span: Span
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        jet = situation.jets.get(self.nozzle)
+        if jet is None or jet.course.stop != self.stop:
+            return ()
+        situation.jets = {n: jet for n, jet in situation.jets.items() if n != self.nozzle}
+        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+
+
+@VERBS.member("irrigate")
+class Irrigate(Struct, frozen=True):
+    """Lets a jet of fluid out of a nozzle, for the interval or until ``stop irrigating``.
+
+    The jet pushes the surface that it meets, of a body or of a set of its nodes, or, where none
+    is named, of all bodies; what is not named takes its part of the jet away all the same. The
+    jet goes with its nozzle, which can be moved and turned. The flow is constant or follows the
+    course after ``using``; where that is negative, nothing flows. A nozzle has one jet: a new
+    order takes the place of the one before. ``force of`` the nozzle is what holds it against
+    the recoil.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "irrigate BODY with FLOW through NOZZLE",
+        "irrigate SET with FLOW through NOZZLE",
+        "irrigate with FLOW through NOZZLE",
+        "irrigate BODY with FLOW through NOZZLE using COURSE",
+    )
+    group: Group | None  # None for all that has a surface
+    nozzle: str
+    opening: Opening
+    flow: float  # [m³/s]
+    course: Course
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        if not order.has("with"):
+            hint = Hint(f"for example: {FLOW}", insertion(f" {FLOW}", order.span))
+            order.reject("TIS304", "the flow is missing", hint=hint)
+        for word in ("along", "of"):
+            if order.has(word) and not (word == "of" and order.has("using")):
+                order.reject(
+                    "TIS303",
+                    f'"{word}" does not go with irrigate: a jet goes where its nozzle points',
+                    hint=f"write: through NOZZLE, with {NOZZLE}",
+                    word=word,
+                )
+        nozzle = order.tool("through", kind="nozzle")
+        if nozzle is None:
+            order.reject(
+                "TIS304", "the nozzle is missing", hint=f"add: through …, with {NOZZLE}"
+            )
+        flow = order.number("with", units.FLOW)
+        if flow <= 0.0:
+            hint = Hint(f"for example: {FLOW}", Edit(FLOW))
+            order.reject("TIS308", "a flow is above 0", word="with", hint=hint)
+        group = order.nodes() if order.words else None
+        opening = cast(Opening, order.instrument("through", "nozzle"))
+        course = order.courses(default="constant")[0]
+        return cls(group, nozzle, opening, flow, course, order.span)
+
+    def flaw(self, network: Network) -> str:
+        """Return why nothing could ever be pushed, empty if something can."""
+        if np.isin(network.skin, self._nodes(network)).all(axis=1).any():
+            return ""
+        if self.group is None:
+            return "no body here has a surface that a jet could push"
+        return f"{self.group.name} has no whole triangle of a surface that a jet could push"
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        from tissuec.forces.jets import Jet, Skin, finest_width  # where something is irrigated
+
+        (course,), stop = schedule(agenda, (self.course,), situation.time, None)
+        network, bore = situation.network, self.opening.diameter
+        part = next(tool for tool in network.tools if tool.name == self.nozzle)
+        nodes = self._nodes(network)
+        width = finest_width(network, nodes, bore)
+        jet = Jet(
+            nozzle=self.nozzle,
+            target="" if self.group is None else self.group.name,
+            opening=np.arange(part.nodes.start, part.nodes.stop),
+            bore=bore,
+            density=self.opening.density,
+            growth=self.opening.growth,
+            width=width,
+            flow=self.flow,
+            course=course,
+            skin=Skin.of(network, nodes, width, situation.alive),
+            span=self.span,
+        )
+        happenings = [Happening("irrigate", (), sentence(self.span), self.span)]
+        if (old := situation.jets.get(self.nozzle)) is not None:
+            text = f"it takes the place of: {sentence(old.span)}"
+            happenings.append(Happening("note", (), text, self.span))
+        situation.place_held()
+        if why := _in_vain(jet, network, situation.position):
+            text = f"{sentence(self.span)}: {why}"
+            happenings.append(Happening("note", (), text, self.span))
+        situation.jets = {**situation.jets, self.nozzle: jet}
+        if np.isfinite(stop):
+            agenda.add(stop, EndJet(self.nozzle, stop, self.span))
+        return tuple(happenings)
+
+    def _nodes(self, network: Network) -> Indices:
+        return np.arange(network.body_nodes) if self.group is None else self.group.indices
+
+
+def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
+    """Return why a jet pushes nothing now, empty if it does."""
+    from tissuec.forces.jets import buried_in
+
+    if body := buried_in(network, position, position[jet.opening[0]]):
+        return f"the nozzle is inside {body}, where its jet pushes no surface"
+    met = jet.skin.struck[jet.met(position)].any()
+    return "" if met else "the jet meets nothing now"
+
+
+def stop_irrigating(situation: Situation, target: str) -> bool:
+    """End the jets on a set or body, all of them if it is ""; return whether there were any."""
+    kept = {n: jet for n, jet in situation.jets.items() if target not in ("", jet.target)}
+    found = len(kept) < len(situation.jets)
+    situation.jets = kept
+    return found

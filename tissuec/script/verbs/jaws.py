@@ -1,0 +1,71 @@
+"""How jaws move towards each other or apart."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissuec.core import units
+from tissuec.core.source import Span
+from tissuec.forces.load import Term
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Indices, Network
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import Agenda, Failed, Happening, Mover, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import EndMotion, schedule, set_off
+from tissuec.script.verbs.move import refuse_jump
+
+JAWS = ("upper jaw", "lower jaw")
+
+
+def read_jaws(order: Order) -> tuple[str, float, Course]:
+    """Return the forceps named behind the verb, how far they go [m], and the course."""
+    tool, way = order.mover().name, order.number("by", units.LENGTH)
+    if way <= 0.0:
+        hint = "to go the other way, write close instead of open, or open instead of close"
+        order.reject("TIS308", "jaws move by a length above 0", hint=hint, word="by")
+    courses = order.courses(default="")
+    refuse_jump(order, courses)
+    return tool, way, courses[0]
+
+
+def flaw_of_jaws(network: Network, tool: str) -> str:
+    """Return why a tool has no jaws, empty if it has."""
+    if jaws_of(network, tool) is not None:
+        return ""
+    return f"{tool} has no jaws: it needs radius, upper and lower"
+
+
+def jaws_of(network: Network, tool: str) -> tuple[Indices, Indices] | None:
+    """Return the nodes of both jaws of forceps, None for any other tool."""
+    return next((part.jaws for part in network.tools if part.name == tool), None)
+
+
+def drive_jaws(
+    situation: Situation,
+    agenda: Agenda,
+    tool: str,
+    way: float,
+    course: Course,
+    duration: float | None,
+    span: Span,
+) -> Iterator[Happening]:
+    """Let both jaws go half of a way each, apart if it is positive, and say so.
+
+    Raises:
+        Failed: The forceps are moving as a whole.
+    """
+    if tool in situation.motions:
+        node = int(situation.motions[tool].nodes[0])
+        raise Failed(f"{tool} cannot open or close while it is moved", node, span)
+    jaws = jaws_of(situation.network, tool)
+    assert jaws is not None, "told before the run"
+    upper, lower = (situation.position[jaw].mean(axis=0) for jaw in jaws)
+    apart = (upper - lower) / np.linalg.norm(upper - lower)
+    begun, stop = schedule(agenda, (course,), situation.time, duration)
+    for name, jaw, sign in zip(JAWS, jaws, (0.5, -0.5), strict=True):
+        mover = Mover(f"{tool} {name}", jaw)
+        set_off(situation, mover, span, shifts=(Term(sign * way * apart, begun[0]),))
+        if np.isfinite(stop):
+            agenda.add(stop, EndMotion(mover.name, stop, span))
+    yield Happening(span.text.split()[0].lower(), (), sentence(span), span)

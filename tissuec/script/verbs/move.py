@@ -1,0 +1,81 @@
+"""``move``: nodes that follow a prescribed path."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.errors import Edit, Hint
+from tissuec.core.source import Span
+from tissuec.forces.load import Term
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Agenda, Happening, Mover, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
+
+
+@VERBS.member("move")
+class Move(Struct, frozen=True):
+    """Shifts a set, or whatever a tool holds, by a vector times a profile.
+
+    With ``table "path.csv"`` and no ``by``, the displacements themselves are prescribed, in
+    columns for time, x, y and z, from the places at the start. A set is taken hold of and
+    stays held after the motion, exactly where it ends and at rest, until it is released; a
+    tool moves what it holds. Motions of one mover at the same time add up; of two movers that
+    drive the same node, the later order counts. A tool that holds nothing moves nothing.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "move SET by VECTOR using PROFILE",
+        "move TOOL by VECTOR using PROFILE",
+        'move SET using table "path.csv"',
+        'move SET along table "path.csv"',
+    )
+    mover: Mover
+    vectors: tuple[Floats, ...]  # [m], one per course, each of shape (3,)
+    courses: tuple[Course, ...]
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        is_shift = order.has("by")
+        vectors = (order.vector("by", units.LENGTH),) if is_shift else tuple(np.eye(3))
+        courses = order.courses(default="", columns=len(vectors))
+        refuse_jump(order, courses)
+        return cls(order.mover(), vectors, courses, order.duration, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if not len(driven_by(situation, self.mover)):
+            return (nothing_to_move(self.mover, self.span),)
+        begun, stop = schedule(agenda, self.courses, situation.time, self.duration)
+        shifts = tuple(map(Term, self.vectors, begun))
+        set_off(situation, self.mover, self.span, shifts=shifts)
+        if np.isfinite(stop):
+            agenda.add(stop, EndMotion(self.mover.name, stop, self.span))
+        return (Happening("move", (), sentence(self.span), self.span),)
+
+
+_SMOOTH = (Edit("using constant speed"), Edit("using smooth profile"))
+
+
+def refuse_jump(order: Order, courses: tuple[Course, ...]) -> None:
+    """Refuse a path that begins elsewhere than where the nodes are."""
+    if any(course.at(course.start)[0] != 0.0 for course in courses):
+        is_constant = courses[0].kind == "constant"
+        order.reject(
+            "TIS306",
+            "this motion would begin with a jump: its first value is not 0",
+            hint=Hint("write using constant speed, or using smooth profile", *_SMOOTH)
+            if is_constant
+            else "let the first value be 0",
+            word="using" if order.has("using") else None,
+        )
+
+
+def nothing_to_move(mover: Mover, span: Span) -> Happening:
+    """Return the note that a tool holds nothing."""
+    return Happening("note", (), f"{sentence(span)}: {mover.name} holds nothing", span)

@@ -1,0 +1,42 @@
+"""``open``: jaws that move apart."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Network
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Agenda, Happening, Order
+from tissuec.script.verbs.jaws import drive_jaws, flaw_of_jaws, read_jaws
+
+
+@VERBS.member("open")
+class Open(Struct, frozen=True):
+    """Opens the jaws of forceps by a length, half of it each, across both.
+
+    The forceps must not be moved as a whole at the same time. What lies between the jaws is
+    held by friction only, as long as that bears; the forces on them are those of contact.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("open TOOL by LENGTH using PROFILE",)
+    tool: str
+    way: float  # [m]
+    course: Course
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        return cls(*read_jaws(order), order.duration, order.span)
+
+    def flaw(self, network: Network) -> str:
+        """Return why these forceps cannot open, empty if they can."""
+        return flaw_of_jaws(network, self.tool)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        way = self.way
+        return tuple(
+            drive_jaws(situation, agenda, self.tool, way, self.course, self.duration, self.span)
+        )

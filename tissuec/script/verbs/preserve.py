@@ -1,0 +1,121 @@
+"""``preserve`` and ``inflate``: volumes that are kept, or changed, by pressure."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.source import Span
+from tissuec.forces.volume import Enclosure
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Network
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Agenda, Failed, Group, Happening, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import schedule
+
+#: Bulk moduli in words [Pa].
+FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
+
+
+@VERBS.member("preserve")
+class Preserve(Struct, frozen=True):
+    """Keeps the volume that the closed surface of a body encloses, by pressure.
+
+    A lattice keeps that of each of its cubic cells, by a pressure of its own; so does a body of
+    tetrahedra or with a filling of cells around its nodes, if its Poisson's ratio is above 1/4.
+
+    The pressure is a bulk modulus times the missing part of the drawn volume. The modulus is
+    written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard pressure (100
+    kPa). A surface with a torn edge leaks: from then on it keeps no pressure, and what energy
+    there was is booked as switched. Of several cells, those leak that lose a spring between two
+    of their nodes; the others hold.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "preserve volume of BODY with PRESSURE",
+        "preserve volume of BODY with gentle pressure",
+    )
+    group: Group
+    modulus: float  # [Pa]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        _expect_volume(order)
+        return cls(order.nodes_of("of"), _modulus(order), order.span)
+
+    def flaw(self, network: Network) -> str:
+        """Return why a body cannot keep its volume, empty if it can."""
+        try:
+            Enclosure.of(network, self.group.name, self.modulus, self.span)
+        except ValueError as error:
+            return str(error)
+        return ""
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        made = Enclosure.of(situation.network, self.group.name, self.modulus, self.span)
+        situation.enclosures = {**situation.enclosures, made.name: made}
+        return (Happening("preserve", (), sentence(self.span), self.span),)
+
+
+@VERBS.member("inflate")
+class Inflate(Struct, frozen=True):
+    """Changes the volume that is preserved, within the interval or at once.
+
+    The pump works against the pressure that there is: with soft walls the volume follows, with
+    hard ones the pressure rises. The body must have its volume preserved.
+    Of a lattice, it is the volume of all cells together that still hold.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "inflate BODY to VOLUME",
+        "inflate BODY to VOLUME using COURSE",
+    )
+    group: Group
+    volume: float  # [m³]
+    course: Course
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        volume = order.number("to", units.VOLUME)
+        if volume <= 0.0:
+            order.reject("TIS308", "a volume is above 0", word="to")
+        default = "constant" if order.duration is None else "ramp"
+        course = order.courses(default=default)[0]
+        return cls(order.nodes(), volume, course, order.duration, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        enclosure = situation.enclosure(self.group.name)
+        if enclosure is None:
+            message = f"the volume of {self.group.name} is not preserved, or it leaks"
+            raise Failed(message, int(self.group.indices[0]), self.span)
+        (course,), _ = schedule(agenda, (self.course,), situation.time, self.duration)
+        amount = self.volume / float(enclosure.drawn.sum()) - 1.0
+        amount -= enclosure.swell(situation.time)[0]
+        swollen = enclosure.swollen(amount, course)
+        situation.enclosures = {**situation.enclosures, swollen.name: swollen}
+        return (Happening("inflate", (), sentence(self.span), self.span),)
+
+
+def _expect_volume(order: Order) -> None:
+    if order.words.lower() != "volume" or not order.has("of"):
+        order.reject(
+            "TIS312",
+            "what is preserved is the volume of a body",
+            hint="write: preserve volume of … with 10 kPa",
+        )
+
+
+def _modulus(order: Order) -> float:
+    if not order.has("with"):
+        hint = f"for example: with 10 kPa, or with {next(iter(FIRMNESS))}"
+        order.reject("TIS304", "how firmly is missing", hint=hint)
+    if (word := order.word("with", FIRMNESS)) is not None:
+        return FIRMNESS[word]
+    modulus = order.number("with", units.PRESSURE)
+    if modulus <= 0.0:
+        order.reject("TIS308", "a pressure that preserves is above 0", word="with")
+    return modulus

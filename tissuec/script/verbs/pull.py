@@ -1,0 +1,15 @@
+"""``pull``: the same as ``push``, for sentences that read better with it."""
+
+from typing import ClassVar
+
+from tissuec.script.verbs import VERBS
+from tissuec.script.verbs.push import Push
+
+
+@VERBS.member("pull")
+class Pull(Push, frozen=True):
+    """Lets an external force act on nodes, exactly as ``push`` does."""
+
+    forms: ClassVar[tuple[str, ...]] = tuple(
+        form.replace("push", "pull", 1) for form in Push.forms
+    )

@@ -1,0 +1,53 @@
+"""``release``: the end of a hold or of a grip."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import FIX, gripped, let_go, sentence
+
+
+@VERBS.member("release")
+class Release(Struct, frozen=True):
+    """Releases nodes: those of SET, from TOOL or from all that hold it, or all that TOOL holds.
+
+    Released nodes keep the velocity that they have: one that rests starts from rest, one that
+    is driven along a path flies on with the velocity of that path. Fixed nodes stay fixed
+    (``free`` ends that), and releasing nodes that are not held has no effect.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("release SET", "release SET from TOOL", "release TOOL")
+    group: Group | None  # None: everything that the tool holds
+    tool: str | None  # None: whoever holds it
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        if not order.is_tool():
+            return cls(order.nodes(), order.tool("from", kind="forceps"), order.span)
+        if order.has("from"):
+            order.reject(
+                "TIS306",
+                f'"{order.words}" is a tool and cannot be released from one',
+                hint="write: release SET from TOOL, or: release TOOL",
+                word="from",
+            )
+        return cls(None, order.mover().name, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if self.group is None:
+            nodes = gripped(situation, self.tool or "")
+        else:
+            nodes = self.group.indices
+        text = sentence(self.span)
+        if not len(let_go(situation, nodes, self._concerns)):
+            if self.group and situation.hold_ends.get(self.group.name) == situation.time:
+                return ()
+            return (Happening("note", (), f"{text}: it is not held any more", self.span),)
+        return (Happening("release", (), text, self.span),)
+
+    def _concerns(self, holder: str) -> bool:
+        return holder != FIX if self.tool is None else holder == self.tool

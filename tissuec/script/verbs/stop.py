@@ -1,0 +1,67 @@
+"""``stop``: the end of a force, of a jet or of a motion."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+
+from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.script.verbs import VERBS, Agenda, Happening, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.irrigate import stop_irrigating
+from tissuec.script.verbs.motion import stop_shifting, stop_turning
+from tissuec.script.verbs.push import stop_pushing
+
+_STOPS = {
+    "pushing": stop_pushing,
+    "pulling": stop_pushing,
+    "moving": stop_shifting,
+    "turning": stop_turning,
+    "irrigating": stop_irrigating,
+}
+
+
+@VERBS.member("stop")
+class Stop(Struct, frozen=True):
+    """Ends every force on a set, or freezes the motion or the turn of a mover where it is.
+
+    What was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. Jets end by
+    what they were ordered for, or all of them.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "stop pushing SET",
+        "stop pulling SET",
+        "stop moving SET",
+        "stop moving TOOL",
+        "stop turning SET",
+        "stop turning TOOL",
+        "stop irrigating SET",
+        "stop irrigating",
+    )
+    what: str  # such as "pushing"
+    name: str  # of the set or mover; empty for all jets
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        what = (order.words.lower().split() or [""])[0]
+        if what not in _STOPS:
+            hint = alternatives(what, _STOPS, what="it can be")
+            if not what:
+                hint = f"write: {', or: '.join(cls.forms[i] for i in (0, 2, 6))}"
+            if not what:
+                order.reject("TIS304", "what is stopped is not written", hint=hint)
+            order.reject("TIS305", f'"{what}" is nothing that can be stopped', hint=hint)
+        if what == "irrigating" == order.words.lower():
+            return cls(what, "", order.span)
+        is_mover = what in ("moving", "turning")
+        named = order.mover(after=what) if is_mover else order.nodes(after=what)
+        return cls(what, named.name, order.span)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        text = sentence(self.span)
+        if not _STOPS[self.what](situation, self.name):
+            return (Happening("note", (), f"{text}: there is nothing to stop", self.span),)
+        return (Happening("stop", (), text, self.span),)

@@ -1,0 +1,131 @@
+"""``tie``: knots."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import FORCE, LENGTH, show
+from tissuec.mechanics.situation import Situation
+from tissuec.model.knots import Knot
+from tissuec.model.network import Network
+from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.tighten import is_of_joints, not_to_be_drawn
+
+#: What knots hold, as parts of the force that breaks the thread. Square: 69.5 % of the strength
+#: of untied 1-0 polypropylene (A. Nigliazzo et al., Surgical Science 2 (2011) 195-197).
+#: Surgeon's: 79.7 N where square knots held 82.9 N (T. M. Muffly et al., Journal of Surgical
+#: Education 67 (2010) 222-226). Granny: an assumption, half of the square knot; it is known to
+#: be the less secure one in several materials (E. Rosin, G. M. Robinson, Veterinary Surgery 18
+#: (1989) 269-273), and how much depends on the material.
+KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
+
+
+@VERBS.member("tie")
+class Tie(Struct, frozen=True):
+    """Ties the two ends of a thread with a knot, or a loop where it is closed, or a joint.
+
+    The knot is a piece of thread between the ends as they stand, without viscosity. It holds
+    up to a force: what is written after ``of``, or a part of the ``fraction force`` of the
+    thread. Of a square knot that is 69.5 % and of a surgeons knot 66.8 %, as published for
+    polypropylene; the 35 % of a granny knot are an assumption. Above that it slips: under
+    that constant force the ends part, or the thread is drawn in without them, until neither
+    happens any more, and the knot holds again. A thread whose ``rupture`` is not allowed has no
+    strength, so that the force must be written. Before it is tied, a loop is held together by
+    hand and does not slip.
+
+    Each spring of a joint is a stitch with a knot of its own, which comes undone above that
+    force: the spring ruptures. So its fraction force becomes that of the knot, but no greater
+    than the scene has it, whatever it was changed to before.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "tie THREAD with square knot",
+        "tie THREAD with surgeons knot",
+        "tie THREAD with granny knot of FORCE",
+        "tie JOINT with square knot",
+    )
+    group: Group  # of springs
+    kind: str
+    force: float | None  # [N]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        group, kind = order.springs(), order.word("with", KNOTS)
+        if kind is None:
+            hint = alternatives("", KNOTS, what="knots")
+            if not order.has("with"):
+                order.reject("TIS304", "which knot is missing", hint=hint)
+            text = order.text("with")
+            order.reject("TIS305", f'"{text}" is no knot', hint=hint, word="with")
+        force = order.number("of", units.FORCE) if order.has("of") else None
+        if force is not None and force <= 0.0:
+            order.reject("TIS308", "what a knot holds is above 0", word="of")
+        return cls(group, kind, force, order.span)
+
+    def flaw(self, network: Network) -> str:
+        """Return why it can never be tied, empty if it can."""
+        if text := not_to_be_drawn(network, self.group):
+            return text
+        thread = network.threads.get(self.group.name)
+        knots = self.group.indices if thread is None else [thread.hold]
+        if self.force is None and not np.isfinite(network.strength[knots]).all():
+            return (
+                f"{self.group.name} has no strength that its {self.kind} could have a part of: "
+                f"allow its rupture, or write what it holds: with {self.kind} of 2 N"
+            )
+        return ""
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        if is_of_joints(situation.network, self.group):
+            return self._sew(situation)
+        thread = situation.network.threads[self.group.name]
+        hold, slip = thread.hold, thread.slip
+        # Without the piece of the knot, which may have been tied before.
+        along = np.setdiff1d(np.r_[thread.pieces], thread.hold)
+        whole = float(situation.strength[along].min())
+        limit = KNOTS[self.kind] * whole if self.force is None else self.force
+        alive, rest = situation.alive.copy(), situation.rest.copy()
+        first, second = situation.position[situation.network.ends[hold]]
+        apart = float(np.linalg.norm(second - first))
+        happenings = [Happening("tie", (), sentence(self.span), self.span)]
+        if not alive[hold]:
+            rest[hold] = apart
+            if apart > rest[thread.pieces].max():
+                note = (
+                    f"the ends of {self.group.name} are {show(apart, LENGTH)} apart when tied"
+                )
+                happenings.append(Happening("note", (), note, self.span))
+        alive[hold], alive[slip] = True, False
+        strength, damping = situation.strength.copy(), situation.damping.copy()
+        strength[hold], damping[slip] = min(limit, whole), limit
+        damping[hold] = 0.0  # so that it slips by being drawn out, never by being let in
+        situation.alive, situation.rest = alive, rest
+        situation.strength, situation.damping = strength, damping
+        knot = Knot(self.kind, hold, slip, limit, whole, None, self.span)
+        situation.knots = {**situation.knots, self.group.name: knot}
+        return tuple(happenings)
+
+    def _sew(self, situation: Situation) -> tuple[Happening, ...]:
+        """Let each stitch bear what its knot holds."""
+        whole = situation.network.strength[self.group.indices]
+        limit = KNOTS[self.kind] * whole if self.force is None else self.force
+        situation.strength = situation.strength.copy()
+        situation.strength[self.group.indices] = np.minimum(limit, whole)
+        return (Happening("tie", (), sentence(self.span), self.span),)
+
+
+def slipped(name: str, knot: Knot) -> Happening:
+    """Return the entry of a knot that begins to slip."""
+    text = f"the {knot.kind} of {name} slips at {show(knot.limit, FORCE)}"
+    return Happening("slip", (), text, knot.span)
+
+
+def seized(name: str, knot: Knot) -> Happening:
+    """Return the entry of a knot that holds again."""
+    return Happening("seize", (), f"the {knot.kind} of {name} holds again", knot.span)

@@ -1,0 +1,158 @@
+"""``tighten`` and ``loosen``: threads and joints that are drawn in or paid out."""
+
+from typing import ClassVar
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.source import Span
+from tissuec.core.units import LENGTH, show
+from tissuec.forces.rest_length import Reeling
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Indices, Network
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Action, Agenda, Failed, Group, Happening, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import schedule
+
+
+class Reel(Struct, frozen=True):
+    """Another length for a thread, or for every spring of a joint.
+
+    A thread gets it by shares of the lengths that its pieces have.
+    """
+
+    group: Group  # of springs
+    length: float  # [m]
+    shorter: bool  # whether it is to become so
+    course: Course
+    duration: float | None  # [s]
+    span: Span
+
+    def flaw(self, network: Network) -> str:
+        """Return why it cannot be done, empty if it can."""
+        return not_to_be_drawn(network, self.group)
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        name = self.group.name
+        springs = intact(situation, self.group)
+        situation.stop_reeling(self.group.indices)
+        rest = situation.rest[springs]
+        if rest.sum() <= 0.0:
+            message = f"nothing is left of {name} that could change its length"
+            first = situation.network.ends[self.group.indices[0], 0]
+            raise Failed(message, int(first), self.span)
+        text = sentence(self.span)
+        if name in situation.network.threads:
+            present = float(rest.sum())
+            wanted = rest * (self.length / present)
+            idle = f"its length is {show(present, LENGTH)} already"
+        else:
+            wanted = np.full(len(rest), self.length)
+            idle = f"its springs are that {'short' if self.shorter else 'long'} already"
+        change = wanted - rest
+        change = np.minimum(change, 0.0) if self.shorter else np.maximum(change, 0.0)
+        if not change.any():
+            return (Happening("note", (), f"{text}: {idle}", self.span),)
+        if self.course.kind == "constant":
+            situation.rest = situation.rest.copy()
+            situation.rest[springs] += change
+            return (Happening("reel", (), text, self.span),)
+        (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
+        reeling = Reeling(springs, rest, change, course, self.span)
+        situation.reelings = {**situation.reelings, name: reeling}
+        if np.isfinite(stop):
+            agenda.add(stop, EndReel(name, self.span, stop))
+        return (Happening("reel", (), text, self.span),)
+
+
+class EndReel(Struct, frozen=True):
+    """The end of drawing in or paying out, unless another order took its place."""
+
+    thread: str
+    span: Span
+    stop: float  # [s]
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        reeling = situation.reelings.get(self.thread)
+        if reeling is None or reeling.course.stop > self.stop:
+            return ()
+        rest = situation.rest.copy()
+        rest[reeling.springs] = reeling.rest(self.stop)
+        situation.reelings = {
+            name: other for name, other in situation.reelings.items() if other is not reeling
+        }
+        situation.rest = rest
+        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+
+
+@VERBS.member("tighten")
+class Tighten:
+    """Draws a thread or joint in until it is as long as is written, in an interval or at once.
+
+    The length is that without tension. Of a thread it is that of all pieces that are whole and
+    of a tied knot: of a sling, its circumference once it is slack. All pieces become shorter in
+    proportion, as when a sling is drawn through its knot while it slides on what it holds. Of a
+    joint, or of a set of its springs, it is that of each spring. ``using`` a course says how
+    (otherwise evenly). What is shorter already is left as it is, and noted if nothing else is.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "tighten THREAD to LENGTH",
+        "tighten THREAD to LENGTH using COURSE",
+        "tighten JOINT to LENGTH using COURSE",
+    )
+
+    @classmethod
+    def read(cls, order: Order) -> Action:
+        return _read(order, shorter=True)
+
+
+@VERBS.member("loosen")
+class Loosen:
+    """Pays a thread or joint out until it is as long as is written: opposite of ``tighten``."""
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "loosen THREAD to LENGTH",
+        "loosen THREAD to LENGTH using COURSE",
+        "loosen JOINT to LENGTH using COURSE",
+    )
+
+    @classmethod
+    def read(cls, order: Order) -> Action:
+        return _read(order, shorter=False)
+
+
+def _read(order: Order, *, shorter: bool) -> Reel:
+    length = order.number("to", units.LENGTH)
+    if length <= 0.0:
+        order.reject("TIS308", "the length without tension is above 0", word="to")
+    default = "constant" if order.duration is None else "ramp"
+    course = order.courses(default=default)[0]
+    return Reel(order.springs(), length, shorter, course, order.duration, order.span)
+
+
+def is_of_joints(network: Network, group: Group) -> bool:
+    """Tell whether springs are those of joints, or some of them."""
+    return bool(len(group.indices)) and int(group.indices[0]) >= network.body_springs
+
+
+def not_to_be_drawn(network: Network, group: Group) -> str:
+    """Return that springs are no thread and no joint, empty if they are."""
+    if group.name in network.threads or is_of_joints(network, group):
+        return ""
+    return f"{group.name} is no body of mesh thread and no joint"
+
+
+def intact(situation: Situation, group: Group) -> Indices:
+    """Return the springs along a thread that are there, or those of a joint, ascending.
+
+    Of a thread, that of its knot is one of them.
+    """
+    thread = situation.network.threads.get(group.name)
+    every = group.indices
+    if thread is not None:
+        pieces = np.arange(thread.pieces.start, thread.pieces.stop)
+        every = np.unique(np.append(pieces, thread.hold))
+    return every[situation.alive[every]]

@@ -1,0 +1,67 @@
+"""``turn``: nodes that are turned about an axis."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.source import Span
+from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.situation import Turn as Path
+from tissuec.model.network import Floats
+from tissuec.model.profiles import Course
+from tissuec.script.verbs import VERBS, Agenda, Happening, Mover, Order
+from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
+from tissuec.script.verbs.move import nothing_to_move, refuse_jump
+
+
+@VERBS.member("turn")
+class Turn(Struct, frozen=True):
+    """Turns a set, or whatever a tool holds, about an axis by an angle times a profile.
+
+    The axis goes through the mean position of what is turned when the turn begins, or through
+    the point after ``through``; the turn is right-handed about the direction after ``around``.
+    Taking hold and what comes after are as with ``move``. A motion of the same mover carries
+    the axis along; a second turn begins where a first one is, and ends it.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = (
+        "turn SET by ANGLE around VECTOR using PROFILE",
+        "turn TOOL by ANGLE around VECTOR through POINT using PROFILE",
+    )
+    mover: Mover
+    angle: float  # [rad]
+    axis: Floats  # unit vector, shape (3,)
+    centre: Floats | None  # [m], shape (3,); None: the mean position
+    course: Course
+    duration: float | None  # [s]
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        courses = order.courses(default="")
+        refuse_jump(order, courses)
+        return cls(
+            order.mover(),
+            order.number("by", units.NUMBER),
+            order.direction("around"),
+            order.vector("through", units.LENGTH) if order.has("through") else None,
+            courses[0],
+            order.duration,
+            order.span,
+        )
+
+    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+        nodes = driven_by(situation, self.mover)
+        if not len(nodes):
+            return (nothing_to_move(self.mover, self.span),)
+        situation.place_held()
+        centre = situation.position[nodes].mean(axis=0) if self.centre is None else self.centre
+        (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
+        path = Path(centre, self.axis, self.angle, course)
+        set_off(situation, self.mover, self.span, turn=path)
+        if np.isfinite(stop):
+            agenda.add(stop, EndMotion(self.mover.name, stop, self.span))
+        return (Happening("turn", (), sentence(self.span), self.span),)

@@ -1,1 +1,0 @@
-"""Shapes from elsewhere: repair, inside and outside, and what stiffness their edges get."""

@@ -1,0 +1,73 @@
+"""Contact over one stretch, looked at with as little work as that takes.
+
+To find what touches takes most of the time of a force. So pairs that are near are listed, for
+as long as no node has gone far, and what the force, its power and the bristles need of a state
+is looked up once.
+"""
+
+import numpy as np
+from msgspec.structs import replace
+from scipy import sparse
+
+from tissuec.forces.contact import Contact, Pairs
+from tissuec.model.network import Floats, Indices
+from tissuec.validate.forces.contact import ContactForce, Touching
+
+
+class Vicinity:
+    """A field of forces, as ``Situation.fields`` has them, of contact."""
+
+    def __init__(self, contact: Contact):
+        self._contact, self._force = contact, ContactForce(contact)
+        self._where = np.zeros((0, 3))
+        self._pairs: Pairs
+        self._seen = np.zeros((0, 3)), np.zeros((0, 3))
+        self._touching: Touching | None = None
+
+    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
+        """Add the forces on all nodes [N], shape (node, 3)."""
+        to += self._look(position, velocity).force
+
+    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that damping and friction take out [W]."""
+        return self._look(position, velocity).lost
+
+    def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
+        """Return the power that is put in from outside, which is none [W]."""
+        return 0.0
+
+    def bristle_rates(self, position: Floats, velocity: Floats) -> Floats:
+        """Return the rates of the velocities that are bristles [m/s²], shape (m, 3)."""
+        return self._look(position, velocity).bristle_rates
+
+    def energy(self, time: float, position: Floats) -> float:
+        """Return the energy of pressed contacts [J]."""
+        return self._force.energy(position, self._near(position))
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int
+    ) -> sparse.coo_matrix:
+        """Return the second derivative of the energy, which only has to lead to where forces
+        balance; see ``Contact.matrix``.
+        """
+        near = replace(self._contact, pairs=self._near(position))
+        return near.matrix(time, position, number, size)
+
+    def _look(self, position: Floats, velocity: Floats) -> Touching:
+        """Return what touches in a state."""
+        before = zip(self._seen, (position, velocity), strict=True)
+        if self._touching is None or not all(np.array_equal(*pair) for pair in before):
+            self._touching = self._force.at(position, velocity, self._near(position))
+            self._seen = position.copy(), velocity.copy()
+        return self._touching
+
+    def _near(self, position: Floats) -> Pairs:
+        """Return the pairs that may touch."""
+        reach = self._contact.stride
+        gone = np.inf
+        if len(self._where):
+            gone = np.sqrt(((position - self._where) ** 2).sum(axis=1).max())
+        if not gone <= reach:
+            self._pairs = self._contact.near(position, 2.0 * reach)
+            self._where = position.copy()
+        return self._pairs

@@ -1,0 +1,154 @@
+"""The engine's run of a plan, watched: states at output times, and what happened."""
+
+from collections.abc import Callable
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder, Samples
+from tissuec.engine.execution.run import Outcome, run
+from tissuec.engine.execution.signals import interruption
+from tissuec.mechanics.situation import Situation
+from tissuec.model.network import Floats, Network
+from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.plan import Output, Plan
+from tissuec.validate.crossings import Break
+from tissuec.validate.solution import Firing
+
+WITHOUT_OUTPUT = 101  # times at which a scene that writes nothing is looked at
+MOST_ROWS = 2001
+MOST_BYTES = 256e6  # that the states of one solution may take
+
+
+class Observed(Struct, frozen=True, eq=False):
+    """A run of the engine at chosen times.
+
+    Attributes:
+        times: [s], shape (row,).
+        position, velocity, force: As in a reference, shape (row, node, 3).
+        imbalance: Energy that is there and should not be [J], shape (row,).
+        scale: Largest energy so far [J], shape (row,).
+        breaks, firings: What happened.
+        strain: Largest tension or pressure over the force that breaks, of each spring at any
+            output time, shape (spring,).
+        outcome: How the run ended.
+    """
+
+    times: Floats
+    position: Floats
+    velocity: Floats
+    force: Floats
+    imbalance: Floats
+    scale: Floats
+    breaks: tuple[Break, ...]
+    firings: tuple[Firing, ...]
+    strain: Floats
+    outcome: Outcome
+
+
+def output_times(network: Network, plan: Plan) -> Floats:
+    """Return every time at which a plan writes or judges something [s], shape (time,)."""
+    times = Recorder(network, plan, MemoryRecording()).times
+    duration = plan.simulation.duration
+    return times if len(times) > 1 else np.linspace(0.0, duration, WITHOUT_OUTPUT)
+
+
+def thinned(times: Floats, nodes: int) -> Floats:
+    """Return the times, or as many of them as can be compared, evenly chosen."""
+    most = int(min(MOST_ROWS, MOST_BYTES / (9 * 8 * max(nodes, 1))))
+    if len(times) <= most:
+        return times
+    return times[np.unique(np.linspace(0, len(times) - 1, max(most, 2)).round().astype(int))]
+
+
+def observe(
+    network: Network, plan: Plan, times: Floats, progress: Callable[[float], None]
+) -> Observed:
+    """Run a plan with the engine and return its states at some times, shape (row,) [s].
+
+    Nothing is written and no expectation judged; the energy ledger is kept.
+
+    Raises:
+        KeyboardInterrupt: The run was interrupted.
+    """
+    watched = replace(
+        plan,
+        needs_ledger=True,
+        expectations=(),
+        output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),
+    )
+    tap = _Tap(network, watched, times)
+    outcome = run(network, watched, tap, progress=progress)
+    if outcome.kind == "interrupted":
+        raise interruption(outcome.signal)
+    return tap.observed(outcome)
+
+
+class _Tap(Recorder):
+    """A recorder that keeps the samples themselves."""
+
+    def __init__(self, network: Network, plan: Plan, times: Floats):
+        super().__init__(network, plan, MemoryRecording())
+        self.times = times
+        self._rows: list[tuple[Floats, ...]] = []
+        self._strain = np.zeros(network.spring_count)
+        self._standing: tuple[Situation, Ledger]
+
+    def enter(self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger) -> None:
+        super().enter(situation, ruptured, ledger)
+        standing = replace(situation, holders=dict(situation.holders))
+        self._standing = standing, ledger
+
+    def record(self, samples: Samples) -> None:
+        super().record(samples)
+        situation, ledger = self._standing
+        none = np.zeros(self.network.spring_count, dtype=bool)
+        moment = Moment(situation, samples.time, samples.position, samples.velocity, none)
+        ledger = replace(ledger, work=samples.work, dissipated=samples.dissipated)
+        tension = moment.tension
+        strain = np.maximum(tension / situation.strength, -tension / situation.crush)
+        self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
+        self._rows.append(
+            (
+                samples.time,
+                samples.position,
+                samples.velocity,
+                moment.node_force,
+                ledger.balance(moment.energies),
+                ledger.size(moment.energies),
+            )
+        )
+
+    def observed(self, outcome: Outcome) -> Observed:
+        """Return what was seen."""
+        size = self.network.node_count
+        empty = (np.zeros(0), *(np.zeros((0, size, 3)) for _ in range(3)), *[np.zeros(0)] * 2)
+        columns = (np.concatenate(column) for column in zip(empty, *self._rows, strict=True))
+        times, position, velocity, force, imbalance, scale = columns
+        spans = [trigger.span for trigger in self.plan.triggers]
+        happened = outcome.happenings
+        firings = [Firing(t, spans.index(h.span)) for t, h in happened if h.kind == "trigger"]
+        return Observed(
+            times=times,
+            position=position,
+            velocity=velocity,
+            force=force,
+            imbalance=imbalance,
+            scale=np.maximum.accumulate(scale),
+            breaks=_breaks(outcome),
+            firings=tuple(firings),
+            strain=self._strain,
+            outcome=outcome,
+        )
+
+
+def _breaks(outcome: Outcome) -> tuple[Break, ...]:
+    """Return what broke, joined by time: a run reports it by tissues."""
+    found: dict[float, list[int]] = {}
+    for time, happening in outcome.happenings:
+        if happening.kind in ("rupture", "crush"):
+            found.setdefault(time, []).extend(happening.springs)
+    return tuple(Break(time, np.sort(np.array(springs))) for time, springs in found.items())

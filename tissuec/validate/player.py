@@ -1,0 +1,252 @@
+"""The way of a reference from event to event.
+
+Events come in the order of a run: springs that break, then what earlier actions have entered,
+then the script, then the triggers that have become true; samples at that time see it all.
+Conditions of ``when`` are taken from the plan as they are; the arithmetic that they use is the
+only one that is shared with a run.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.plan import Plan
+from tissuec.script.verbs.settle import Settle
+from tissuec.validate.crossings import Break, Strains, first_true
+from tissuec.validate.equations import Equations, Scales, overloaded
+from tissuec.validate.event_queue import Calendar
+from tissuec.validate.resting import rest
+from tissuec.validate.solution import Firing, Track, standing_energy
+from tissuec.validate.stepping import ONE_STEP, Effort, Step, Stepper
+
+SAME = 1e-12  # of the duration: times closer than this are one time
+SHARP = 1e-14  # of the duration: to this, times of triggers are found
+FLOOR = 1e-6  # of the drawing: displacements below are not told apart
+
+
+class Ending(NamedTuple):
+    """Why a stretch ends: springs break and triggers fire, or neither, at a time [s]."""
+
+    time: float
+    broken: Indices
+    fired: list[int]
+
+
+class Walk:
+    """One reference under way.
+
+    Attributes:
+        initial: Energy after the events at 0 s [J].
+        breaks, firings: What happened.
+        strain: Largest tension or pressure over the force that breaks, of each spring, shape
+            (spring,).
+        effort: What it cost.
+    """
+
+    def __init__(self, network: Network, plan: Plan, track: Track, method: str, rtol: float):
+        self.network, self.plan, self.track = network, plan, track
+        self.method, self.rtol = method, rtol
+        self.duration = plan.simulation.duration
+        self.situation = plan.start(network)
+        self.calendar = Calendar(plan.events, SAME * self.duration)
+        self.waiting = list(range(len(plan.triggers)))
+        self.work = self.lost = self.switched = self.initial = 0.0
+        self.ruptured = np.zeros(network.spring_count, dtype=bool)
+        self.strain = np.zeros(network.spring_count)
+        self.breaks: list[Break] = []
+        self.firings: list[Firing] = []
+        self.effort = Effort()
+
+    def go(self, progress: Callable[[float], None]) -> None:
+        """Go from 0 s to the end."""
+        situation = self.situation
+        self._happen(_NOTHING, [])
+        self.initial, self.switched = standing_energy(situation), 0.0
+        while situation.time < self.duration:
+            until = min(self.calendar.next, self.duration)
+            equations = Equations(situation, until)
+            ending = self._at_once(equations) or self._stretch(equations, until, progress)
+            self._happen(ending.broken, ending.fired)
+        self._look_now(Equations(situation, self.duration))
+
+    # --- stretches between events -------------------------------------------------------------
+
+    def _at_once(self, equations: Equations) -> Ending | None:
+        """Return what breaks before any time passes."""
+        time = self.situation.time
+        broken = overloaded(
+            equations, equations.pull(time, *equations.spread(time, self._y(equations)))
+        )
+        if not len(broken):
+            return None
+        return Ending(time, broken, [])
+
+    def _stretch(
+        self, equations: Equations, stop: float, progress: Callable[[float], None]
+    ) -> Ending:
+        """Step to a time or to the first break or trigger."""
+        self._look_now(equations)
+        strains, y = Strains(equations), self._y(equations)
+        ending = Ending(stop, _NOTHING, [])
+        for step in self._steps(equations, y, stop):
+            found = self._ending(equations, strains, step)
+            ending = found or ending
+            self._look_within(equations, step, stop if found is None else found.time)
+            y = step.after if found is None else step.exact(found.time)
+            self.track.measure(equations, min(step.stop, ending.time), y)
+            progress(min(step.stop, ending.time))
+            if found is not None:
+                break
+        self._take(equations, ending.time, y)
+        able = equations.springs[strains.able]
+        self.strain[able] = np.maximum(self.strain[able], strains.highest)
+        return ending
+
+    def _steps(self, equations: Equations, y: Floats, stop: float) -> Iterator[Step]:
+        """Yield steps that land on every sample, if the method can, and on the stop."""
+        stepper = Stepper(equations, self.method, self.rtol, self._floor(), self.effort)
+        time, size = self.situation.time, None
+        while time < stop:
+            lands = self.method in ONE_STEP
+            leg = min(self.track.due, stop) if lands else stop
+            sizes = []
+            for step in stepper.steps(time, y, leg, self.track.scales, size):
+                yield step
+                y, time = step.after, step.stop
+                sizes.append(step.stop - step.start)
+            # One step that was cut short by a sample says nothing against longer ones.
+            size = max(sizes[0], size or 0.0) if len(sizes) == 1 else max(sizes)
+
+    def _ending(self, equations: Equations, strains: Strains, step: Step) -> Ending | None:
+        """Return the first break or trigger within a step."""
+        broken = strains.first_break(step) if len(strains.able) else None
+        fired = self._trigger(equations, step, broken.time if broken else step.stop)
+        if fired is not None and (broken is None or fired.time < broken.time):
+            return fired
+        if broken is None:
+            return None
+        return Ending(broken.time, broken.springs, [])
+
+    def _trigger(self, equations: Equations, step: Step, stop: float) -> Ending | None:
+        situation = self.situation
+        if not self.waiting and not situation.is_slipping:
+            return None
+
+        def true(time: float, y: Floats) -> list[int]:
+            moved, velocity = equations.spread(time, y)
+            return self._true(self._moment(time, equations.drawn + moved, velocity, y))
+
+        def seizes(time: float, y: Floats) -> bool:
+            moved, velocity = equations.spread(time, y)
+            return bool(situation.seizing(time, equations.drawn + moved, velocity))
+
+        def happens(time: float, y: Floats) -> bool:
+            return bool(true(time, y)) or (situation.is_slipping and seizes(time, y))
+
+        when = first_true(happens, step, stop, SHARP * self.duration)
+        if when is None:
+            return None
+        # At the end of its bracket a condition may be true of the interpolated state only.
+        return Ending(
+            when, _NOTHING, true(when, step.exact(when)) or true(when, step.near(when))
+        )
+
+    def _floor(self) -> Scales:
+        """Return scales below which errors do not matter."""
+        network = self.network
+        size = FLOOR * (network.extent or float(network.rest.max(initial=0.0)) or 1.0)
+        speed = size / self.duration
+        stiffest = float(network.sudden.max(initial=0.0))
+        heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
+        return Scales(size, speed, stiffest * size**2 + heaviest * speed**2)
+
+    # --- state --------------------------------------------------------------------------------
+
+    def _y(self, equations: Equations) -> Floats:
+        situation = self.situation
+        return equations.gather(situation.position, situation.velocity, self.work, self.lost)
+
+    def _take(self, equations: Equations, time: float, y: Floats) -> None:
+        """Make a state of the unknowns that of the situation."""
+        situation, free = self.situation, equations.free
+        moved, velocity = equations.spread(time, y)
+        situation.time = time
+        situation.position[free] = equations.drawn[free] + moved[free]
+        situation.velocity[free] = velocity[free]
+        hidden = self.network.memory
+        situation.velocity[hidden] = velocity[hidden]
+        situation.place_held()
+        self.work, self.lost = map(float, y[-2:])
+
+    def _look_now(self, equations: Equations) -> None:
+        while self.track.due <= self.situation.time:
+            self._enter(equations, self._y(equations))
+
+    def _look_within(self, equations: Equations, step: Step, stop: float) -> None:
+        """Enter the samples of a step before a time, at which something happens."""
+        while self.track.due <= step.stop and self.track.due < stop:
+            self._enter(equations, step.near(self.track.due))
+
+    def _enter(self, equations: Equations, y: Floats) -> None:
+        self.track.enter(equations, y, dict(self.situation.holders), self.switched)
+
+    # --- events -------------------------------------------------------------------------------
+
+    def _happen(self, broken: Indices, fired: list[int]) -> None:
+        """Do all that is due now, and enter into the ledger what energy it switched."""
+        before = standing_energy(self.situation)
+        for name in self.situation.give_way(broken):
+            broken = broken[broken != self.situation.knots[name].hold]
+        if len(broken):
+            self.situation.alive = self.situation.alive.copy()
+            self.situation.alive[broken] = False
+            self.ruptured[broken] = True
+            self.breaks.append(Break(self.situation.time, broken))
+        self.situation.seize()
+        self._carry_out()
+        while fired := fired or self._true(self._now()):
+            for trigger in fired:
+                self.waiting.remove(trigger)
+                self.firings.append(Firing(self.situation.time, trigger))
+                self.calendar.script(self.plan.triggers[trigger].events, self.situation.time)
+            fired = []
+            self._carry_out()
+        self.switched += standing_energy(self.situation) - before
+
+    def _carry_out(self) -> None:
+        for action in self.calendar.due(self.situation.time):
+            if isinstance(action, Settle):
+                self.situation.place_held()
+                rest(self.situation, action.chosen(self.situation))
+            else:
+                action.apply(self.situation, self.calendar)
+        self.situation.place_held()
+        self.situation.let_leak()
+
+    def _true(self, moment: Moment) -> list[int]:
+        return [n for n in self.waiting if self.plan.triggers[n].condition(moment)]
+
+    def _now(self) -> Moment:
+        situation = self.situation
+        sums = np.array([self.work, self.lost])
+        return self._moment(situation.time, situation.position, situation.velocity, sums)
+
+    def _moment(self, time: float, position: Floats, velocity: Floats, y: Floats) -> Moment:
+        work, lost = y[-2:]
+        sizes = abs(work), abs(lost), abs(self.switched), self.track.scales.energy
+        ledger = Ledger(self.initial, work, lost, self.switched, max(sizes))
+        return replace(
+            Moment.of(self.situation),
+            time=time,
+            position=position,
+            velocity=velocity,
+            ruptured=self.ruptured,
+            ledger=ledger,
+        )
+
+
+_NOTHING: Indices = np.zeros(0, dtype=np.int64)

@@ -1,0 +1,165 @@
+"""Everything that differs between two sides."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.model.network import Indices
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.compare.curves import Curves, compare_curves
+from tissuec.view.compare.events import Happenings, compare_happenings
+from tissuec.view.compare.matching import Pairs, match_nodes, match_springs
+from tissuec.view.compare.motion import Motion, compare_motions
+from tissuec.view.compare.parameters import Change, compare_parameters
+from tissuec.view.compare.places import Places
+from tissuec.view.compare.sides import Side
+from tissuec.view.compare.texts import TextDifference, changed_files, compare_texts
+
+MOST_NAMED = 6  # nodes or springs that are named of one part
+
+
+class Fact(Struct, frozen=True):
+    """Something that is said of both, and not the same."""
+
+    name: str
+    a: Any
+    b: Any
+
+
+class Leftover(Struct, frozen=True):
+    """Nodes or springs of a part that the other side does not have.
+
+    Attributes:
+        side: "a" or "b".
+        part: The body, joint or tool.
+        what: "node" or "spring".
+        count: How many.
+        total: Of so many of that part.
+        ids: The first ones, as the scene numbers them.
+    """
+
+    side: str
+    part: str
+    what: str
+    count: int
+    total: int
+    ids: tuple[int, ...]
+
+
+class Comparison(Struct, frozen=True, eq=False):
+    """What differs; an empty part is the same on both sides.
+
+    Attributes:
+        texts: Of the scene and of what it uses.
+        files: Such as meshes, by digest.
+        settings: Of the simulation: tolerance, duration, overrides, …
+        nodes, springs: Which are the same.
+        leftovers: Nodes and springs that one side alone has.
+        changes: Numbers of the others.
+        happenings: Of two scenes what is scripted, of two results what happened.
+        provenance: How the runs were made and ended; only of two results, as all below.
+        curves: Logs and energies.
+        motion: Or why it cannot be compared.
+    """
+
+    a: Side
+    b: Side
+    texts: tuple[TextDifference, ...]
+    files: tuple[TextDifference, ...]
+    settings: tuple[Fact, ...]
+    nodes: Pairs
+    springs: Pairs
+    leftovers: tuple[Leftover, ...]
+    changes: tuple[Change, ...]
+    happenings: Happenings | None = None
+    provenance: tuple[Fact, ...] = ()
+    curves: Curves | None = None
+    motion: Motion | str | None = None
+
+    @property
+    def is_same(self) -> bool:
+        """Return whether nothing differs."""
+        lists = (self.texts, self.files, self.settings, self.leftovers, self.changes)
+        wholes = (self.happenings, self.curves)
+        return (
+            not any(lists)
+            and not self.provenance
+            and all(whole is None or whole.is_same for whole in wholes)
+            and (not isinstance(self.motion, Motion) or self.motion.is_same)
+        )
+
+
+def compare(a: Side, b: Side) -> Comparison:
+    """Return what differs between two scenes, two results, or a scene and a result."""
+    nodes = match_nodes(a, b)
+    springs = match_springs(a, b, nodes)
+    alike = (a.trajectory is None) == (b.trajectory is None)
+    found = Comparison(
+        a, b, tuple(compare_texts(a, b)), tuple(changed_files(a.files, b.files)),
+        _facts(a.settings, b.settings), nodes, springs, _leftovers(a, b, nodes, springs),
+        tuple(compare_parameters(a, b, nodes, springs)),
+        compare_happenings(a, b, springs) if alike else None,
+    )  # fmt: skip
+    if a.trajectory is None or b.trajectory is None:
+        return found
+    return replace(
+        found,
+        provenance=_facts(_made(a.trajectory), _made(b.trajectory)),
+        curves=compare_curves(a.trajectory, b.trajectory),
+        motion=compare_motions(a.trajectory, b.trajectory, nodes),
+    )
+
+
+def _made(trajectory: Trajectory) -> dict[str, Any]:
+    """Return how a run was made and how it ended, without what the clock decides."""
+    manifest = trajectory.manifest
+    statistics = manifest.get("statistics", {})
+    return {
+        "outcome": trajectory.outcome,
+        "method": [change["method"] for change in statistics.get("changes", ())],
+        "steps": statistics.get("accepted"),
+        "frames": len(trajectory.times),
+        "precision": trajectory.position.dtype.name,
+        "failed expectations": [
+            judged.expect for judged in trajectory.expectations if judged.state != "holds"
+        ],
+        **{f"version of {name}": v for name, v in manifest.get("versions", {}).items()},
+    }
+
+
+def _facts(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[Fact, ...]:
+    names = {**a, **b}
+    return tuple(
+        Fact(name, a.get(name), b.get(name)) for name in names if a.get(name) != b.get(name)
+    )
+
+
+def _leftovers(a: Side, b: Side, nodes: Pairs, springs: Pairs) -> tuple[Leftover, ...]:
+    """Return what only one side has, part by part."""
+    found: list[Leftover] = []
+    for side, which, alone, springs_alone in (
+        (a, "a", nodes.only_a, springs.only_a),
+        (b, "b", nodes.only_b, springs.only_b),
+    ):
+        network, places = side.network, Places(side)
+        body, part = places.body_of_nodes, places.part_of_springs
+        found += _by_part(which, "node", alone, body, places.bodies, network.node_ids)
+        names = [part.name for part in network.parts]
+        found += _by_part(which, "spring", springs_alone, part, names, network.spring_ids)
+    return tuple(found)
+
+
+def _by_part(
+    side: str, what: str, alone: Indices, owner: Indices, names: list[str], ids: Indices
+) -> list[Leftover]:
+    found = []
+    for part in np.unique(owner[alone]):
+        members = alone[owner[alone] == part]
+        name = names[part] if part >= 0 else "a tool"
+        total = int((owner == part).sum())
+        some = tuple(ids[members[:MOST_NAMED]].tolist())
+        found.append(Leftover(side, name, what, len(members), total, some))
+    return found

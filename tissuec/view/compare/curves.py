@@ -1,0 +1,163 @@
+"""How logs and energies differ, at common times.
+
+Where both logs have the same times, these are compared; otherwise both at the times of either,
+with straight lines between the rows.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.model.network import Floats
+from tissuec.results.logs import Log
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.compare.times import are_same, common
+
+AXES = ("x", "y", "z")
+
+
+class Curve(Struct, frozen=True):
+    """The largest difference of a log.
+
+    Attributes:
+        name: Of the log, or such as "kinetic energy".
+        unit: Of its numbers.
+        difference: The largest; of vectors the length of the difference.
+        time: When [s].
+        column: Where, such as the id of a spring; "" for vectors and single numbers.
+        scale: The largest size in either.
+        moments: How many were compared.
+        interpolated: Whether their times differ.
+        missing: At how many moments only one of them is a number.
+        first, last: Between which times both have rows [s].
+    """
+
+    name: str
+    unit: str
+    difference: float
+    time: float
+    column: str
+    scale: float
+    moments: int
+    interpolated: bool
+    missing: int
+    first: float
+    last: float
+
+    @property
+    def relative(self) -> float:
+        """Return the difference relative to the largest size; 0 where all is 0."""
+        return self.difference / self.scale if self.difference else 0.0
+
+    @property
+    def is_same(self) -> bool:
+        """Return whether no number differs."""
+        return not self.difference and not self.missing
+
+
+class Curves(Struct, frozen=True):
+    """All logs.
+
+    Attributes:
+        both: Those that both have, in the order of a.
+        only_a, only_b: Names of the others, and of columns that one alone has.
+        apart: Names of logs that have no time, or no column, in common.
+    """
+
+    both: tuple[Curve, ...]
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    apart: tuple[str, ...]
+
+    @property
+    def is_same(self) -> bool:
+        """Return whether both have the same logs, and these the same numbers."""
+        names = self.only_a or self.only_b or self.apart
+        return not names and all(curve.is_same for curve in self.both)
+
+
+def compare_curves(a: Trajectory, b: Trajectory) -> Curves:
+    """Return how the logs and energies of two runs differ."""
+    here, there = dict(_logs(a)), dict(_logs(b))
+    both, apart = [], []
+    only_a, only_b = _alone(here, there), _alone(there, here)
+    for name in (name for name in here if name in there):
+        one, other = here[name], there[name]
+        only_a += _alone_columns(name, one, other)
+        only_b += _alone_columns(name, other, one)
+        found = [curve for curve in compare_logs(name, one, other) if curve is not None]
+        both += found
+        apart += [] if found else [name]
+    return Curves(tuple(both), tuple(only_a), tuple(only_b), tuple(apart))
+
+
+def _logs(trajectory: Trajectory) -> Iterator[tuple[str, Log]]:
+    yield from trajectory.logs.items()
+    if trajectory.energies is not None:
+        yield "energies", trajectory.energies
+
+
+def _alone(here: dict[str, Log], there: dict[str, Log]) -> list[str]:
+    return [name for name in here if name not in there]
+
+
+def _alone_columns(name: str, one: Log, other: Log) -> list[str]:
+    return [f"{name}: {column}" for column in one.columns if column not in other.columns]
+
+
+def compare_logs(name: str, a: Log, b: Log) -> Iterator[Curve | None]:
+    """Yield the curves of a log: one, but a curve for each energy."""
+    columns = [column for column in a.columns if column in b.columns]
+    if not columns or not len(a.time) or not len(b.time):
+        return
+    times, values_a, values_b = _aligned(a, b, columns)
+    if not len(times):
+        return
+    interpolated = not are_same(a.time, b.time)
+    if name == "energies":
+        for place, column in enumerate(columns):
+            pair = values_a[:, place, None], values_b[:, place, None]
+            yield _curve(f"{column} energy", a.unit, times, *pair, [""], interpolated)
+        return
+    if tuple(columns) == AXES:
+        yield _curve(name, a.unit, times, values_a, values_b, [""], interpolated, vector=True)
+        return
+    heads = list(map(str, columns)) if len(columns) > 1 else [""]
+    yield _curve(name, a.unit, times, values_a, values_b, heads, interpolated)
+
+
+def _aligned(a: Log, b: Log, columns: list[str | int]) -> tuple[Floats, Floats, Floats]:
+    """Return common times [s], and the rows of both there, shape (time, column)."""
+    chosen = [[log.columns.index(column) for column in columns] for log in (a, b)]
+    if are_same(a.time, b.time):
+        return a.time, a.value[:, chosen[0]], b.value[:, chosen[1]]
+    times = common(a.time, b.time)
+    return times, _between(times, a, chosen[0]), _between(times, b, chosen[1])
+
+
+def _between(times: Floats, log: Log, columns: list[int]) -> Floats:
+    """Return a log at other times [s]; at the time of an event, what is after it."""
+    known, rows = log.with_jumps()
+    return np.stack([np.interp(times, known, rows[:, k]) for k in columns], axis=1)
+
+
+def _curve(
+    name: str, unit: str, times: Floats, a: Floats, b: Floats, columns: list[str],
+    interpolated: bool, *, vector: bool = False,
+) -> Curve:  # fmt: skip
+    known_a, known_b = np.isfinite(a), np.isfinite(b)
+    missing = int((known_a != known_b).any(axis=1).sum())
+    known = known_a & known_b
+    apart = np.where(known, np.subtract(b, a, where=known, out=np.zeros_like(a)), 0.0)
+    size = np.maximum(np.abs(np.where(known_a, a, 0.0)), np.abs(np.where(known_b, b, 0.0)))
+    if vector:
+        lengths = [np.linalg.norm(np.where(k, v, 0.0), axis=1) for k, v in
+                   ((known_a, a), (known_b, b))]  # fmt: skip
+        apart, size = np.linalg.norm(apart, axis=1)[:, None], np.maximum(*lengths)
+    row, column = np.unravel_index(np.argmax(np.abs(apart)), apart.shape)
+    return Curve(
+        name, unit, float(np.abs(apart[row, column])), float(times[row]), columns[column],
+        float(size.max()), len(times), interpolated, missing,
+        float(times[0]), float(times[-1]),
+    )  # fmt: skip

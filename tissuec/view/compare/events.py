@@ -1,0 +1,128 @@
+"""What happened in one run and not in the other, or at another time.
+
+Events are the same where kind and cause are; then those of one kind that are left over, in
+their order, such as a motion that was written anew. Each spring that breaks is an event.
+"""
+
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable
+
+from msgspec import Struct
+
+from tissuec.model.network import Indices
+from tissuec.results.recording import Event
+from tissuec.view.compare.matching import Pairs
+from tissuec.view.compare.sides import Side
+
+BREAKING = ("rupture", "crush")  # of single springs, by themselves
+
+
+class Entry(Struct, frozen=True):
+    """An event, or one spring of it.
+
+    Attributes:
+        springs: Numbers of pairs, or below zero those that only one side has.
+        spring: The network number of a spring that breaks; -1 otherwise.
+    """
+
+    time: float
+    kind: str
+    cause: str
+    springs: tuple[int, ...]
+    spring: int = -1
+
+
+class Meeting(Struct, frozen=True):
+    """An event of both."""
+
+    a: Entry
+    b: Entry
+
+    @property
+    def shift(self) -> float:
+        """Return by how much it is later in b [s]."""
+        return self.b.time - self.a.time
+
+    @property
+    def is_same(self) -> bool:
+        """Return whether nothing at all differs."""
+        return (self.a.time, self.a.cause, self.a.springs) == (
+            self.b.time,
+            self.b.cause,
+            self.b.springs,
+        )
+
+
+class Happenings(Struct, frozen=True):
+    """Events that both have, in the order of a, and those of one alone."""
+
+    both: tuple[Meeting, ...]
+    only_a: tuple[Entry, ...]
+    only_b: tuple[Entry, ...]
+
+    @property
+    def is_same(self) -> bool:
+        """Return whether the same happened at the same times."""
+        return not (self.only_a or self.only_b) and all(one.is_same for one in self.both)
+
+
+def compare_happenings(a: Side, b: Side, springs: Pairs) -> Happenings:
+    """Return what happened in which of the two."""
+    left_a = _entries(a.events, springs.number(a.network.spring_count, "a"), odd=True)
+    left_b = _entries(b.events, springs.number(b.network.spring_count, "b"), odd=False)
+    both: list[Meeting] = []
+    for key in (_exactly, _alike, _of_kind):
+        met, left_a, left_b = _meet(left_a, left_b, key)
+        both += met
+    both.sort(key=lambda meeting: (meeting.a.time, meeting.b.time))
+    return Happenings(tuple(both), tuple(left_a), tuple(left_b))
+
+
+def _entries(events: Iterable[Event], pair: Indices, *, odd: bool) -> list[Entry]:
+    """Return events with the springs that both sides have numbered alike.
+
+    Args:
+        pair: The pair of each spring, -1 without.
+        odd: Whether springs without one get odd numbers, or even ones, below zero.
+    """
+    found = []
+    for event in events:
+        numbered = zip(pair[list(event.springs)].tolist(), event.springs, strict=True)
+        springs = tuple(n if n >= 0 else -2 * s - 2 + odd for n, s in numbered)
+        if event.kind not in BREAKING:
+            found.append(Entry(event.time, event.kind, event.cause, tuple(sorted(springs))))
+            continue
+        for number, spring in zip(springs, event.springs, strict=True):
+            found.append(Entry(event.time, event.kind, event.cause, (number,), spring))
+    return found
+
+
+def _exactly(entry: Entry) -> Hashable:
+    return entry.kind, entry.cause, entry.springs
+
+
+def _alike(entry: Entry) -> Hashable:
+    return None if entry.kind in BREAKING else (entry.kind, entry.cause)
+
+
+def _of_kind(entry: Entry) -> Hashable:
+    return None if entry.kind in (*BREAKING, "note") else entry.kind
+
+
+def _meet(
+    a: list[Entry], b: list[Entry], key: Callable[[Entry], Hashable]
+) -> tuple[list[Meeting], list[Entry], list[Entry]]:
+    """Return pairs of events with the same key, in order, and what is left of both."""
+    waiting: dict[Hashable, deque[Entry]] = {}
+    for entry in b:
+        waiting.setdefault(key(entry), deque()).append(entry)
+    nobody = waiting.pop(None, deque())
+    met, left = [], []
+    for entry in a:
+        partners = waiting.get(key(entry))
+        if partners:
+            met.append(Meeting(entry, partners.popleft()))
+        else:
+            left.append(entry)
+    rest = {id(entry) for entries in (*waiting.values(), nobody) for entry in entries}
+    return met, left, [entry for entry in b if id(entry) in rest]

@@ -1,0 +1,123 @@
+"""Which nodes and springs of two networks are the same: by the ids of the scene.
+
+A node is known by its body and its id, a spring by its body or joint and its two nodes, so that
+springs keep their partners where a table loses a row or a body comes in between.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.names import key_of
+from tissuec.model.network import Indices, Network
+from tissuec.view.compare.sides import Side
+
+
+class Pairs(Struct, frozen=True, eq=False):
+    """Network numbers of what is the same in both, and of what only one has.
+
+    Attributes:
+        a, b: Of the same things, shape (pair,).
+        only_a, only_b: Of the others, ascending.
+    """
+
+    a: Indices
+    b: Indices
+    only_a: Indices
+    only_b: Indices
+
+    @classmethod
+    def of(cls, a: Indices, b: Indices, count_a: int, count_b: int) -> "Pairs":
+        """Return pairs in the order of ``a`` with what is left of so many things."""
+        order = np.argsort(a)
+        rest = np.setdiff1d(np.arange(count_a), a), np.setdiff1d(np.arange(count_b), b)
+        return cls(a[order], b[order], *rest)
+
+    def __len__(self) -> int:
+        return len(self.a)
+
+    def number(self, count: int, side: str) -> Indices:
+        """Return the pair of each of so many things of one side, -1 without, shape (thing,)."""
+        numbers = np.full(count, -1)
+        numbers[self.a if side == "a" else self.b] = np.arange(len(self))
+        return numbers
+
+
+def tools_of(side: Side) -> Iterator[tuple[str, Indices]]:
+    """Yield the tools that have nodes, which stand behind those of the bodies."""
+    for group in side.groups:
+        is_set = group.what == "nodes" and not group.body and len(group.indices)
+        if is_set and group.indices[0] >= side.network.body_nodes:
+            yield group.name, group.indices
+
+
+def match_nodes(a: Side, b: Side) -> Pairs:
+    """Return the nodes of bodies and tools that have the same names and ids."""
+    parts_a, parts_b = _node_parts(a), _node_parts(b)
+    found: list[tuple[Indices, Indices]] = []
+    for key in parts_a.keys() & parts_b.keys():
+        here, there = parts_a[key], parts_b[key]
+        ids_a, ids_b = a.network.node_ids[here], b.network.node_ids[there]
+        _, rows_a, rows_b = np.intersect1d(ids_a, ids_b, return_indices=True)
+        found.append((here[rows_a], there[rows_b]))
+    shown = a.network.shown_nodes, b.network.shown_nodes
+    return Pairs.of(*_joined(found), *shown)
+
+
+def match_springs(a: Side, b: Side, nodes: Pairs) -> Pairs:
+    """Return the springs between the same nodes in bodies and joints of the same names.
+
+    Of several springs between two nodes the first belongs to the first, and so on.
+    """
+    keys = [key_of(part.name) for part in a.network.parts]
+    codes_a = _spring_codes(a.network, nodes, "a", keys)
+    codes_b = _spring_codes(b.network, nodes, "b", keys)
+    apart_a, apart_b = _told_apart(codes_a, codes_b)
+    _, rows_a, rows_b = np.intersect1d(apart_a, apart_b, return_indices=True)
+    known = codes_a[rows_a] >= 0
+    counts = a.network.spring_count, b.network.spring_count
+    return Pairs.of(rows_a[known], rows_b[known], *counts)
+
+
+def _node_parts(side: Side) -> dict[str, Indices]:
+    bodies = {
+        key_of(body.name): np.arange(body.nodes.start, body.nodes.stop)
+        for body in side.network.bodies
+    }
+    return bodies | {key_of(name): indices for name, indices in tools_of(side)}
+
+
+def _spring_codes(network: Network, nodes: Pairs, which: str, keys: Sequence[str]) -> Indices:
+    """Return a number for body or joint and nodes of each spring, -1 where one is unknown."""
+    number, count = nodes.number(network.node_count, which), len(nodes)
+    ends = np.sort(number[network.ends], axis=1).reshape(-1, 2)
+    codes = np.full(network.spring_count, -1)
+    for part in network.parts:
+        if (key := key_of(part.name)) in keys:
+            low, high = ends[part.springs].T
+            codes[part.springs] = (keys.index(key) * count + low) * count + high
+    codes[(ends < 0).any(axis=1)] = -1
+    return codes
+
+
+def _told_apart(a: Indices, b: Indices) -> tuple[Indices, Indices]:
+    """Return codes in which those that come again have numbers of their own."""
+    again_a, again_b = _occurrence(a), _occurrence(b)
+    most = max(int(again_a.max(initial=0)), int(again_b.max(initial=0))) + 1
+    return a * most + again_a, b * most + again_b
+
+
+def _occurrence(codes: Indices) -> Indices:
+    """Return the how-manieth of its kind each number is, from 0, shape (number,)."""
+    order = np.argsort(codes, kind="stable")
+    ordered = codes[order]
+    again = np.empty(len(codes), dtype=np.int64)
+    again[order] = np.arange(len(codes)) - np.searchsorted(ordered, ordered)
+    return again
+
+
+def _joined(found: Sequence[tuple[Indices, Indices]]) -> tuple[Indices, Indices]:
+    nothing = np.zeros(0, dtype=np.int64)
+    a, b = zip((nothing, nothing), *found, strict=True)
+    return np.concatenate(a), np.concatenate(b)

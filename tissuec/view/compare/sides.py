@@ -1,0 +1,121 @@
+"""The two that are compared, whether they are scenes or results."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from tissuec.engine.integrators.procedures import stated
+from tissuec.model.network import Network, Provenance
+from tissuec.pipeline import Request, compile_request
+from tissuec.results.recording import Event, NamedGroup
+from tissuec.results.trajectory import Trajectory
+from tissuec.script.plan import Event as Scripted
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"  # with which every HDF5 file begins
+RESULTS = (".vtkhdf", ".h5", ".hdf5")
+
+
+class Side(Struct, frozen=True, eq=False):
+    """One of the two.
+
+    Attributes:
+        name: Of the file.
+        scene: What the scene is called in messages and places.
+        text: The scene.
+        imports: Texts that it uses, by name.
+        files: Digests of the mesh files that it uses, by name.
+        network: What it compiles to.
+        provenance: Origins of the network's arrays, by their names.
+        groups: Sets, regions and tools.
+        settings: What is to be done: integrator, tolerance, duration, overrides, …
+        events: What happens in it: of a scene what is scripted, of a result what happened.
+        trajectory: Of a result.
+    """
+
+    name: str
+    scene: str
+    text: str
+    imports: Mapping[str, str]
+    files: Mapping[str, str]
+    network: Network
+    provenance: Mapping[str, Provenance]
+    groups: tuple[NamedGroup, ...]
+    settings: Mapping[str, Any]
+    events: tuple[Event, ...]
+    trajectory: Trajectory | None
+
+
+def open_side(path: Path, libraries: Sequence[Path] = ()) -> Side:
+    """Return a scene, compiled, or a result, opened.
+
+    Raises:
+        CompileError: It is a scene whose text is wrong.
+        ResultError: It is a result that cannot be read.
+    """
+    if _is_result(path):
+        return of_result(Trajectory.open(path))
+    return of_scene(Request.file(path, libraries=libraries))
+
+
+def of_result(trajectory: Trajectory) -> Side:
+    """Return a result as a side; it stays open."""
+    manifest = trajectory.manifest
+    names = ("overrides", "integrator", "choices", "tolerance", "step", "duration")
+    return Side(
+        name=str(trajectory.path),
+        scene=trajectory.scene,
+        text=trajectory.text,
+        imports=manifest.get("sources", {}),
+        files=manifest.get("files", {}),
+        network=trajectory.network,
+        provenance=trajectory.provenance,
+        groups=trajectory.groups,
+        settings={name: manifest.get(name) for name in names},
+        events=trajectory.events,
+        trajectory=trajectory,
+    )
+
+
+def of_scene(request: Request) -> Side:
+    """Return what a scene compiles to; CompileError if its text is wrong."""
+    compiled, _ = compile_request(request)
+    simulation, scene = compiled.plan.simulation, compiled.scene
+    meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
+    origins = [mesh.origin for mesh in meshes if mesh.origin is not None]
+    return Side(
+        name=request.source.name,
+        scene=request.source.name,
+        text=request.source.text,
+        imports={source.name: source.text for source in scene.imports},
+        files={origin.file.name: origin.digest for origin in origins},
+        network=compiled.network,
+        provenance=compiled.network.provenance,
+        groups=tuple(compiled.named_groups()),
+        settings={
+            "overrides": list(request.overrides),
+            "integrator": simulation.integrator,
+            "choices": stated(simulation.choices, defaults=False) or None,
+            "tolerance": simulation.tolerance,
+            "step": simulation.step,
+            "duration": simulation.duration,
+        },
+        events=tuple(map(_scripted, compiled.plan.events)),
+        trajectory=None,
+    )
+
+
+def _scripted(event: Scripted) -> Event:
+    span = event.action.span
+    verb = span.text.split()[0].lower()
+    return Event(event.time, verb, (), span.one_line, span.place)
+
+
+def _is_result(path: Path) -> bool:
+    """Tell a result by how its file begins; by its name where there is none to read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(SIGNATURE)) == SIGNATURE or path.suffix in RESULTS
+    except OSError:
+        return path.suffix in RESULTS

@@ -1,0 +1,332 @@
+"""A comparison as text for people."""
+
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from typing import Any
+
+from tissuec.core.errors import counted
+from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show
+from tissuec.view.compare.comparison import Comparison, Fact, Leftover
+from tissuec.view.compare.curves import Curve, Curves
+from tissuec.view.compare.events import BREAKING, Entry, Happenings, Meeting
+from tissuec.view.compare.motion import Motion
+from tissuec.view.compare.parameters import Change, Given, shortened
+from tissuec.view.compare.places import Places
+from tissuec.view.compare.sides import Side
+from tissuec.view.compare.texts import TextDifference
+
+MOST_LINES = 60  # of a difference of texts
+MOST_TOLD = 10  # events of one kind
+MOST_NAMED = 4  # springs
+WIDEST = 96  # of a line of facts
+
+
+def as_text(found: Comparison) -> list[str]:
+    """Return the report, line by line."""
+    lines = [f"{which}: {_headline(side)}" for which, side in (("a", found.a), ("b", found.b))]
+    if found.is_same:
+        return [*lines, f"nothing differs ({_looked_at(found)})"]
+    sections = {
+        "text": _texts((*found.texts, *found.files)),
+        "settings": _facts(found.settings),
+        "nodes and springs": _leftovers(found.leftovers),
+        "parameters": _changes(found.changes),
+        _events_title(found): _happenings(found),
+        "logs": _curves(found.curves),
+        "motion": _motion(found),
+        "how they were made": _facts(found.provenance),
+    }
+    same = []
+    for title, said in sections.items():
+        if not title:
+            continue
+        if told := list(said):
+            lines += ["", title, *(f"  {line}" for line in told)]
+        elif _was_compared(found, title):
+            same.append(title)
+    return [*lines, "", f"the same: {', '.join(same)}"] if same else lines
+
+
+def _headline(side: Side) -> str:
+    if side.trajectory is None:
+        return f"{side.name} (a scene)"
+    return f"{side.name} ({side.scene}; {side.trajectory.outcome})"
+
+
+def _looked_at(found: Comparison) -> str:
+    nodes = counted(len(found.nodes), "node")
+    parts = ["text", nodes, counted(len(found.springs), "spring")]
+    if isinstance(found.motion, Motion):
+        parts.append(counted(len(found.motion.times), "frame"))
+    elif found.motion is not None:
+        parts.append(found.motion)
+    return ", ".join(parts)
+
+
+def _was_compared(found: Comparison, title: str) -> bool:
+    if title in ("logs", "motion", "how they were made"):
+        return found.curves is not None
+    return title != "parameters" or bool(len(found.nodes) or len(found.springs))
+
+
+# --- text and settings ------------------------------------------------------------------------
+
+
+def _texts(differences: Sequence[TextDifference]) -> Iterator[str]:
+    for one in differences:
+        if one.kind != "changed":
+            yield f'{one.kind}: "{one.name}"'
+        elif not one.lines:
+            yield f'"{one.name}" is another file'
+        else:
+            yield from one.lines[:MOST_LINES]
+            if len(one.lines) > MOST_LINES:
+                yield f"… {len(one.lines) - MOST_LINES} more lines; --json has all of them"
+
+
+def _facts(facts: Sequence[Fact]) -> Iterator[str]:
+    for fact in facts:
+        line = f"{fact.name}: {_value(fact.a)} -> {_value(fact.b)}"
+        if len(line) <= WIDEST or not isinstance(fact.a, list):
+            yield line
+            continue
+        for which, one, other in (("a", fact.a, fact.b), ("b", fact.b, fact.a)):
+            yield from (f"{fact.name} in {which}: {text}" for text in one if text not in other)
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, value)) or "none"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# --- nodes, springs and their numbers ---------------------------------------------------------
+
+
+def _leftovers(leftovers: Sequence[Leftover]) -> Iterator[str]:
+    for one in leftovers:
+        if one.count == one.total:
+            every = f"all {one.count} {one.what}s" if one.count > 1 else f"the one {one.what}"
+            yield f"only in {one.side}: {every} of {one.part}"
+            continue
+        ids = ", ".join(map(str, one.ids))
+        more = ", …" if one.count > len(one.ids) else ""
+        plural = "" if one.total == 1 else "s"
+        yield (
+            f"only in {one.side}: {one.count} of {one.total} {one.what}{plural} of {one.part} "
+            f"({ids}{more})"
+        )
+
+
+def _changes(changes: Sequence[Change]) -> Iterator[str]:
+    for change in changes:
+        of = "all" if change.count == change.total else f"{change.count} of"
+        things = f"{of} {counted(change.total, change.what)}"
+        yield f"{change.quantity} of {change.part}: {things}, {_sizes(change)}"
+        for which, given in (("a", change.from_a), ("b", change.from_b)):
+            if change.from_a != change.from_b or which == "a":
+                side = which if change.from_a != change.from_b else "both"
+                yield from (f"  {side}: {_origin(one)}" for one in given)
+
+
+def _sizes(change: Change) -> str:
+    """Return what it was and is: of all alike, or where it differs most."""
+    if change.dimension is None:
+        return f"{change.a} -> {change.b}"
+    alike = all(r and r[0] == r[1] for r in (change.range_a, change.range_b))
+    most = f"{_percent(change.relative)} at most" if not alike else _percent(change.relative)
+    place = "" if alike else f" ({change.what} {change.worst})"
+    here, there = (_number(value, change.dimension) for value in (change.a, change.b))
+    of = " of the drawing" if change.quantity == "drawn position" else ""
+    return f"{here} -> {there}{place}, {most}{of}"
+
+
+def _number(value: float | str | tuple[float, ...], dimension: Dimension) -> str:
+    if isinstance(value, tuple):
+        parts = ", ".join(f"{one:.6g}" for one in value)
+        return f"({parts}) {DIMENSION_NAMES[dimension][1]}".rstrip()
+    if isinstance(value, str):
+        return value
+    return show(value, dimension, digits=4) if isfinite(value) else "none"
+
+
+def _percent(part: float) -> str:
+    return f"{100.0 * part:.3g} %"
+
+
+def _origin(given: Given) -> str:
+    return f"{given.place}, {given.how}: {given.text}"
+
+
+# --- events -----------------------------------------------------------------------------------
+
+
+def _events_title(found: Comparison) -> str:
+    if found.happenings is None:
+        return ""
+    return "script" if found.a.trajectory is None else "events"
+
+
+def _happenings(found: Comparison) -> Iterator[str]:
+    if found.happenings is None or found.happenings.is_same:
+        return
+    places = Places(found.a), Places(found.b)
+    orders = [m for m in found.happenings.both if m.a.kind not in BREAKING and not m.is_same]
+    yield from _cut_short([_met(meeting) for meeting in orders])
+    for which, entries in (("a", found.happenings.only_a), ("b", found.happenings.only_b)):
+        told = [e for e in entries if e.kind not in BREAKING]
+        yield from _cut_short(
+            [f"only in {which}: {show(e.time, TIME)} {shortened(e.cause)}" for e in told]
+        )
+    for kind in BREAKING:
+        yield from _broken(kind, found.happenings, places)
+
+
+def _cut_short(lines: Sequence[str]) -> Iterator[str]:
+    yield from lines[:MOST_TOLD]
+    if len(lines) > MOST_TOLD:
+        yield f"and {len(lines) - MOST_TOLD} more"
+
+
+def _met(meeting: Meeting) -> str:
+    a, b = meeting.a, meeting.b
+    when = show(a.time, TIME)
+    if a.time != b.time:
+        when += f" -> {show(b.time, TIME)}"
+        if when.split(" -> ")[0] == when.split(" -> ")[1]:
+            when = f"{show(a.time, TIME)} ({meeting.shift:+.1e} s)"
+    what = (
+        shortened(a.cause)
+        if a.cause == b.cause
+        else f"{shortened(a.cause)} -> {shortened(b.cause)}"
+    )
+    if a.springs == b.springs:
+        return f"{when}: {what}"
+    common = len(set(a.springs) & set(b.springs))
+    return (
+        f"{when}: {what}; {len(a.springs)} -> {counted(len(b.springs), 'spring')}, "
+        f"{common} of them the same"
+    )
+
+
+def _broken(kind: str, found: Happenings, places: tuple[Places, Places]) -> Iterator[str]:
+    """Yield how many springs broke in both, and in one alone."""
+    both = [meeting for meeting in found.both if meeting.a.kind == kind]
+    only = [[e for e in entries if e.kind == kind] for entries in (found.only_a, found.only_b)]
+    shifted = [meeting for meeting in both if meeting.shift]
+    if not (shifted or only[0] or only[1]):
+        return
+    yield (
+        f"{kind}: {counted(len(both) + len(only[0]), 'spring')} in a, "
+        f"{len(both) + len(only[1])} in b, {len(both)} of them in both"
+    )
+    if shifted:
+        worst = max(shifted, key=lambda meeting: abs(meeting.shift))
+        yield (
+            f"  times differ by up to {show(abs(worst.shift), TIME)}: spring "
+            f"{places[0].spring(worst.a.spring)}, {show(worst.a.time, TIME, digits=6)} -> "
+            f"{show(worst.b.time, TIME, digits=6)}"
+        )
+    for which, place, entries in zip("ab", places, only, strict=True):
+        if entries:
+            yield f"  only in {which}: {_springs(entries, place)}"
+
+
+def _springs(entries: Sequence[Entry], places: Places) -> str:
+    told = [f"{places.spring(e.spring)} at {show(e.time, TIME)}" for e in entries[:MOST_NAMED]]
+    more = f", and {len(entries) - MOST_NAMED} more" if len(entries) > MOST_NAMED else ""
+    return f"spring{'s' if len(entries) > 1 else ''} {', '.join(told)}{more}"
+
+
+# --- logs and motion --------------------------------------------------------------------------
+
+
+def _curves(curves: Curves | None) -> Iterator[str]:
+    if curves is None:
+        return
+    different = [curve for curve in curves.both if not curve.is_same]
+    if different:
+        yield from _table(different)
+    for which, names in (("a", curves.only_a), ("b", curves.only_b)):
+        if names:
+            yield f"only in {which}: {', '.join(names)}"
+    if curves.apart:
+        yield f"without a common time or column: {', '.join(curves.apart)}"
+
+
+def _table(curves: Sequence[Curve]) -> Iterator[str]:
+    rows = [("log", "largest difference", "relative", "at")]
+    for curve in curves:
+        where = show(curve.time, TIME) + (f", {curve.column}" if curve.column else "")
+        size = _in_unit(curve.difference, curve.unit)
+        rows.append((curve.name, size, _percent(curve.relative), where))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        yield "  ".join(cells).rstrip()
+    if any(curve.interpolated for curve in curves):
+        yield "their times differ: straight lines between the rows of logs were compared"
+    for curve in curves:
+        if curve.missing:
+            moments = counted(curve.missing, "moment")
+            yield f"{curve.name}: at {moments} only one of them has a number"
+
+
+def _in_unit(value: float, unit: str) -> str:
+    """Return a value with its SI unit, scaled for people where there is a way to."""
+    known = {symbol: dimension for dimension, (_, symbol) in DIMENSION_NAMES.items()}
+    return show(value, known[unit]) if unit in known else f"{value:.3g} {unit}".rstrip()
+
+
+def _motion(found: Comparison) -> Iterator[str]:
+    motion = found.motion
+    if motion is None or (isinstance(motion, Motion) and motion.is_same):
+        return
+    if isinstance(motion, str):
+        yield f"not compared: {motion}"
+        return
+    yield _compared(motion)
+    worst = motion.worst
+    if motion.largest:
+        yield (
+            f"largest distance {show(motion.largest, LENGTH)} at "
+            f"{show(float(motion.times[worst]), TIME)}, node "
+            f"{Places(found.a).node(int(motion.node[worst]))}"
+        )
+        yield (
+            f"up to {float(motion.relative.max()):.2g} of the largest displacement until then"
+        )
+    yield _promise(motion)
+    if motion.interpolated:
+        yield "times of frames differ: between them nodes are on cubics of positions and"
+        yield f"velocities, which leaves up to {show(float(motion.open.max()), LENGTH)} open"
+
+
+def _compared(motion: Motion) -> str:
+    first, last = (show(float(motion.times[row]), TIME) for row in (0, -1))
+    times = counted(len(motion.times), "time")
+    said = f"{counted(motion.nodes, 'node')} at {times}, {first} to {last}"
+    parts = []
+    if not motion.nodes == motion.nodes_a == motion.nodes_b:
+        parts.append(f"a shows {motion.nodes_a} nodes, b {motion.nodes_b}")
+    if motion.span_a != motion.span_b:
+        ends = (show(span[1], TIME) for span in (motion.span_a, motion.span_b))
+        parts.append("a ends at {}, b at {}".format(*ends))
+    return f"{said} ({'; '.join(parts)})" if parts else said
+
+
+def _promise(motion: Motion) -> str:
+    """Return whether both can be right."""
+    allowed = motion.allowed
+    if allowed is None:
+        which = "a" if motion.tolerance_a is None else "b"
+        return f"{which} promises nothing, since its step is fixed"
+    promised = f"{motion.tolerance_a:g} and {motion.tolerance_b:g}"
+    if motion.verdict == "agree":
+        return f"they agree within both tolerances ({promised})"
+    if motion.parting is None:
+        return f"that leaves open whether they agree within both tolerances ({promised})"
+    since = show(motion.parting, TIME)
+    return f"from {since} on they differ by more than both tolerances allow ({promised})"

@@ -1,0 +1,131 @@
+"""Results for interactive use: a few lines of text, and in a notebook the motion itself."""
+
+from collections import Counter
+from collections.abc import Sequence
+from html import escape
+
+from tissuec.core.errors import counted
+from tissuec.core.printable import printable
+from tissuec.core.units import TIME, show
+from tissuec.results import trajectory as results
+
+MOST_NAMED = 8  # of a kind
+MOST_NODES = 20_000  # beyond, a net is no picture for a page
+MOST_POSITIONS = 1_000_000  # of nodes in all frames together; more frames are left out
+LARGEST = 8_000_000  # characters of a player that a notebook still takes easily
+HEIGHT = 560  # [px]
+_VERDICTS = {"holds": "hold", "fails": "fail", "not reached": "were not reached"}
+
+
+class Trajectory(results.Trajectory):
+    __doc__ = results.Trajectory.__doc__
+
+    def __repr__(self) -> str:
+        return as_text(self)
+
+    def _repr_html_(self) -> str:
+        """Show it in a notebook: the motion, and what else there is."""
+        return as_html(self)
+
+
+def as_text(trajectory: results.Trajectory) -> str:
+    """Return what a result holds, a line for each kind of thing."""
+    name = f'Trajectory "{trajectory.path.name}"'
+    if not trajectory.is_open:
+        return f"<closed {name}>"
+    lines = [f"  {head}: {text}" for head, text in _rows(trajectory)]
+    return printable("\n".join([f"<{name}>", *lines]))
+
+
+def as_html(trajectory: results.Trajectory) -> str:
+    """Return the player, or why there is none, and the same lines as a table."""
+    if not trajectory.is_open:
+        return f"<p>{escape(as_text(trajectory))}</p>"
+    cells = "".join(
+        f'<tr><th style="text-align:left;vertical-align:top">{escape(head)}</th>'
+        f'<td style="text-align:left">{escape(text)}</td></tr>'
+        for head, text in _rows(trajectory)
+    )
+    return (
+        f"<div>{_player(trajectory)}<table>"
+        f"<caption>{escape(trajectory.path.name)}</caption>{cells}</table></div>"
+    )
+
+
+def _player(trajectory: results.Trajectory) -> str:
+    """Return the player in a frame of its own, or a sentence about why it is left out."""
+    from tissuec.view.player.options import Options
+    from tissuec.view.player.page import fragment
+
+    frames, nodes = trajectory.position.shape[:2]
+    if not frames or not nodes:
+        return "<p>There is no motion to show: the scene records no trajectory.</p>"
+    view = f'tissuec view "{trajectory.path}" shows it in a page of its own'
+    if nodes > MOST_NODES:
+        return f"<p>{nodes} nodes are too many for a notebook; {escape(view)}.</p>"
+    most = max(2, MOST_POSITIONS // nodes)
+    page = fragment(trajectory, Options(frames=most), height=HEIGHT)
+    if len(page) > LARGEST:
+        return f"<p>The motion is too large for a notebook; {escape(view)}.</p>"
+    left = f"<p>{most} of {frames} frames are shown; {escape(view)}.</p>"
+    return page + left if frames > most else page
+
+
+def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
+    """Return what there is to say: heads and texts."""
+    network = trajectory.network
+    promise = trajectory.promise
+    error = "" if promise.error is None else f", error {promise.error:.1e}"
+    rows = [
+        ("outcome", trajectory.outcome),
+        ("promise", f"{promise}{error}"),
+        ("frames", _frames(trajectory)),
+    ]
+    rows += [
+        ("body", f"{body.name}, {_size(body.nodes, body.springs)}") for body in network.bodies
+    ]
+    rows += [
+        ("joint", f"{joint.name}, {_length(joint.springs, 'spring')}")
+        for joint in network.joints
+    ]
+    sets = [
+        f"{name} ({counted(len(group.indices), group.what[:-1])})"
+        for name, group in trajectory.sets.items()
+    ]
+    logs = [
+        f"{log.name} [{log.unit}]" if log.unit else log.name for log in trajectory.logs.values()
+    ]
+    energies = ["energies [J]"] if trajectory.energies is not None else []
+    kinds = Counter(event.kind for event in trajectory.events)
+    states = Counter(judged.state for judged in trajectory.expectations)
+    verdicts = [f"{states[state]} {verb}" for state, verb in _VERDICTS.items() if states[state]]
+    rows += [
+        ("sets", _some(sets)),
+        ("logs", _some([*logs, *energies])),
+        ("surfaces", _some(list(trajectory.surfaces))),
+        ("events", _some([f"{count} {kind}" for kind, count in kinds.items()])),
+        ("expectations", _some(verdicts)),
+    ]
+    return [(head, text) for head, text in rows if text]
+
+
+def _frames(trajectory: results.Trajectory) -> str:
+    times, (frames, nodes, _) = trajectory.times, trajectory.position.shape
+    if not frames:
+        return "none"
+    span = f"{show(float(times[0]), TIME)} to {show(float(times[-1]), TIME)}"
+    springs = counted(len(trajectory.springs), "spring")
+    return f"{frames}, {span}, of {counted(nodes, 'node')} and {springs}"
+
+
+def _size(nodes: slice, springs: slice) -> str:
+    return f"{_length(nodes, 'node')}, {_length(springs, 'spring')}"
+
+
+def _length(part: slice, what: str) -> str:
+    return counted(part.stop - part.start, what)
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more

@@ -1,0 +1,132 @@
+"""A run as an animated picture or a video, drawn without a browser."""
+
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen
+from tempfile import TemporaryFile
+
+import numpy as np
+
+from tissuec.core.errors import TissueError
+from tissuec.model.network import Floats
+from tissuec.view.player.pace import pace
+from tissuec.view.player.picture import Painter
+
+GIF_RATE, VIDEO_RATE = 20, 30  # pictures in a second
+_COLOURS, _SAMPLES = 192, 6  # of the palette of a GIF; pictures that it is made for
+_REST = 0.6  # [s] for which the end stays
+Progress = Callable[[int, int], None]
+
+
+def moments(times: Floats, rate: float, speed: float | None) -> Floats:
+    """Return which moments of a film are drawn, in frames, for so many pictures in a second.
+
+    Args:
+        times: Of the frames [s], shape (frame,).
+        speed: Playback speed, 1 is real time; chosen automatically if None.
+    """
+    duration = float(times[-1] - times[0])
+    shown = duration / (speed or pace(duration))
+    count = max(2, round(shown * rate) + 1) if duration > 0.0 else 1
+    at = np.linspace(times[0], times[-1], count)
+    return np.interp(at, times, np.arange(len(times)))
+
+
+def rate_of(painter: Painter, usual: float, speed: float | None, still: float = 0.0) -> float:
+    """Return how many pictures a second shows: fewer than usual if few frames are asked for.
+
+    Args:
+        still: How long pictures of the end are repeated [s].
+    """
+    times, most = painter.film.times, painter.options.frames
+    duration = float(times[-1] - times[0])
+    if most is None or not duration > 0.0:
+        return usual
+    return min(usual, (most - 1) / (duration / (speed or pace(duration)) + still))
+
+
+def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
+    """Write an animated GIF, and return how many pictures it has."""
+    from PIL import Image
+
+    rate = rate_of(painter, GIF_RATE, speed)
+    chosen = moments(painter.film.times, rate, speed)
+    # One palette serves all, so that nothing flickers; it knows the colours of all times.
+    few = chosen[np.unique(np.linspace(0, len(chosen) - 1, _SAMPLES).astype(int))]
+    together = np.concatenate([painter.pixels(float(at)) for at in few])
+    palette = Image.fromarray(together).quantize(_COLOURS, kmeans=1)
+    pictures = []
+    for number, at in enumerate(chosen):
+        told(number, len(chosen))
+        picture = Image.fromarray(painter.pixels(float(at)))
+        pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
+    pause = [round(1000 / rate)] * len(pictures)
+    pause[-1] += round(1000 * _REST)
+    pictures[0].save(
+        path, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0
+    )
+    return len(pictures)
+
+
+def need_ffmpeg() -> str:
+    """Return the encoder of videos: that of the extra, or one that is installed.
+
+    Raises:
+        TissueError: There is none; says what to install.
+    """
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        if found := shutil.which("ffmpeg"):
+            return found
+        raise TissueError(
+            'a video needs ffmpeg, installed by itself or by pip install "tissuec[animate]"'
+        ) from error
+    return str(imageio_ffmpeg.get_ffmpeg_exe())
+
+
+def write_video(painter: Painter, path: Path, speed: float | None, told: Progress) -> int:
+    """Write an MP4 (H.264), and return how many pictures it has.
+
+    Raises:
+        TissueError: There is no encoder, or it failed; says why.
+    """
+    rate = rate_of(painter, VIDEO_RATE, speed, _REST)
+    chosen = moments(painter.film.times, rate, speed)
+    rest = round(rate * _REST)
+    if painter.options.frames is not None:
+        rest = min(rest, painter.options.frames - len(chosen))
+    width, height = (length // 2 * 2 for length in painter.size)  # as the codec wants it
+    command = [
+        need_ffmpeg(), "-y", "-loglevel", "error",
+        "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}",
+        "-i", "-", "-an", "-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv420p",
+        "-movflags", "+faststart", str(path.absolute()),
+    ]  # fmt: skip
+    pictures = _pictures(painter, chosen, (width, height), rest, told)
+    with TemporaryFile() as said:
+        with Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said) as encoder:
+            assert encoder.stdin is not None
+            with suppress(BrokenPipeError):  # it says why below
+                for picture in pictures:
+                    encoder.stdin.write(picture)
+                encoder.stdin.close()
+        if encoder.returncode:
+            said.seek(0)
+            reason = said.read().decode(errors="replace").strip()
+            raise TissueError(f'cannot write "{path}": {reason}')
+    return len(chosen) + rest
+
+
+def _pictures(
+    painter: Painter, chosen: Floats, size: tuple[int, int], rest: int, told: Progress
+) -> Iterator[bytes]:
+    """Yield the pixels of moments, and those of the last one again while it stays."""
+    last = b""
+    for number, at in enumerate(chosen):
+        told(number, len(chosen))
+        last = np.ascontiguousarray(painter.pixels(float(at))[: size[1], : size[0]]).tobytes()
+        yield last
+    yield from (last for _ in range(rest))

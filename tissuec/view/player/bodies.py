@@ -1,0 +1,152 @@
+"""Solid things as triangles, and their looks in the light of the page (``web/shared.glsl``)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.model.network import Floats, Indices
+
+_LAMP = np.array([-0.45, 0.6, 0.75]) / np.linalg.norm([-0.45, 0.6, 0.75])
+_SHARP = np.cos(np.radians(50.0))  # between faces, beyond which an edge is seen
+
+
+class Mesh(NamedTuple):
+    """Triangles by their corners.
+
+    Attributes:
+        corners: [m], shape (triangle, 3, 3).
+        normals: At the corners, shape (triangle, 3, 3).
+    """
+
+    corners: Floats
+    normals: Floats
+
+
+def across(axis: Floats) -> tuple[Floats, Floats]:
+    """Return two directions at right angles to each one of some, and to each other."""
+    upright = np.abs(axis[..., 2:]) < 0.9
+    side = np.where(upright, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    right = np.cross(side, axis)
+    right = np.asarray(right / np.linalg.norm(right, axis=-1, keepdims=True), dtype=float)
+    return right, np.asarray(np.cross(axis, right), dtype=float)
+
+
+def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) -> Mesh:
+    """Return rods with round ends, or spheres where both ends are one point.
+
+    Args:
+        first, second: Middles of their ends [m], shape (rod, 3).
+        radius: [m], shape (rod,).
+        sides: Around each.
+    """
+    axis, around = _frames(second - first, sides)
+    quarter = np.linspace(0.0, np.pi / 2.0, sides // 4 + 1)
+    rings, normals = [], []
+    for middle, angles in ((first, quarter - np.pi / 2.0), (second, quarter)):
+        for angle in angles:
+            normal = np.cos(angle) * around + np.sin(angle) * axis
+            rings.append(middle + radius[:, None] * normal)
+            normals.append(normal)
+    return _joined(np.array(rings), np.array(normals))
+
+
+def arrows(foot: Floats, arrow: Floats, thick: float, *, sides: int = 10) -> Mesh:
+    """Return arrows with these feet [m] and vectors [m], shape (arrow, 3); see the shader."""
+    length = np.linalg.norm(arrow, axis=1)
+    slim = np.minimum(1.0, length / (9.0 * thick)) * thick
+    head = np.minimum(6.0 * slim, 0.45 * length)
+    axis, around = _frames(arrow, sides)
+    rings, normals = [], []
+    for along, wide, slope in (
+        (0.0 * length, slim, 0.0),
+        (length - head, slim, 0.0),
+        (length - head, 2.4 * slim, 0.4),
+        (length, 0.0 * slim, 0.4),
+    ):
+        middle = foot + along[:, None] * axis
+        rings.append(middle + wide[:, None] * around)
+        normals.append(around + slope * axis)
+    return _joined(np.array(rings), np.array(normals))
+
+
+def _frames(way: Floats, sides: int) -> tuple[Floats, Floats]:
+    """Return axes, shape (solid, 3), and directions around them, shape (side, solid, 3)."""
+    length = np.linalg.norm(way, axis=1, keepdims=True)
+    axis = np.where(length > 0.0, way / np.maximum(length, 1e-300), [0.0, 0.0, 1.0])
+    right, up = across(axis)
+    turn = 2.0 * np.pi * np.arange(sides) / sides
+    return axis, np.cos(turn)[:, None, None] * right + np.sin(turn)[:, None, None] * up
+
+
+def _joined(rings: Floats, normals: Floats) -> Mesh:
+    """Return the triangles between rings of points, both of shape (ring, side, solid, 3)."""
+    count, sides = rings.shape[:2]
+    corner = np.arange(count * sides).reshape(count, sides)
+    a, b = corner[:-1], np.roll(corner, -1, axis=1)[:-1]
+    c, d = corner[1:], np.roll(corner, -1, axis=1)[1:]
+    chosen = np.concatenate([np.stack([a, b, c], -1), np.stack([b, d, c], -1)]).reshape(-1, 3)
+    flat = [table.reshape(count * sides, -1, 3)[chosen] for table in (rings, normals)]
+    return Mesh(*(np.moveaxis(table, 2, 0).reshape(-1, 3, 3) for table in flat))
+
+
+_SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+def boxes(middle: Floats, half: float) -> Mesh:
+    """Return cubes around points, shape (box, 3), with half such edges [m]."""
+    corners, normals = [], []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            square = np.zeros((4, 3))
+            square[:, axis] = sign
+            square[:, (axis + 1) % 3] = sign * _SQUARE[:, 0]
+            square[:, (axis + 2) % 3] = _SQUARE[:, 1]
+            normal = np.zeros(3)
+            normal[axis] = sign
+            for triangle in ((0, 1, 2), (0, 2, 3)):
+                corners.append(square[list(triangle)])
+                normals.append(np.tile(normal, (3, 1)))
+    at = middle[:, None, None] + half * np.array(corners)
+    normal = np.broadcast_to(np.array(normals), at.shape)
+    return Mesh(at.reshape(-1, 3, 3), normal.reshape(-1, 3, 3))
+
+
+def smooth_mesh(position: Floats, triangles: Indices) -> Mesh:
+    """Return triangles with normals that are smooth, but across sharp edges."""
+    corners = position[triangles]
+    face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(face, axis=1)
+    flat = triangles.reshape(-1)
+    order = np.argsort(flat, kind="stable")
+    count = np.bincount(flat, minlength=len(position))
+    start = np.concatenate([[0], np.cumsum(count)])[flat]
+    # Every corner beside every triangle around its node.
+    often = count[flat]
+    corner = np.repeat(np.arange(len(flat)), often)
+    step = np.arange(len(corner)) - np.repeat(np.cumsum(often) - often, often)
+    other = order[np.repeat(start, often) + step] // 3
+    own = corner // 3
+    alike = (face[own] * face[other]).sum(axis=1) >= _SHARP * size[own] * size[other]
+    corner, other = corner[alike], other[alike]
+    sums = [np.bincount(corner, axis[other], minlength=len(flat)) for axis in face.T]
+    found = np.stack(sums, axis=1).astype(float)  # without any triangle they are whole
+    found /= np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300)
+    return Mesh(corners, found.reshape(-1, 3, 3))
+
+
+def lit(base: Floats, normal: Floats, to_eye: Floats, shine: float) -> Floats:
+    """Return colours in the light of the page, shape (…, 3).
+
+    Args:
+        base: Without light, from 0 to 1, shape (…, 3).
+        normal: Of one unit, towards the eye, as the camera sees it, shape (…, 3).
+        to_eye: Direction to the eye, shape (…, 3).
+        shine: Of the highlight.
+    """
+    direct = np.maximum(normal @ _LAMP, 0.0)[..., None]
+    sky = 0.5 + 0.5 * normal[..., 1:2]
+    facing = np.maximum((normal * to_eye).sum(axis=-1, keepdims=True), 0.0)
+    mirrored = 2.0 * (normal @ _LAMP)[..., None] * normal - _LAMP
+    spot = np.maximum((mirrored * to_eye).sum(axis=-1, keepdims=True), 0.0) ** 24
+    light = 0.22 + 0.26 * sky + 0.7 * direct + 0.12 * (1.0 - facing) ** 3
+    return np.sqrt(np.clip(base**2 * light + shine * spot, 0.0, 1.0))

@@ -1,0 +1,71 @@
+"""What a page says of its run in words."""
+
+import re
+from typing import Any
+
+from tissuec.core.printable import printable
+from tissuec.results.promise import Promise
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.film import Film
+
+_PACKAGES = ("tissuec", "python", "numpy", "scipy", "llvmlite")
+
+
+def title(trajectory: Trajectory) -> str:
+    """Return what the run is called: the name of its scene, or of its file."""
+    scene = str(trajectory.manifest.get("scene") or "")
+    name = re.split(r"[\\/]", scene)[-1].removesuffix(".tis")
+    return name.replace("_", " ") or printable(trajectory.path.name)
+
+
+def about(trajectory: Trajectory) -> str:
+    """Return what the scene says that it is about."""
+    return str(trajectory.manifest.get("about") or "")
+
+
+def provenance(trajectory: Trajectory) -> str:
+    """Return how the run was made: method, error, settings, outcome and versions."""
+    manifest = trajectory.manifest
+    network = trajectory.network
+    parts = [
+        f"{network.body_nodes} nodes, {network.spring_count} springs",
+        _method(manifest),
+        _error(manifest),
+        ", ".join(f"--set {text}" for text in manifest.get("overrides") or ()),
+        "" if trajectory.finished else str(manifest.get("outcome") or "unfinished"),
+        ", ".join(f"{name} {_version(manifest, name)}" for name in _PACKAGES
+                  if _version(manifest, name)),
+    ]  # fmt: skip
+    return "; ".join(filter(None, parts))
+
+
+def _version(manifest: dict[str, Any], name: str) -> str:
+    return str((manifest.get("versions") or {}).get(name, ""))
+
+
+def _method(manifest: dict[str, Any]) -> str:
+    method = manifest.get("method")
+    if not method:
+        return ""
+    steps = (manifest.get("statistics") or {}).get("accepted")
+    return str(method) if steps is None else f"{method}, {steps} steps"
+
+
+def _error(manifest: dict[str, Any]) -> str:
+    estimate, tolerance = Promise.of(manifest), manifest.get("tolerance")
+    promised = f"tolerance {tolerance:g}" if isinstance(tolerance, float) else ""
+    if estimate.error is None:
+        return promised
+    known = f"error about {estimate.error:.1e} of the largest displacement"
+    return f"{known} ({promised})" if promised else known
+
+
+def thinning(film: Film) -> str:
+    """Return what is not drawn; empty if all is."""
+    nodes, springs = film.recorded
+    if film.node_count == nodes:
+        return ""
+    return (
+        f"drawn: {film.node_count} of {nodes} nodes; {len(film.lines.ends)} lines stand for "
+        f"{springs} springs"
+    )

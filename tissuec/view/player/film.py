@@ -1,0 +1,159 @@
+"""What is drawn of a result, as arrays.
+
+Moments within a run are counted in *frames*: 2.5 lies halfway between the frames 2 and 3. What
+is there for a while only, such as a spring that is cut, has a *life*: the frames from which on,
+and until which, it is there. A spring that comes back, as a knot does after it has slipped, is
+several of them.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats, Indices
+from tissuec.view.player.lifetimes import Lives, is_there
+
+_SURE = 0.98  # of all numbers: scales of colours and arrows end there
+
+
+class Lines(Struct, frozen=True, eq=False):
+    """Springs; one that comes back stands here more than once.
+
+    Attributes:
+        ends: Shape (line, 2).
+        life: In frames, shape (line, 2).
+        tension: [N], shape (frame, line); the last one known where it is not there.
+        rest: Rest length before the run [m], shape (line,); 0 where it has none.
+        law: Number among the laws, shape (line,).
+        radius: Of threads [m], shape (line,); 0 of other springs.
+    """
+
+    ends: Indices
+    life: Floats
+    tension: NDArray[np.float32]
+    rest: Floats
+    law: Indices
+    radius: Floats
+
+
+class Skin(Struct, frozen=True, eq=False):
+    """Triangles of the net.
+
+    Attributes:
+        triangles: Shape (triangle, 3).
+        life: In frames, shape (triangle, 2).
+        smooth: Whether a smooth surface shows the same, shape (triangle,).
+    """
+
+    triangles: Indices
+    life: Floats
+    smooth: NDArray[np.bool_]
+
+
+class Piece(Struct, frozen=True, eq=False):
+    """A smooth surface while its triangles stay the same.
+
+    Attributes:
+        frames: Of the film, where each set of points belongs, shape (moment,).
+        triangles: Shape (triangle, 3).
+        position: [m], shape (moment, point, 3).
+    """
+
+    frames: Floats
+    triangles: Indices
+    position: NDArray
+
+
+class Solid(Struct, frozen=True):
+    """A shape of a tool.
+
+    Attributes:
+        kind: "capsule", "plane" or "opening".
+        radius: [m].
+        points: The two points that carry it.
+        name: Of the tool.
+    """
+
+    kind: str
+    radius: float
+    points: tuple[int, int]
+    name: str
+
+
+class Film(Struct, frozen=True, eq=False):
+    """Everything that moves.
+
+    Attributes:
+        times: Of the frames [s], shape (frame,).
+        position: Of all points [m], shape (frame, point, 3): nodes, and behind them those of
+            tools.
+        force: Sum of the spring forces on each node [N], shape (frame, node, 3).
+        lines: Springs.
+        skin: Triangles of the net.
+        dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
+        held: The same for nodes that are held.
+        fixed: Whether these are held by nobody that moves, shape (held,).
+        solids: Shapes of tools.
+        surfaces: Smooth surfaces, a list of pieces for each body.
+        laws: Names of the laws.
+        recorded: How many nodes and springs the file shows.
+    """
+
+    times: Floats
+    position: NDArray
+    force: NDArray
+    lines: Lines
+    skin: Skin
+    dots: Lives
+    held: Lives
+    fixed: NDArray[np.bool_]
+    solids: tuple[Solid, ...]
+    surfaces: dict[str, list[Piece]]
+    laws: tuple[str, ...]
+    recorded: tuple[int, int]
+
+    @property
+    def node_count(self) -> int:
+        """Return how many of the points are nodes."""
+        return self.force.shape[1]
+
+    def strain(self, frame: int) -> Floats:
+        """Return elongation over rest length of each line, shape (line,); 0 without one."""
+        first, second = self.position[frame][self.lines.ends.T]
+        length = np.linalg.norm(second - first, axis=1)
+        rest = self.lines.rest
+        return np.where(rest > 0.0, length / np.where(rest > 0.0, rest, 1.0) - 1.0, 0.0)
+
+    def alive(self, frame: float) -> NDArray[np.bool_]:
+        """Return which lines are there, shape (line,)."""
+        return is_there(self.lines.life, frame)
+
+    @property
+    def most_tension(self) -> float:
+        """Return where the colours of tension end [N]; more is drawn alike."""
+        return _most(
+            np.abs(row[self.alive(frame)]) for frame, row in enumerate(self.lines.tension)
+        )
+
+    @property
+    def most_strain(self) -> float:
+        """Return where the colours of strain end."""
+        frames = range(0, len(self.times), max(1, len(self.times) // 20))
+        return _most(np.abs(self.strain(frame)[self.alive(frame)]) for frame in frames)
+
+    @property
+    def most_force(self) -> float:
+        """Return the size of force that has the longest arrow but for outliers [N]."""
+        return _most(np.linalg.norm(row, axis=1) for row in self.force)
+
+
+def _most(rows: Iterator[NDArray]) -> float:
+    """Return what nearly all numbers stay below, rounded up to two digits; 0 if all are 0."""
+    tops = [float(np.quantile(row, _SURE)) for row in rows if len(row)]
+    most = max(tops, default=0.0)
+    if not most > 0.0:
+        return 0.0
+    digits = 1 - int(np.floor(np.log10(most)))
+    return round(float(np.ceil(most * 10.0**digits - 1e-9)) / 10.0**digits, digits)

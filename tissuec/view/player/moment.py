@@ -1,0 +1,52 @@
+"""What a film shows between two of its frames."""
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats
+from tissuec.view.player.film import Film, Piece
+
+
+class Moment(Struct, frozen=True, eq=False):
+    """A film between two of its frames.
+
+    Attributes:
+        at: In frames.
+        position: Of all points [m], shape (point, 3).
+        force: On nodes [N], shape (node, 3).
+        tension: Of lines [N], shape (line,).
+        strain: Of lines, shape (line,).
+    """
+
+    at: float
+    position: Floats
+    force: Floats
+    tension: Floats
+    strain: Floats
+
+    @classmethod
+    def of(cls, film: Film, at: float) -> "Moment":
+        """Return what a film shows at a number of frames; it goes straight between two."""
+        first = int(at)
+        second, part = min(first + 1, len(film.times) - 1), at - first
+
+        def between(numbers: NDArray) -> Floats:
+            return (1.0 - part) * numbers[first] + part * numbers[second]
+
+        position = between(film.position)
+        ends, rest = film.lines.ends, film.lines.rest
+        length = np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1)
+        stretch = length / np.where(rest > 0.0, rest, np.inf) - 1.0
+        strain = np.where(rest > 0.0, stretch, 0.0)
+        return cls(at, position, between(film.force), between(film.lines.tension), strain)
+
+
+def surface_at(pieces: list[Piece], at: float) -> tuple[Piece, Floats]:
+    """Return which piece of a smooth surface is seen, and its points [m], (point, 3)."""
+    piece = [one for one in pieces if one.frames[0] <= at + 1e-6 or one is pieces[0]][-1]
+    place = float(np.interp(at, piece.frames, np.arange(len(piece.frames))))
+    first = int(place)
+    second = min(first + 1, len(piece.frames) - 1)
+    part = place - first
+    return piece, (1.0 - part) * piece.position[first] + part * piece.position[second]

@@ -1,0 +1,227 @@
+"""A result as one HTML document that plays it, without a network or other files."""
+
+import html
+import json
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec import __version__
+from tissuec.core import palette
+from tissuec.core.data import as_data
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.player import facts
+from tissuec.view.player.camera import ANGLE, MARGIN, framing, viewpoint
+from tissuec.view.player.curves import Curve, read_curves
+from tissuec.view.player.events import marks
+from tissuec.view.player.film import Film, Piece
+from tissuec.view.player.lifetimes import FOREVER
+from tissuec.view.player.options import DEFAULT, Options
+from tissuec.view.player.pace import pace
+from tissuec.view.player.packing import Pack, box_scale, even
+from tissuec.view.player.reading import read_film
+
+WEB = Path(__file__).resolve().parent / "web"
+#: Parts of the script, in order.
+SCRIPTS = (
+    "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js", "stage.js",
+    "marks.js", "curves.js", "panel.js", "hands.js", "player.js",
+)  # fmt: skip
+SHADERS = ("shared", "lines", "skin", "solids", "arrows", "plane")
+_TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
+_LEVELS = 65534  # of a curve; one more number stands for none
+
+
+def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
+    """Return the whole HTML document.
+
+    Raises:
+        TissueError: The result has no frame to show.
+    """
+    return render_film(read_film(trajectory, options), trajectory, options)
+
+
+def render_film(film: Film, trajectory: Trajectory, options: Options = DEFAULT) -> str:
+    """Return the document for what was read of a result already."""
+    pack = Pack()
+    described = describe(film, trajectory, options, pack)
+    return Template(_web("shell.html")).substitute(
+        title=html.escape(facts.title(trajectory)),
+        about=html.escape(facts.about(trajectory)),
+        version=html.escape(__version__),
+        style=Template(_web("player.css")).substitute(_colours()),
+        film=as_script(described | {"arrays": pack.specs}),
+        arrays=pack.packed(),
+        script="\n".join(map(_web, SCRIPTS)),
+    )
+
+
+def fragment(trajectory: Trajectory, options: Options = DEFAULT, *, height: int = 640) -> str:
+    """Return the player as an element to be put into another page.
+
+    It stands in a frame of its own, so that neither page meets the other's styles or keys.
+
+    Args:
+        height: Of the frame [px].
+
+    Raises:
+        TissueError: The result has no frame to show.
+    """
+    name = html.escape(facts.title(trajectory))
+    document = html.escape(render(trajectory, options))
+    style = f"width:100%;height:{height}px;border:0"
+    return f'<iframe title="player of {name}" style="{style}" srcdoc="{document}"></iframe>'
+
+
+def as_script(value: object) -> str:
+    """Return plain data as JSON that no HTML parser mistakes for the end of a script."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for letter in "<>&\u2028\u2029":
+        text = text.replace(letter, f"\\u{ord(letter):04x}")
+    return text
+
+
+def describe(
+    film: Film, trajectory: Trajectory, options: Options, pack: Pack
+) -> dict[str, Any]:
+    """Put arrays into ``pack``, and return everything else that the page is told."""
+    held, dots = film.held, film.dots
+    for name, numbers in (
+        ("ends", film.lines.ends.T),
+        ("law", film.lines.law[None]),
+        ("triangles", film.skin.triangles.T),
+        ("smooth", film.skin.smooth[None].astype(int)),
+        ("dots", dots.of[None]),
+        ("held", held.of[None]),
+        ("fixed", film.fixed[None].astype(int)),
+    ):
+        pack.add(name, numbers)
+    lives = {
+        "lines": film.lines.life,
+        "skin": film.skin.life,
+        "dots": dots.life,
+        "held": held.life,
+    }
+    for name, life in lives.items():
+        pack.add(f"life of {name}", _frames(life))
+    scale = box_scale(film.position)
+    pack.add("position", scale.steps(film.position).transpose(0, 2, 1))
+    most = {
+        "tension": film.most_tension, "strain": film.most_strain, "force": film.most_force,
+    }  # fmt: skip
+    pack.add("tension", even(film.lines.tension, most["tension"], _TENSIONS))
+    # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
+    pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
+    for name, values in (("rest", film.lines.rest), ("radius", film.lines.radius)):
+        pack.add(name, even(values, float(values.max(initial=0.0)), _LEVELS)[None])
+    duration = float(film.times[-1] - film.times[0])
+    return {
+        "title": facts.title(trajectory),
+        "made": facts.provenance(trajectory),
+        "thinned": facts.thinning(film),
+        "finished": trajectory.finished,
+        "times": film.times.tolist(),
+        "nodes": film.node_count,
+        "origin": scale.origin,
+        "step": scale.step,
+        "most": most,
+        "steps": {"tension": _TENSIONS, "force": _FORCES / 4.0, "level": _LEVELS},
+        "largest": {
+            "rest": float(film.lines.rest.max(initial=0.0)),
+            "radius": float(film.lines.radius.max(initial=0.0)),
+        },
+        "laws": film.laws,
+        "solids": [as_data(solid) for solid in film.solids],
+        "surfaces": _surfaces(film, pack, scale.step),
+        "curves": [
+            _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
+        ],
+        "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
+        "view": _view(film, options),
+        "colour": options.colour,
+        "start": float(film.times[0] if options.time is None else options.time),
+        "pace": options.speed or pace(duration),
+        "looks": _looks(),
+        "shaders": {name: _web(f"{name}.glsl") for name in SHADERS},
+    }
+
+
+def _frames(life: NDArray) -> NDArray[np.int64]:
+    """Return lives in thousandths of frames, beginnings before ends, shape (2, life)."""
+    return np.rint(np.minimum(life, FOREVER / 1e3) * 1e3).astype(np.int64).T
+
+
+def _view(film: Film, options: Options) -> dict[str, Any]:
+    frame = framing(film)
+    azimuth, elevation = options.view or viewpoint(frame.points)
+    return {
+        "points": frame.points.tolist(),
+        "middle": frame.middle.tolist() if frame.follows else [],
+        "size": frame.size,
+        "azimuth": azimuth,
+        "elevation": elevation,
+        "angle": ANGLE,
+        "margin": MARGIN,
+    }
+
+
+def _surfaces(film: Film, pack: Pack, step: float) -> list[dict[str, Any]]:
+    """Pack smooth surfaces in the steps of the net."""
+    found = []
+    for number, (name, pieces) in enumerate(film.surfaces.items()):
+        parts = [_piece(piece, f"surface {number} {part}", pack, step)
+                 for part, piece in enumerate(pieces)]  # fmt: skip
+        found.append({"name": name, "pieces": parts})
+    return found
+
+
+def _piece(piece: Piece, name: str, pack: Pack, step: float) -> dict[str, Any]:
+    origin = piece.position.min(axis=(0, 1)).tolist() if piece.position.size else [0.0] * 3
+    numbers = np.rint((piece.position - np.array(origin)) / step).astype(np.int64)
+    pack.add(f"{name} position", numbers.transpose(0, 2, 1))
+    pack.add(f"{name} triangles", piece.triangles.T)
+    return {"name": name, "origin": origin, "frames": piece.frames.tolist()}
+
+
+def _curve(curve: Curve, number: int, pack: Pack) -> dict[str, Any]:
+    finite = curve.value[np.isfinite(curve.value)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    step = (high - low) / _LEVELS or 1.0
+    with np.errstate(invalid="ignore"):
+        levels = np.where(
+            np.isfinite(curve.value), np.rint((curve.value - low) / step) + 1.0, 0.0
+        )
+    pack.add(f"curve {number}", levels.astype(np.int64))
+    return {
+        "name": curve.name,
+        "unit": curve.unit,
+        "columns": curve.columns,
+        "leftOut": curve.left_out,
+        "time": [float(f"{time:.9g}") for time in curve.time],
+        "low": low,
+        "high": high,
+        "step": step,
+        "empty": not finite.size,
+    }
+
+
+def _web(name: str) -> str:
+    return (WEB / name).read_text(encoding="utf-8")
+
+
+def _colours() -> dict[str, str]:
+    """Return the colours that the style sheet asks for."""
+    return _looks() | {
+        "accent": palette.SERIES[0],
+        "accent_dark": palette.SERIES[4],
+        "force": palette.SERIES[2],
+    }  # fmt: skip
+
+
+def _looks() -> dict[str, Any]:
+    """Return the colours that all pictures share."""
+    names = [name for name in vars(palette) if name.isupper()]
+    return {name.lower(): getattr(palette, name) for name in names}

@@ -1,0 +1,397 @@
+"""A moment of a run as a picture, drawn without a browser.
+
+Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stage.js``).
+"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core import palette
+from tissuec.core.errors import TissueError
+from tissuec.model.network import Floats, Indices
+from tissuec.view.player.bodies import Mesh, across, arrows, boxes, capsules, lit, smooth_mesh
+from tissuec.view.player.camera import (
+    Camera,
+    fitted,
+    framing,
+    half_height,
+    outermost,
+    viewpoint,
+)
+from tissuec.view.player.film import Film, Solid
+from tissuec.view.player.lifetimes import Mask, is_there
+from tissuec.view.player.moment import Moment, surface_at
+from tissuec.view.player.options import Colour, Options
+from tissuec.view.player.pace import near, scaled
+from tissuec.view.player.strokes import dashed, ramp, rgb
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tissuec.view.player.raster import Raster
+
+DPI = 100
+_USUAL = 1000  # [px]: of a picture, in which lines are as wide as on the page
+_PALER = 0.4  # skin under springs, whose colours say something
+_NEARER = 1.2e-3  # of the size: by which lines lie on the skin
+SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
+LONGEST = 4.0  # times the scale of forces: arrows of outliers end there, as on the page
+FADE = 4.0  # frames in which a spring that broke fades out
+_LETTER = 8.0  # [px]: width of a letter of the legend, at most on average
+_PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
+
+
+def need_matplotlib() -> None:
+    """Raise a TissueError that says what to install, where matplotlib is missing."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise TissueError(
+            'a picture needs matplotlib; pip install "tissuec[plot]" brings it'
+        ) from error
+
+
+class Soup(NamedTuple):
+    """Triangles as the camera sees them.
+
+    Attributes:
+        corners: To the right, upwards, and to the eye [m], shape (triangle, 3, 3).
+        colour: Of the corners, shape (triangle, 3, 3).
+        opacity: Shape (triangle,).
+    """
+
+    corners: Floats
+    colour: Floats
+    opacity: Floats
+
+
+class Painter:
+    """Draws moments of a film into one figure.
+
+    Args:
+        film: What there is.
+        options: How it is seen.
+        size: Width and height [px].
+        title: Above the picture.
+        forces: Whether forces on nodes are drawn.
+    """
+
+    def __init__(
+        self,
+        film: Film,
+        options: Options,
+        size: tuple[int, int],
+        title: str,
+        *,
+        forces: bool = False,
+    ):
+        need_matplotlib()
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        self.film, self.size, self.title, self.forces = film, size, title, forces
+        self.framing = framing(film)
+        self._reach = self.framing.size / 8.0 / (film.most_force or 1.0)
+        points = self.framing.points
+        angles = options.view or viewpoint(points)
+        if forces:
+            points = np.concatenate([points, *self._tips()])
+        self.home = self.camera = fitted(points, *angles, size[0] / size[1])
+        self.options = options
+        self.colour: Colour = options.colour
+        self.figure: Figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
+        self._canvas = FigureCanvasAgg(self.figure)
+        self._most = {"tension": film.most_tension, "strain": film.most_strain, "law": 1.0}
+        self.shows_springs = not film.surfaces and bool(len(film.lines.ends))
+        rests = film.lines.rest[film.lines.rest > 0.0]
+        mean = float(rests.mean()) if len(rests) else self.framing.size / 20.0
+        self._dash = mean / 3.5
+        self.marker = min(0.009 * self.framing.size, 0.16 * mean)
+
+    def draw(self, at: float, *, fades: bool = False) -> "Figure":
+        """Draw a moment, in frames, in the place of the former one.
+
+        Args:
+            fades: Whether springs that broke a short while ago fade out, as in a film.
+        """
+        self.figure.clear()
+        sheet = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        sheet.axis("off")
+        width, height = self.size
+        sheet.imshow(self._net(at, fades=fades), extent=(0, width, 0, height), aspect="auto")
+        sheet.set(xlim=(0, width), ylim=(0, height))
+        frames = np.arange(len(self.film.times))
+        self._annotate(sheet, float(np.interp(at, frames, self.film.times)))
+        return self.figure
+
+    def pixels(self, at: float) -> NDArray[np.uint8]:
+        """Return a moment of a film as pixels, shape (height, width, 3)."""
+        self.draw(at, fades=True)
+        self._canvas.draw()
+        return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
+
+    def _net(self, at: float, *, fades: bool = False) -> NDArray[np.uint8]:
+        """Return the picture without what is written on it."""
+        from tissuec.view.player.raster import Raster
+
+        moment = Moment.of(self.film, at)
+        self.camera = self._following(at)
+        raster = Raster(self.size, rgb(palette.PAPER))
+        for soup in self._solid(moment):
+            self._rasterise(raster, soup, hides=True)
+        planes = (solid for solid in self.film.solids if solid.kind == "plane")
+        faint = [self._fading(moment)] if fades else []
+        for soup in (*faint, *(self._plane(moment, one) for one in planes)):
+            self._rasterise(raster, soup, hides=False)
+        return raster.pixels()
+
+    def _rasterise(self, raster: "Raster", soup: Soup, *, hides: bool) -> None:
+        depth = self.camera.distance - soup.corners[..., 2]
+        ahead = (depth > 0.02 * self.camera.distance).all(axis=1)
+        scale = self.size[1] / 2.0 / half_height(self.camera.aspect)
+        depth = depth[ahead][..., None]
+        flat = np.array(self.size) / 2.0 + scale * soup.corners[ahead, :, :2] / depth
+        corners = np.concatenate([flat, 1.0 / depth], axis=2)
+        raster.draw(corners, soup.colour[ahead], soup.opacity[ahead], hides=hides)
+
+    def _following(self, at: float) -> Camera:
+        """Return the camera, which follows where the film asks for that."""
+        if not self.framing.follows:
+            return self.home
+        frames = np.arange(len(self.film.times))
+        shift = [np.interp(at, frames, column) for column in self.framing.middle.T]
+        return replace(self.home, target=self.home.target + shift)
+
+    def _pixel(self, length: float) -> float:
+        """Return how many pixels a length [m] has at the target."""
+        seen = half_height(self.home.aspect) * self.home.distance
+        return length * self.size[1] / 2.0 / seen
+
+    def _solid(self, moment: Moment) -> Iterator[Soup]:
+        """Yield all that hides what is behind it."""
+        film, at = self.film, moment.at
+        outside = rgb(palette.SKIN)
+        if self.shows_springs:
+            outside = outside + _PALER * (rgb(palette.PAPER) - outside)
+        shown = is_there(film.skin.life, at) & ~(film.skin.smooth & bool(film.surfaces))
+        yield self._skin(smooth_mesh(moment.position, film.skin.triangles[shown]), outside)
+        for pieces in film.surfaces.values():
+            piece, position = surface_at(pieces, at)
+            yield self._skin(smooth_mesh(position, piece.triangles), outside)
+        for mesh, colour in (*self._tools(moment), *self._nodes(moment)):
+            yield self._body(mesh, rgb(colour), 0.25)
+        if self.forces:
+            yield self._body(self._arrows(moment), rgb(palette.SERIES[2]), 0.1)
+        if self.shows_springs:
+            yield self._springs(moment, is_there(film.lines.life, at), 1.0, 1.0)
+
+    def _body(self, mesh: Mesh, base: Floats, shine: float) -> Soup:
+        """Return triangles in the light."""
+        return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
+
+    def _skin(self, mesh: Mesh, outside: Floats) -> Soup:
+        """Return triangles in the light, of other colour inside."""
+        seen = self._into(mesh.corners)
+        normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
+        to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen[:, 0]
+        is_front = (normal * to_eye).sum(axis=1) > 0.0
+        base = np.where(is_front[:, None, None], outside, rgb(palette.LUMEN))
+        return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), 0.06)
+
+    def _shaded(self, mesh: Mesh, base: Floats, shine: float) -> Soup:
+        seen = self._into(mesh.corners)
+        normal = self._into(mesh.normals, direction=True)
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+        to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen
+        to_eye /= np.linalg.norm(to_eye, axis=-1, keepdims=True)
+        away = (normal * to_eye).sum(axis=-1, keepdims=True) < 0.0
+        colour = lit(base, np.where(away, -normal, normal), to_eye, shine)
+        return Soup(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
+
+    def _hazy(self, colour: Floats, seen: Floats, most: float) -> Floats:
+        """Return colours that are paler further away."""
+        size = self.framing.size
+        part = np.clip((-seen[..., 2:] / size + 0.25) / 1.15, 0.0, 1.0)
+        fog = most * part * part * (3.0 - 2.0 * part)
+        return colour + fog * (rgb(palette.PAPER) - colour)
+
+    def _into(self, points: NDArray, *, direction: bool = False) -> Floats:
+        """Return points, or directions, as the camera sees them, shape (…, 3)."""
+        return (points - (0.0 if direction else self.camera.target)) @ self.camera.axes.T
+
+    def _tools(self, moment: Moment) -> Iterator[tuple[Mesh, str]]:
+        """Yield tools and threads with their colours."""
+        for solid in self.film.solids:
+            first, second = moment.position[list(solid.points)]
+            if solid.kind == "opening":
+                axis = (second - first) / np.linalg.norm(second - first)
+                first, second = first - 0.3 * self.framing.size * axis, first
+            if solid.kind != "plane":
+                radius = np.array([solid.radius])
+                yield capsules(first[None], second[None], radius, sides=40), palette.STEEL
+        lines = self.film.lines
+        thread = is_there(lines.life, moment.at) & (lines.radius > 0.0)
+        first, second = (moment.position[ends] for ends in lines.ends[thread].T)
+        yield capsules(first, second, lines.radius[thread], sides=16), palette.SILK
+
+    def _nodes(self, moment: Moment) -> Iterator[tuple[Mesh, str]]:
+        """Yield nodes that are held, fixed ones as boxes, and those that nothing touches."""
+        film, size = self.film, self.marker
+        held = is_there(film.held.life, moment.at)
+        fixed = moment.position[film.held.of[held & film.fixed]]
+        yield boxes(fixed, 0.9 * size), palette.STEEL
+        for nodes, radius in (
+            (film.held.of[held & ~film.fixed], 1.5 * size),
+            (film.dots.of[is_there(film.dots.life, moment.at)], size),
+        ):
+            middle = moment.position[nodes]
+            radii = np.full(len(nodes), radius)
+            yield capsules(middle, middle, radii, sides=16), palette.STEEL
+
+    def _tips(self) -> Iterator[Floats]:
+        """Yield where arrows end in each frame [m], as far as the picture holds their nodes."""
+        low, high = self.framing.points.min(axis=0), self.framing.points.max(axis=0)
+        near = 1e-6 * self.framing.size
+        for row, force in enumerate(self.film.force):
+            foot = self.film.position[row, : self.film.node_count]
+            foot = foot - self.framing.middle[row] * self.framing.follows
+            held = ((foot >= low - near) & (foot <= high + near)).all(axis=1)
+            yield outermost(foot[held] + self._arrow(force[held]))
+
+    def _arrow(self, force: NDArray) -> Floats:
+        """Return the arrows of forces [N], shape (node, 3), as they are drawn [m]."""
+        most = LONGEST * (self.film.most_force or 1.0)
+        size = np.linalg.norm(force.astype(float), axis=1, keepdims=True)
+        return force * (self._reach * np.where(size > most, most / np.maximum(size, most), 1.0))
+
+    def _arrows(self, moment: Moment) -> Mesh:
+        arrow, thick = self._arrow(moment.force), 0.0022 * self.framing.size
+        seen = np.linalg.norm(arrow, axis=1) > SHORTEST * thick
+        return arrows(moment.position[: self.film.node_count][seen], arrow[seen], thick)
+
+    def _fading(self, moment: Moment) -> Soup:
+        """Return springs that broke a short while ago, without a colour that says something."""
+        life = self.film.lines.life
+        age = moment.at - life[:, 1]
+        return self._springs(
+            moment, (age >= 0.0) & (age < FADE), 0.6, 0.65 * (1.0 - age / FADE), is_whole=False
+        )
+
+    def _springs(
+        self,
+        moment: Moment,
+        there: Mask,
+        slim: float,
+        opacity: float | Floats,
+        *,
+        is_whole: bool = True,
+    ) -> Soup:
+        """Return springs as strips that face the eye; those that are pressed are dashed."""
+        lines = self.film.lines
+        chosen = np.flatnonzero(there & (lines.radius == 0.0) & self.shows_springs)
+        value, colour = self._coloured(moment, chosen)
+        if not is_whole:
+            value, colour = 0.0 * value, np.tile(rgb(palette.STEEL), (len(chosen), 1))
+        ends = self._into(moment.position[lines.ends[chosen]])
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        pressed = (value < -_PRESSED) & (self.colour != "law")
+        fine = min(1.0, 18.0 / np.sqrt(max(1, len(lines.ends))))
+        width = slim * 1.25 * (0.55 + fine) * min(max(self.size[0] / _USUAL, 0.6), 4.0)
+        wide = width * (1.0 if self.colour == "law" else 0.75 + 0.75 * np.abs(value))
+        which, strips = dashed(ends, np.where(pressed, length / self._dash, 0.0))
+        # Towards the eye, lest they sink into the skin.
+        away = np.array([0.0, 0.0, self.camera.distance]) - strips
+        distance = np.linalg.norm(away, axis=2, keepdims=True)
+        strips = strips + away / distance * self.framing.size * _NEARER
+        flat = strips[:, 1, :2] - strips[:, 0, :2]
+        flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
+        half = np.zeros_like(strips)
+        near = np.clip(self.camera.distance / distance[..., 0], 0.35, 2.0)
+        metres = near * np.asarray(wide * np.ones(len(value)))[which, None] / self._pixel(1.0)
+        metres *= distance[..., 0] / self.camera.distance
+        half[..., 0], half[..., 1] = -flat[:, 1:] * metres, flat[:, :1] * metres
+        a, b, c, d = (strips[:, 0] - half[:, 0], strips[:, 0] + half[:, 0],
+                      strips[:, 1] - half[:, 1], strips[:, 1] + half[:, 1])  # fmt: skip
+        corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
+        tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
+        alpha = np.broadcast_to(opacity, lines.tension.shape[1:])[chosen][which]
+        return Soup(corners, self._hazy(tint, corners, 0.62), np.tile(alpha, 2).astype(float))
+
+    def _coloured(self, moment: Moment, shown: Indices) -> tuple[Floats, Floats]:
+        """Return numbers from -1 to 1 and colours of some lines."""
+        if self.colour == "law":
+            table = np.array([rgb(text) for text in palette.SERIES])
+            law = self.film.lines.law[shown]
+            return np.zeros(len(law)), table[law % len(table)].reshape(-1, 3)
+        number = moment.tension if self.colour == "tension" else moment.strain
+        value = np.clip(number[shown] / (self._most[self.colour] or 1.0), -1.0, 1.0)
+        return value, ramp(palette.TENSION, value)
+
+    def _plane(self, moment: Moment, solid: Solid) -> Soup:
+        first, second = moment.position[list(solid.points)]
+        axis = (second - first) / np.linalg.norm(second - first)
+        points = self.framing.points
+        middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
+        foot = middle - axis * float((middle - first) @ axis)
+        right, up = across(axis)
+        a, b, c, d = (foot + self.framing.size * 0.7 * (right * x + up * y)
+                      for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))  # fmt: skip
+        seen = self._into(np.array([[a, b, c], [a, c, d]]))
+        colour = np.broadcast_to(rgb(palette.STEEL), seen.shape)
+        return Soup(seen, colour, np.full(2, 0.35))
+
+    def _annotate(self, sheet, time: float) -> None:
+        width, height = self.size
+        style = {"color": palette.INK, "va": "top", "fontsize": 11, "parse_math": False}
+        sheet.text(14, height - 12, self.title, weight="bold", **style)
+        size, unit = scaled(float(np.abs(self.film.times).max()), "s")
+        sheet.text(width - 14, height - 12, f"{time / size:.4g} {unit}", ha="right", **style)
+        length = near(110.0 / self._pixel(1.0))
+        long = self._pixel(length)
+        size, unit = scaled(length, "m")
+        sheet.plot([14, 14, 14 + long, 14 + long], [22, 15, 15, 22], color=palette.INK, lw=1)
+        sheet.text(22 + long, 11, f"{length / size:g} {unit}", color=palette.INK, fontsize=9)
+        if self.forces and self.film.most_force:
+            self._force_ruler(sheet)
+        if self.shows_springs:
+            self._legend(sheet, width)
+
+    def _force_ruler(self, sheet) -> None:
+        """Draw how long the arrow of a round force is."""
+        force = near(0.7 * self.film.most_force)
+        long, (size, unit) = self._pixel(force * self._reach), scaled(force, "N")
+        sheet.plot([14, 14 + long], [40, 40], color=palette.SERIES[2], lw=2)
+        sheet.plot([14 + long], [40], ">", color=palette.SERIES[2], markersize=6)
+        text, most = f"{force / size:g} {unit}", LONGEST * self.film.most_force
+        if max(float(np.linalg.norm(row, axis=1).max()) for row in self.film.force) > most:
+            text += f"; arrows end at {most / size:g} {unit}"
+        sheet.text(24 + long, 36, text, color=palette.INK, fontsize=9)
+
+    def _legend(self, sheet, width: int) -> None:
+        long, style = 160.0, {"color": palette.INK, "fontsize": 9, "parse_math": False}
+        left = width - 24 - long
+        if self.colour == "law":
+            laws = self.film.laws[:6]
+            left = max(14.0, width - 44 - _LETTER * max(long / _LETTER, *map(len, laws), 0))
+            for number, law in enumerate(laws):
+                y = 16 + 16 * number
+                sheet.plot([left, left + 22], [y, y], color=palette.SERIES[number % 7], lw=2)
+                sheet.text(left + 30, y, law, va="center", **style)
+            return
+        shades = ramp(palette.TENSION, np.linspace(-1.0, 1.0, 128))[None]
+        sheet.imshow(
+            shades, extent=(left, left + long, 28, 38), aspect="auto", interpolation="bilinear"
+        )
+        sheet.set(xlim=(0, self.size[0]), ylim=(0, self.size[1]))
+        most = self._most[self.colour]
+        size, unit = scaled(most, "N") if self.colour == "tension" else (0.01, "%")
+        for x, value in ((left, -most), (left + long / 2, 0.0), (left + long, most)):
+            text = f"{value / size + 0.0:g}".replace("-", "−")
+            sheet.text(x, 24, text, ha="center", va="top", **style)
+        sheet.text(
+            left + long / 2, 42, f"{self.colour} of springs [{unit}]", ha="center", **style
+        )

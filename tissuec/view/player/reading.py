@@ -1,0 +1,246 @@
+"""From a result file to what is drawn of it, frame by frame."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.errors import TissueError
+from tissuec.model.network import Floats, Indices
+from tissuec.results.surface_series import SurfaceSeries
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.film import Film, Lines, Piece, Skin, Solid
+from tissuec.view.player.lifetimes import (
+    Lives,
+    Mask,
+    Register,
+    Timeline,
+    lives,
+    sharpened_triangles,
+)
+from tissuec.view.player.options import Options
+from tissuec.view.player.thinning import (
+    Strands,
+    Thinning,
+    strands,
+    thin_triangles,
+    thinned,
+    whole,
+)
+
+FIX = "fix"
+
+
+def read_film(trajectory: Trajectory, options: Options) -> Film:
+    """Return what is drawn of a result.
+
+    Raises:
+        TissueError: It has no frame.
+    """
+    if not len(trajectory.times):
+        raise TissueError(_no_frames(trajectory))
+    chosen = choose_frames(trajectory.times, options)
+    timeline = Timeline(trajectory.times[chosen])
+    count, few = len(trajectory.nodes), options.nodes
+    thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
+    springs, triangles, faces, dots = _topologies(trajectory, timeline, chosen)
+    strand = strands(thin, trajectory.ends)
+    position, force = _vectors(trajectory, chosen, thin)
+    fixed, held = _held(trajectory, timeline, thin)
+    return Film(
+        times=timeline.times,
+        position=position,
+        force=force,
+        lines=_lines(trajectory, thin, strand, springs, _tensions(trajectory, chosen, strand)),
+        skin=_skin(trajectory, thin, triangles, faces),
+        dots=thin.nodes(dots),
+        held=held,
+        fixed=fixed,
+        solids=_solids(trajectory, len(thin.kept)),
+        surfaces={
+            name: _pieces(series, timeline, options)
+            for name, series in trajectory.surfaces.items()
+            if len(series)
+        },
+        laws=tuple(law.name for law in trajectory.network.laws),
+        recorded=(count, len(trajectory.springs)),
+    )
+
+
+def _no_frames(trajectory: Trajectory) -> str:
+    start = f'"{trajectory.path}" has no frames'
+    if not len(trajectory.nodes):
+        return f"{start}; write output {{ trajectory every 20 ms }} and run the scene again"
+    return f"{start} yet; run the scene to its end"
+
+
+def choose_frames(times: Floats, options: Options) -> Indices:
+    """Return the numbers of the frames that are shown; the first and the last always are."""
+    chosen = np.arange(len(times))
+    if options.every is not None:
+        steps = np.floor((times - times[0]) / options.every + 1e-9)
+        chosen = np.union1d(chosen[np.diff(steps, prepend=-1.0) > 0], chosen[-1:])
+    if options.frames is not None and options.frames < len(chosen):
+        places = np.linspace(0, len(chosen) - 1, max(2, options.frames))
+        chosen = chosen[np.round(places).astype(int)]
+    return chosen
+
+
+def _topologies(
+    trajectory: Trajectory, timeline: Timeline, chosen: Indices
+) -> tuple[Lives, NDArray[np.integer], Floats, Lives]:
+    """Return the lives of springs, triangles and theirs, and the lives of lonely nodes."""
+    nodes, count = len(trajectory.nodes), len(trajectory.springs)
+    register = Register(nodes, 3)
+    masks: list[tuple[float, Mask, Indices, Mask]] = []
+    for frame, part in enumerate(trajectory.parts[chosen]):
+        if frame and part == trajectory.parts[chosen[frame - 1]]:
+            continue
+        cells = trajectory.cells(int(chosen[frame]))
+        alive = _mask(np.searchsorted(trajectory.springs, cells.springs), count)
+        faces = register.numbers(cells.triangles)
+        masks.append((frame, alive, faces, _mask(cells.vertices[:, 0], nodes)))
+    faces = len(register.rows)
+    springs = timeline.sharpened(
+        lives(((frame, alive) for frame, alive, _, _ in masks), count),
+        trajectory.springs,
+        trajectory.events,
+    )
+    found = lives(((frame, _mask(there, faces)) for frame, _, there, _ in masks), faces)
+    life = sharpened_triangles(found.life, springs.life[:, 1])
+    dots = lives(((frame, lonely) for frame, _, _, lonely in masks), nodes)
+    return springs, register.rows[found.of], life, dots
+
+
+def _mask(numbers: Indices, count: int) -> Mask:
+    there = np.zeros(count, dtype=bool)
+    there[numbers] = True
+    return there
+
+
+def _vectors(
+    trajectory: Trajectory, chosen: Indices, thin: Thinning
+) -> tuple[NDArray, NDArray]:
+    """Return positions of nodes and of points of tools, and forces on nodes."""
+    tools, nodes = trajectory.tools, len(thin.kept)
+    points = nodes + (0 if tools is None else tools.shape[1])
+    position = np.empty((len(chosen), points, 3))
+    force = np.empty((len(chosen), nodes, 3), dtype=np.float32)
+    for row, frame in enumerate(chosen):
+        position[row, :nodes] = trajectory.position[frame][thin.kept]
+        force[row] = trajectory.force[frame][thin.kept]
+        if tools is not None:
+            position[row, nodes:] = tools[frame]
+    return position, force
+
+
+def _tensions(trajectory: Trajectory, chosen: Indices, strand: Strands) -> NDArray[np.float32]:
+    """Return the tension of each strand, or the last one known, shape (frame, strand)."""
+    tensions = np.zeros((len(chosen), len(strand.ends)), dtype=np.float32)
+    for row, frame in enumerate(chosen):
+        if row:
+            tensions[row] = tensions[row - 1]
+        value, springs = trajectory.spring_force(int(frame))
+        mean, there = strand.mean(value, springs)
+        tensions[row, there] = mean
+    return tensions
+
+
+def _lines(
+    trajectory: Trajectory,
+    thin: Thinning,
+    strand: Strands,
+    springs: Lives,
+    tension: NDArray[np.float32],
+) -> Lines:
+    found = strand.lives(springs)
+    network, first = trajectory.network, trajectory.springs[strand.first]
+    radius = np.zeros(network.spring_count)
+    for thread in network.threads.values():
+        radius[[*range(network.spring_count)[thread.pieces], thread.hold, thread.slip]] = (
+            thread.radius
+        )
+    return Lines(
+        ends=strand.ends[found.of],
+        life=found.life,
+        tension=tension[:, found.of] if len(found.of) != len(strand.ends) else tension,
+        rest=_rest(trajectory, thin, strand)[found.of],
+        law=network.law[first][found.of].astype(np.int64),
+        radius=radius[first][found.of],
+    )
+
+
+def _rest(trajectory: Trajectory, thin: Thinning, strand: Strands) -> Floats:
+    """Return rest lengths [m] that give lines the mean stretch of their springs as drawn."""
+    network = trajectory.network
+    rest = network.rest[trajectory.springs]
+    if thin.is_whole:
+        return rest
+    drawn = network.position[trajectory.nodes]
+    stretch = _lengths(drawn, trajectory.ends) / np.where(rest > 0.0, rest, np.inf)
+    mean, there = strand.mean(stretch, np.arange(len(rest)))
+    own = np.zeros(len(strand.ends))
+    own[there] = _lengths(drawn[thin.kept], strand.ends[there]) / np.where(
+        mean > 0.0, mean, np.inf
+    )
+    return own
+
+
+def _lengths(position: Floats, ends: Indices) -> Floats:
+    return np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1)
+
+
+def _skin(trajectory: Trajectory, thin: Thinning, triangles: Indices, life: Floats) -> Skin:
+    corners, first, life = thin_triangles(thin, triangles, life)
+    smooth = np.zeros(len(trajectory.nodes), dtype=bool)
+    for body in trajectory.network.bodies:
+        if body.name in trajectory.surfaces and len(trajectory.surfaces[body.name]):
+            inside = trajectory.nodes >= body.nodes.start
+            smooth |= inside & (trajectory.nodes < body.nodes.stop)
+    return Skin(corners, life, smooth[triangles[first, 0]])
+
+
+def _held(trajectory: Trajectory, timeline: Timeline, thin: Thinning) -> tuple[Mask, Lives]:
+    """Return the lives of nodes that are held, and whether by nobody that moves."""
+    fixed, gripped = (
+        thin.nodes(lives(_changes(trajectory, timeline, fixed=is_fixed), len(thin.place)))
+        for is_fixed in (True, False)
+    )
+    both = Lives(
+        np.concatenate([fixed.of, gripped.of]), np.concatenate([fixed.life, gripped.life])
+    )
+    return np.arange(len(both.of)) < len(fixed.of), both
+
+
+def _changes(
+    trajectory: Trajectory, timeline: Timeline, *, fixed: bool
+) -> Iterator[tuple[float, Mask]]:
+    holders: dict[str, Indices] = {}
+    for hold in trajectory.holds:
+        if (hold.holder == FIX) == fixed and hold.time <= timeline.times[-1]:
+            holders[hold.holder] = hold.nodes
+            held = np.unique(np.concatenate(list(holders.values())))
+            yield float(timeline.frame_of(hold.time)), np.isin(trajectory.nodes, held)
+
+
+def _solids(trajectory: Trajectory, nodes: int) -> tuple[Solid, ...]:
+    """Return the shapes of tools, whose points stand behind the nodes."""
+    if trajectory.tools is None:
+        return ()
+    shapes = [(tool, shape) for tool in trajectory.network.tools for shape in tool.shapes]
+    return tuple(
+        Solid(shape.kind, shape.radius, (nodes + 2 * number, nodes + 2 * number + 1), tool.name)
+        for number, (tool, shape) in enumerate(shapes)
+    )
+
+
+def _pieces(series: SurfaceSeries, timeline: Timeline, options: Options) -> list[Piece]:
+    """Return a smooth surface as pieces whose triangles stay the same."""
+    chosen = choose_frames(series.times, options)
+    found: list[Piece] = []
+    for part in np.unique(series.parts[chosen]):
+        own = chosen[series.parts[chosen] == part]
+        position = np.stack([series.position(int(frame)) for frame in own])
+        frames = timeline.frame_of(series.times[own])
+        found.append(Piece(frames, series.triangles(int(own[0])), position))
+    return found

@@ -1,0 +1,169 @@
+"""Plots: one kind a file; what is drawn of results, vocabularies and benches.
+
+A member is a ``Struct`` whose fields are its options, on the command line as in Python. None of
+them imports matplotlib or opens a file before something is drawn.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
+
+from msgspec.structs import fields
+
+from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.registry import Family
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tissuec.view.plots.page import Picture
+    from tissuec.view.plots.subjects import Subject
+
+
+class WrongOption(ValueError):
+    """A kind of plot has no such option."""
+
+
+class Plot(Protocol):
+    """What a member of ``PLOTS`` draws; its fields are its options.
+
+    Attributes:
+        takes: What it can be drawn of: "result", "words", "bench", "stress" or "laboratory".
+        several: Whether several of these can be laid over one another.
+    """
+
+    takes: ClassVar[str]
+    several: ClassVar[bool]
+
+    def picture(self, subjects: "Sequence[Subject]") -> "Picture":
+        """Return what is to be drawn, with all that it needs.
+
+        Raises:
+            TissueError: There is nothing to draw, or an option names what is not there.
+        """
+        ...
+
+
+PLOTS: Family[type[Plot]] = Family("tissuec.view.plots", "plot")
+#: What is drawn of a subject when nobody says what: the first that has the given options.
+USUAL = {
+    "result": ("overview", "logs", "paths", "frames", "energies", "errors"),
+    "words": ("words", "rules"),
+    "bench": ("work-precision",),
+    "stress": ("stability",),
+    "laboratory": ("stress-strain",),
+}
+
+
+def draw(
+    kind: str | None = None,
+    *given: Any,
+    size: tuple[float, float] | None = None,
+    title: str = "",
+    overrides: Sequence[str] = (),
+    libraries: Sequence[Path] = (),
+    strict: bool = False,
+    **options: Any,
+) -> "Figure":
+    """Return a figure of matplotlib, which notebooks show and ``savefig`` writes.
+
+    Args:
+        kind: A member of ``PLOTS``, such as "logs"; None: what suits the first of ``given``.
+        given: Names of files, vocabularies, open results, or what a bench found.
+        size: Width and height [mm]; chosen by the kind if not given.
+        title: Stands above all.
+        overrides: Texts of ``--set``, for what is given as a text.
+        libraries: Folders in which a text finds what it uses.
+        strict: Whether warnings about a text are errors.
+        options: Of the kind, such as ``log="force of forceps A"``.
+
+    Raises:
+        TissueError: A file, the kind or an option is wrong, or matplotlib is not installed.
+        CompileError: A text is wrong.
+        WrongOption: An option is none of the kind's.
+        ValueError: Nothing was given, or nothing that can be plotted.
+    """
+    from tissuec.view.plots.page import need_matplotlib, new_sheet
+    from tissuec.view.plots.subjects import opened
+
+    need_matplotlib()  # before all the work
+    if not given:
+        raise ValueError("name something to plot")
+    with opened(given, overrides=overrides, libraries=libraries, strict=strict) as subjects:
+        name = usual(subjects, options) if kind is None else kind
+        plot = make(name, options)
+        check(name, plot, subjects)
+        picture = plot.picture(subjects)
+        with new_sheet(*(size or (picture.width, picture.height))) as sheet:
+            picture.on(sheet)
+            if title:
+                sheet.figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+        figure: Any = sheet.figure
+        figure.kind = name
+        return figure
+
+
+def usual(subjects: "Sequence[Subject]", options: dict[str, Any]) -> str:
+    """Return the kind that suits subjects and has all of some options."""
+    taking = [name for name in PLOTS if PLOTS[name].takes == subjects[0].kind]
+    first = USUAL[subjects[0].kind]
+    ordered = [*first, *(name for name in taking if name not in first)]
+    for name in ordered:
+        known = set(cast(Any, PLOTS[name]).__struct_fields__)
+        if known >= set(options) and (PLOTS[name].several or len(subjects) == 1):
+            return name
+    return first[0]
+
+
+def make(kind: str, options: dict[str, Any]) -> Plot:
+    """Return a member with options; one value may stand for a list of one.
+
+    Raises:
+        TissueError: There is no such kind.
+        WrongOption: There is no such option of it.
+    """
+    if kind not in PLOTS:
+        raise TissueError(
+            f'there is no kind of plot called "{kind}"; '
+            + alternatives(kind, PLOTS, what="kinds")
+        )
+    member: Any = PLOTS[kind]
+    known = {field.name: field for field in fields(member)}
+    for name in options:
+        if name not in known:
+            hint = alternatives(name, known, what="its options") or "it has no options"
+            raise WrongOption(f'{kind} has no option "{name}"; {hint}')
+    listed = {name for name, field in known.items() if isinstance(field.default, tuple)}
+    return member(
+        **{
+            name: (value,) if name in listed and _is_one(value) else value
+            for name, value in options.items()
+        }
+    )
+
+
+def _is_one(value: Any) -> bool:
+    return isinstance(value, str | int | float)
+
+
+def check(kind: str, plot: Plot, subjects: "Sequence[Subject]") -> None:
+    """Make sure that a kind can be drawn of subjects.
+
+    Raises:
+        TissueError: It cannot, and what could.
+    """
+    from tissuec.view.plots.subjects import CALLED
+
+    for subject in subjects:
+        if subject.kind != plot.takes:
+            others = [name for name in PLOTS if PLOTS[name].takes == subject.kind]
+            raise TissueError(
+                f'"{subject.name}" is {CALLED[subject.kind]}, and {kind} is drawn of '
+                f"{CALLED[plot.takes]}; of this there is: {', '.join(others)}"
+            )
+    if len(subjects) > 1 and not plot.several:
+        together = [
+            name for name in PLOTS if PLOTS[name].several and PLOTS[name].takes == plot.takes
+        ]
+        hint = f"; laid over one another are: {', '.join(together)}" if together else ""
+        raise TissueError(f"{kind} is drawn of one file, not of {len(subjects)}{hint}")

@@ -1,0 +1,75 @@
+"""How well positions are known: what steps and the companion run say, what is allowed."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.errors import TissueError
+from tissuec.view.plots import PLOTS
+from tissuec.view.plots.curves import look, plain
+from tissuec.view.plots.frame_reader import largest_displacements
+from tissuec.view.plots.options import Start, Stop
+from tissuec.view.plots.over_time import Curve, Panel, Window, picture_of
+from tissuec.view.plots.page import Picture
+from tissuec.view.plots.subjects import Subject
+
+if TYPE_CHECKING:
+    from tissuec.results.trajectory import Log, Trajectory
+
+ESTIMATE, COMPANION = "estimated", "companion run"
+
+
+@PLOTS.member("errors")
+class Errors(Struct, frozen=True):
+    """The error of positions over time: estimated, by the companion run, and allowed."""
+
+    takes: ClassVar[str] = "result"
+    several: ClassVar[bool] = False
+
+    start: Start = None
+    stop: Stop = None
+
+    def picture(self, subjects: Sequence[Subject]) -> Picture:
+        return picture_of([self.panel(subjects[0].content)], subjects, heights=(1.7,))
+
+    def panel(self, trajectory: "Trajectory") -> Panel:
+        """Return the curves that the result has."""
+        held = {ESTIMATE: trajectory.errors, COMPANION: trajectory.companion}
+        curves = [
+            self._curve(name, log, number)
+            for number, (name, log) in enumerate(held.items())
+            if log is not None and len(log.time)
+        ]
+        if not curves:
+            raise TissueError(
+                f'"{trajectory.path}" holds no errors; they are written beside a trajectory: '
+                "write output { trajectory every 20 ms } into the scene and run it again"
+            )
+        if (allowed := self._allowed(trajectory)) is not None:
+            curves.append(allowed)
+        return Panel("error of positions", "m", curves, is_log=True)
+
+    def _curve(self, name: str, log: "Log", number: int) -> Curve:
+        rows = Window(self.start, self.stop).rows(log.time, f"the error {name}")
+        return Curve(name, log.time[rows], log.value[rows, 0], look(number))
+
+    def _allowed(self, trajectory: "Trajectory") -> Curve | None:
+        """Return what the tolerance allows; None where a fixed step promises nothing."""
+        from tissuec.engine.execution.companion import SMALLEST, USUAL
+
+        manifest = trajectory.manifest
+        if manifest.get("step") is not None or not len(trajectory.times):
+            return None
+        tolerance = float(manifest.get("tolerance") or USUAL)
+        reach = np.maximum(
+            largest_displacements(trajectory), SMALLEST * trajectory.network.extent
+        )
+        rows = Window(self.start, self.stop).rows(trajectory.times, "the trajectory")
+        return Curve(
+            f"allowed by {tolerance:g}",
+            trajectory.times[rows],
+            tolerance * reach[rows],
+            plain(1),
+        )

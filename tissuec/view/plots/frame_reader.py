@@ -1,0 +1,53 @@
+"""Positions over time, read a few frames at a time."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissuec.core.errors import TissueError
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from tissuec.results.trajectory import Trajectory
+
+_AT_ONCE = 1 << 18  # nodes: 6 MB
+
+
+def no_frames(trajectory: "Trajectory") -> TissueError:
+    """Return the error that a result holds no frames, and how a scene asks for them."""
+    return TissueError(
+        f'"{trajectory.path}" holds no frames; write output {{ trajectory every 20 ms }} '
+        "into the scene and run it again"
+    )
+
+
+def batches(trajectory: "Trajectory", frames: slice = slice(None)) -> Iterator[Floats]:
+    """Yield positions [m] in frames, shape (some frames, node, 3), until all were there."""
+    chosen = range(len(trajectory.times))[frames]
+    size = max(1, _AT_ONCE // max(1, len(trajectory.nodes)))
+    for first in range(0, len(chosen), size):
+        part = chosen[first : first + size]
+        yield np.asarray(trajectory.position[part.start : part.stop], dtype=float)
+
+
+def drawn(trajectory: "Trajectory") -> Floats:
+    """Return where the recorded nodes are drawn [m], shape (node, 3)."""
+    return trajectory.network.position[trajectory.nodes]
+
+
+def largest_displacements(trajectory: "Trajectory") -> Floats:
+    """Return the largest displacement of a recorded node so far [m], shape (frame,)."""
+    home = drawn(trajectory)
+    found = [
+        np.linalg.norm(position - home, axis=2).max(axis=1, initial=0.0)
+        for position in batches(trajectory)
+    ]
+    return np.maximum.accumulate(np.concatenate([np.zeros(0), *found]))
+
+
+def moved(trajectory: "Trajectory", rows: Indices, frames: slice) -> Floats:
+    """Return the displacements of some recorded nodes [m], shape (frame, node, 3)."""
+    home = drawn(trajectory)[rows]
+    found = [position[:, rows] - home for position in batches(trajectory, frames)]
+    return np.concatenate([np.zeros((0, len(rows), 3)), *found])

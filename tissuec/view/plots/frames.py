@@ -1,0 +1,385 @@
+"""The net at some moments, side by side and seen from the same place."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.errors import TissueError
+from tissuec.core.palette import INK
+from tissuec.core.units import TIME, show
+from tissuec.model.network import Floats, Indices
+from tissuec.view.plots import PLOTS, net
+from tissuec.view.plots.frame_reader import batches, drawn, no_frames
+from tissuec.view.plots.marks import SILENT, told
+from tissuec.view.plots.options import Direction, Option, read_time
+from tissuec.view.plots.origin import origin_of
+from tissuec.view.plots.over_time import say_unfinished
+from tissuec.view.plots.page import Picture, Sheet
+from tissuec.view.plots.projection import View, suiting
+from tissuec.view.plots.scale import Scale, scale_of
+from tissuec.view.plots.solid import Mask, seen_springs, solid_nodes
+from tissuec.view.plots.subjects import Subject
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
+
+    from tissuec.model.network import ToolPart
+    from tissuec.results.trajectory import Trajectory
+    from tissuec.scene.model import Tool
+
+WIDTH, TALLEST = 180.0, 150.0  # of a page [mm]
+TITLE, AROUND = 6.0, 16.0  # of each panel, and of the scale of colours [mm]
+USUAL = 4  # moments
+MOST = 24
+_MARGIN = 0.04  # of the larger side
+_BARS = (1.0, 2.0, 5.0)
+SHOWN = ("springs", "skin", "surface")
+
+
+class Moment(NamedTuple):
+    """A frame and what it is called."""
+
+    frame: int
+    title: str
+
+
+class Part(NamedTuple):
+    """A shape of a tool: rows of its ends in the frames, and its radius [m]."""
+
+    rows: tuple[int, int]
+    radius: float
+
+
+@PLOTS.member("frames")
+class Frames(Struct, frozen=True):
+    """The net at some moments: springs coloured by tension, or skins in the light.
+
+    Of solid bodies only the springs on the side that is looked at are drawn.
+
+    Attributes:
+        times: When [s]; some moments that differ, from the first to the last, if none is named.
+        view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
+        show: "springs", "skin", or "surface" for the smooth one that a scene asked for.
+    """
+
+    takes: ClassVar[str] = "result"
+    several: ClassVar[bool] = False
+
+    times: Annotated[
+        tuple[float, ...],
+        Option(
+            "The frame nearest to this time; may be repeated.", "TIME", read_time,
+            ("--time", "--times"),
+        ),
+    ] = ()  # fmt: skip
+    view: Direction = None
+    show: Annotated[str, Option(f"What is shown: {', '.join(SHOWN)}.", "|".join(SHOWN))] = (
+        "springs"
+    )
+
+    def picture(self, subjects: Sequence[Subject]) -> Picture:
+        subject = subjects[0]
+        trajectory: Trajectory = subject.content
+        if self.show not in SHOWN:
+            raise TissueError(f'"{self.show}" cannot be shown; there are: {", ".join(SHOWN)}')
+        if not len(trajectory.times):
+            raise no_frames(trajectory)
+        shown = Shown.of(self, trajectory)
+        columns, height = shown.layout()
+
+        def draw(sheet: Sheet) -> None:
+            shown.draw(sheet, columns)
+            say_unfinished(sheet, subjects)
+
+        return Picture(WIDTH, height, draw, shown.notes)
+
+
+def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[Moment]:
+    """Return frames by time; without times, some that are apart in time and in motion."""
+    known = trajectory.times
+    if times:
+        frames = [int(np.abs(known - wanted).argmin()) for wanted in times]
+    else:
+        frames = telling_frames(trajectory)
+    frames = sorted(set(frames))
+    if len(frames) > MOST:
+        raise TissueError(f"{len(frames)} moments are too many for a page; it holds {MOST}")
+    titles, before = [], -np.inf
+    for frame in frames:
+        between = [
+            event
+            for event in trajectory.events
+            if before < event.time <= known[frame]
+            and event.kind not in SILENT
+            and (event.time > 0.0 or known[frame] == 0.0)
+        ]
+        text = show(float(known[frame]), TIME)
+        titles.append(text + (f": {told(between)}" if between and known[frame] > 0.0 else ""))
+        before = known[frame]
+    return [Moment(frame, title) for frame, title in zip(frames, titles, strict=True)]
+
+
+def telling_frames(trajectory: "Trajectory") -> list[int]:
+    """Return some frames, evenly along the time and the way gone, which count alike."""
+    times, steps, last = trajectory.times, [np.zeros(1)], None
+    if len(times) < 2:
+        return [0]
+    for position in batches(trajectory):
+        whole = position if last is None else np.concatenate([last[None], position])
+        steps.append(np.linalg.norm(np.diff(whole, axis=0), axis=2).max(axis=1, initial=0.0))
+        last = position[-1]
+    way = np.cumsum(np.concatenate(steps))
+    along = (times - times[0]) / (times[-1] - times[0]) + (way / way[-1] if way[-1] else 0.0)
+    wanted = np.linspace(along[0], along[-1], USUAL)
+    return [int(np.abs(along - place).argmin()) for place in wanted]
+
+
+class Shown(Struct, frozen=True, eq=False):
+    """What is drawn of a run, read and laid out.
+
+    Attributes:
+        points: Of each moment, what is drawn [m], shape (point, 3).
+        box: From where to where it reaches on paper [m]: left, low, right, high.
+        norm: Of the tensions; None where none is shown.
+        solid: Which nodes belong to bodies of which only the outside is drawn, shape (node,).
+    """
+
+    trajectory: "Trajectory"
+    kind: str
+    moments: list[Moment]
+    view: View
+    points: list[Floats]
+    scale: Scale
+    box: tuple[float, float, float, float]
+    norm: "Normalize | None"
+    solid: Mask
+    tools: tuple[Part, ...]
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, plot: Frames, trajectory: "Trajectory") -> "Shown":
+        """Read what is to be drawn."""
+        chosen = moments(trajectory, plot.times)
+        own = trajectory.nodes < trajectory.network.body_nodes
+        view = View(*plot.view) if plot.view else suiting(drawn(trajectory)[own])
+        points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
+        tools, notes = _tools(trajectory)
+        norm = None
+        if plot.show == "surface":
+            points = [_surface(trajectory, m.frame)[0] for m in chosen]
+        elif plot.show == "skin":
+            if not any(len(trajectory.cells(m.frame).triangles) for m in chosen):
+                what = f'the bodies of "{trajectory.path}" have no skin'
+                raise TissueError(f"{what}; show springs")
+        else:
+            norm = net.tension_norm([trajectory.spring_force(m.frame)[0] for m in chosen])
+        parts = tools if plot.show != "surface" else ()
+        flat = np.concatenate([_reached(place, own, parts, view) for place in points])
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        margin = _MARGIN * float((high - low).max()) or 1e-3
+        box = (*(low - margin), *(high + margin))
+        scale = scale_of("m", [np.ptp(flat, axis=0).max()])
+        solid = solid_nodes(trajectory.network)[trajectory.nodes]
+        if plot.show == "springs" and solid.any():
+            notes = [*notes, "springs inside and behind solid bodies are not drawn"]
+        return cls(
+            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, tools,
+            tuple(notes),
+        )  # fmt: skip
+
+    def layout(self) -> tuple[int, float]:
+        """Return columns and the height of a page [mm] on which panels are large."""
+        left, low, right, high = self.box
+        shape, count = (high - low) / (right - left), len(self.moments)
+        best = (0.0, 1, 0.0)
+        for columns in range(1, count + 1):
+            rows = -(-count // columns)
+            width = WIDTH / columns
+            width = min(width, (TALLEST / rows - TITLE) / shape)
+            height = rows * (width * shape + TITLE) + (AROUND if self.norm else 4.0)
+            # Large, without empty places, and rather wide than tall.
+            full, flat = count / (rows * columns), min(1.0, 0.62 * WIDTH / height)
+            worth = width * full**0.5 * flat**1.5
+            best = max(best, (worth, columns, height))
+        return best[1], max(best[2], 45.0)
+
+    def draw(self, sheet: Sheet, columns: int) -> None:
+        rows = -(-len(self.moments) // columns)
+        grid = sheet.figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        panels = grid.ravel()
+        for axes, moment, points in zip(panels, self.moments, self.points, strict=False):
+            self._draw_moment(axes, moment, points)
+        for axes in panels[len(self.moments) :]:
+            axes.remove()
+        self._say_lengths(list(panels[: len(self.moments)]), columns)
+        if self.norm is not None:
+            _say_tensions(sheet, self.norm, self._tensions(), list(panels[: len(self.moments)]))
+
+    def _tensions(self) -> list[Floats]:
+        return [
+            self._springs(moment, points)[0]
+            for moment, points in zip(self.moments, self.points, strict=True)
+        ]
+
+    def _springs(self, moment: Moment, points: Floats) -> tuple[Floats, Indices]:
+        """Return the tensions [N] of the springs that are drawn, and their rows."""
+        tension, rows = self.trajectory.spring_force(moment.frame)
+        triangles = self.trajectory.cells(moment.frame).triangles
+        ends = self.trajectory.ends[rows]
+        seen = seen_springs(ends, self.solid, points, triangles, self.view)
+        return tension[seen], rows[seen]
+
+    def _draw_moment(self, axes: "Axes", moment: Moment, points: Floats) -> None:
+        place, view, run = self.scale.of(points), self.view, self.trajectory
+        cells = run.cells(moment.frame)
+        if self.kind == "surface":
+            _, triangles = _surface(run, moment.frame)
+            net.draw_skin(axes, place, triangles, view, rims=False)
+        elif self.kind == "skin":
+            net.draw_skin(axes, place, cells.triangles, view, rims=True)
+        else:
+            tension, rows = self._springs(moment, points)
+            wide = net.thread_springs(run.network)[run.springs[rows]]
+            net.draw_springs(
+                axes, place[run.ends[rows]], view, tension=tension, norm=self.norm,
+                width=np.where(wide, 2.4, _line_width(len(rows))),
+            )  # fmt: skip
+        if self.kind != "surface":
+            own = run.nodes[cells.vertices[:, 0]] < run.network.body_nodes
+            net.draw_nodes(axes, place[cells.vertices[own, 0]], view)
+            for part in self.tools:
+                radius = part.radius * self.scale.factor
+                net.draw_tool(axes, place[list(part.rows)], radius, view)
+        left, low, right, high = self.scale.of(self.box)
+        axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+        axes.set_title(moment.title, fontsize=8.5)
+
+    def _say_lengths(self, panels: Sequence["Axes"], columns: int) -> None:
+        """Label the axes, or where they are none of space draw a bar of known length."""
+        names = self.view.axes
+        for number, axes in enumerate(panels):
+            axes.grid(visible=False)
+            if names is None:
+                axes.axis("off")
+                continue
+            axes.locator_params(nbins=5)
+            if number % columns == 0:
+                axes.set_ylabel(self.scale.label(names[1]))
+            if number + columns >= len(panels):
+                axes.set_xlabel(self.scale.label(names[0]))
+                axes.tick_params(labelbottom=True)
+        if names is None:
+            _draw_bar(panels[-1], self.scale, self.box)
+
+
+def _reached(
+    place: Floats, own: NDArray[np.bool_], tools: Sequence[Part], view: View
+) -> Floats:
+    """Return what a moment must show on paper [m], shape (point, 2).
+
+    Of tools only what is round: planes go on without end.
+    """
+    bodies = place if len(place) != len(own) else place[own]
+    parts = [
+        view.flat(place[row]) + sign * tool.radius
+        for tool in tools
+        for row in tool.rows
+        for sign in (-1.0, 1.0)
+    ]
+    return np.concatenate([view.flat(bodies), *(part[None] for part in parts)])
+
+
+def _line_width(springs: int) -> float:
+    """Return the width of lines [pt]: thinner where there are many."""
+    return float(np.clip(0.9 * (1500.0 / max(springs, 1)) ** 0.35, 0.15, 1.2))
+
+
+def _draw_bar(axes: "Axes", scale: Scale, box: tuple[float, float, float, float]) -> None:
+    """Draw a bar of a round length below the right end of a panel."""
+    left, low, right, _ = scale.of(box)
+    wanted = 0.2 * (right - left)
+    power = 10.0 ** np.floor(np.log10(wanted))
+    length = power * max(step for step in _BARS if step * power <= wanted * (1 + 1e-9))
+    ends = right - length, right
+    (line,) = axes.plot(ends, [low, low], color=INK, linewidth=2.0, clip_on=False)
+    line.set_solid_capstyle("butt")
+    line.set_gid("bar")
+    axes.annotate(
+        f"{length:g} {scale.unit}", (sum(ends) / 2, low), xytext=(0, -3),
+        textcoords="offset points", ha="center", va="top", fontsize=7.5, annotation_clip=False,
+    )  # fmt: skip
+
+
+def _say_tensions(
+    sheet: Sheet, norm: "Normalize", tensions: list[Floats], panels: list["Axes"]
+) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    every = np.concatenate([np.zeros(0), *tensions])
+    if not len(every):
+        return
+    assert norm.vmax is not None
+    scale = scale_of("N", [norm.vmax])
+    top = float(scale.of(norm.vmax))
+    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
+        (bool(every.min() < -norm.vmax), bool(every.max() > norm.vmax)), "both"
+    )
+    colours: Any = ScalarMappable(Normalize(-top, top), net.tension_colours())
+    bar = sheet.figure.colorbar(
+        colours, ax=panels, location="bottom", shrink=0.5, aspect=40, pad=0.03, extend=beyond
+    )
+    bar.set_label(f"{scale.label('tension of the springs')}; negative: pressed")
+    bar.outline.set_visible(False)  # type: ignore[operator]
+
+
+def _surface(trajectory: "Trajectory", frame: int) -> tuple[Floats, Any]:
+    """Return points and triangles of all smooth surfaces at the time of a frame."""
+    if not trajectory.surfaces:
+        bodies = trajectory.network.bodies
+        raise TissueError(
+            f'"{trajectory.path}" holds no smooth surfaces; write output {{ surface of '
+            f"{bodies[0].name if bodies else 'BODY'} every 40 ms }} into the scene and run it "
+            "again, or show the skin"
+        )
+    points, triangles, count = [], [], 0
+    for series in trajectory.surfaces.values():
+        if len(series):
+            number = int(np.abs(series.times - trajectory.times[frame]).argmin())
+            points.append(np.asarray(series.position(number), dtype=float))
+            triangles.append(series.triangles(number) + count)
+            count += len(points[-1])
+    return np.concatenate(points), np.concatenate(triangles)
+
+
+def _tools(trajectory: "Trajectory") -> tuple[tuple[Part, ...], list[str]]:
+    """Return the shapes of the tools whose nodes are recorded."""
+    network = trajectory.network
+    behind = trajectory.nodes[trajectory.nodes >= network.body_nodes]
+    if not len(behind):
+        return (), []
+    try:
+        compiled = origin_of(trajectory)
+    except TissueError as error:
+        return (), [f"{error}; tools are not drawn"]
+    parts = []
+    for tool in compiled.network.tools:
+        declared = next(one for one in compiled.scene.tools.values() if one.name == tool.name)
+        parts += _parts(trajectory, tool, declared)
+    return tuple(parts), []
+
+
+def _parts(trajectory: "Trajectory", tool: "ToolPart", declared: "Tool") -> list[Part]:
+    """Return the shapes of a tool that have a radius, where they are recorded."""
+    found = []
+    for number, shape in enumerate(declared.shapes):
+        first = tool.nodes.start + 2 * number
+        rows = np.searchsorted(trajectory.nodes, [first, first + 1])
+        is_there = rows.max() < len(trajectory.nodes) and trajectory.nodes[rows[0]] == first
+        if shape.kind == "capsule" and is_there:
+            found.append(Part((int(rows[0]), int(rows[1])), shape.radius))
+    return found

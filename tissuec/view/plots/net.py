@@ -1,0 +1,142 @@
+"""Nets on paper: springs coloured by their tension, skins in the light of a lamp."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.palette import INK, LUMEN, SKIN, STEEL, TENSION
+from tissuec.model.network import Floats, Network
+from tissuec.view.plots.projection import View
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+
+LAMP = np.array([-0.35, -0.55, 0.76])
+RIM = "#5a2a22"
+PALEST = 0.3  # how much is seen of what is furthest away
+DEEP = 0.2  # of the largest side: a net that reaches so far back fades to the palest
+MANY = 20_000  # springs or triangles: vector files hold so many as a picture
+MOST = 99.0  # per cent of the tensions that the scale of colours spans
+
+
+def tension_colours() -> "Colormap":
+    """Return the colours from pressure over nothing to tension."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("tension", TENSION)
+
+
+def tension_norm(tensions: list[Floats]) -> "Normalize":
+    """Return a scale that most tensions [N] of all frames lie on, the same to either side."""
+    from matplotlib.colors import Normalize
+
+    every = np.abs(np.concatenate([np.zeros(0), *tensions]))
+    largest = float(np.percentile(every, MOST)) if len(every) else 0.0
+    largest = largest or float(every.max(initial=0.0)) or 1.0
+    return Normalize(-largest, largest)
+
+
+def draw_springs(
+    axes: "Axes",
+    ends: Floats,
+    view: View,
+    *,
+    tension: Floats | None = None,
+    norm: "Normalize | None" = None,
+    colour: str = INK,
+    width: float | Floats = 0.9,
+) -> Any:
+    """Draw springs, those further away first and paler.
+
+    Args:
+        ends: Of each spring, in what the axes are in, shape (spring, 2, 3).
+        tension: Of each spring [N]; without it all have one colour.
+        norm: Of the tensions.
+        width: Of the lines [pt], one or shape (spring,).
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import to_rgba
+
+    near = view.nearness(ends.mean(axis=1))
+    order = np.argsort(near, kind="stable")
+    depth = float(np.ptp(near)) if len(near) else 0.0
+    if tension is None or norm is None:
+        colours = np.tile(np.array(to_rgba(colour)), (len(ends), 1))
+    else:
+        colours = tension_colours()(norm(tension))
+    if depth > 0.0:
+        # A sheet that is hardly bent looks flat: what is far counts by the size of the net.
+        size = float(np.ptp(ends, axis=(0, 1)).max())
+        most = (1.0 - PALEST) * min(1.0, depth / (DEEP * size))
+        colours[:, 3] *= 1.0 - most * (near.max() - near) / depth
+    widths = np.broadcast_to(width, (len(ends),))[order]
+    flat = view.flat(ends)[order]
+    lines = LineCollection(list(flat), colors=colours[order], linewidths=widths)
+    lines.set_capstyle("round")
+    lines.set_rasterized(len(ends) > MANY)
+    return axes.add_collection(lines)
+
+
+def draw_skin(
+    axes: "Axes", position: Floats, triangles: NDArray[np.integer], view: View, *, rims: bool
+) -> Any:
+    """Draw triangles in the light of a lamp, those further away first.
+
+    Args:
+        position: In what the axes are in, shape (point, 3).
+        rims: Whether the edges are drawn.
+    """
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgb
+
+    corners = position[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    order = np.argsort(view.nearness(corners.mean(axis=1)), kind="stable")
+    outside = (normal @ view.towards > 0.0)[order]
+    light = (0.3 + 0.7 * np.abs(normal @ LAMP) ** 1.5)[order, None]
+    tones = np.where(outside[:, None], to_rgb(SKIN), to_rgb(LUMEN))
+    colours = np.clip(light * tones, 0.0, 1.0)
+    flat = view.flat(corners)[order]
+    edges = RIM if rims else colours
+    skin = PolyCollection(list(flat), facecolors=colours, edgecolors=edges, linewidths=0.35)
+    skin.set_rasterized(len(triangles) > MANY)
+    return axes.add_collection(skin)
+
+
+def draw_nodes(axes: "Axes", position: Floats, view: View, *, colour: str = INK) -> None:
+    """Draw nodes that have no spring, in what the axes are in, shape (node, 3)."""
+    if len(position):
+        x, y = view.flat(position).T
+        axes.plot(x, y, "o", color=colour, markersize=4, zorder=3)
+
+
+def draw_tool(axes: "Axes", points: Floats, radius: float, view: View) -> None:
+    """Draw all points within a radius of a line, in what the axes are in, shape (2, 3)."""
+    from matplotlib.patches import Polygon
+
+    (x0, y0), (x1, y1) = view.flat(points)
+    along = np.arctan2(y1 - y0, x1 - x0)
+    half = np.linspace(-np.pi / 2.0, np.pi / 2.0, 33)
+    caps = [
+        np.stack([x + radius * np.cos(turn), y + radius * np.sin(turn)], axis=-1)
+        for x, y, turn in ((x1, y1, along + half), (x0, y0, along + np.pi + half))
+    ]
+    outline = np.concatenate(caps)
+    axes.add_patch(
+        Polygon(outline, facecolor=STEEL, edgecolor=INK, alpha=0.45, linewidth=0.6, zorder=2)
+    )
+
+
+def thread_springs(network: Network) -> NDArray[np.bool_]:
+    """Return which springs belong to bodies that are chains: threads and slings, (spring,)."""
+    chains = np.zeros(network.spring_count, dtype=bool)
+    for body in network.bodies:
+        ends = network.ends[body.springs] - body.nodes.start
+        count = body.nodes.stop - body.nodes.start
+        pairs = np.unique(np.sort(ends, axis=1), axis=0)
+        degree = np.bincount(pairs.ravel(), minlength=count)
+        chains[body.springs] = count > 3 and len(pairs) >= count - 1 and degree.max() <= 2
+    return chains

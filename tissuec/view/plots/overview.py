@@ -1,0 +1,95 @@
+"""What a result has on one page: some frames, what was logged, and the energies."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from msgspec import Struct
+
+from tissuec.core.errors import TissueError, counted
+from tissuec.view.plots import PLOTS
+from tissuec.view.plots.energies import Energies
+from tissuec.view.plots.frames import Frames
+from tissuec.view.plots.logs import Logs
+from tissuec.view.plots.options import Direction
+from tissuec.view.plots.over_time import WIDTH, picture_of
+from tissuec.view.plots.page import Picture, Sheet
+from tissuec.view.plots.subjects import Subject
+
+if TYPE_CHECKING:
+    from tissuec.results.trajectory import Trajectory
+
+MOST_LOGS = 4
+HEAD = 12.0  # [mm]
+
+
+@PLOTS.member("overview")
+class Overview(Struct, frozen=True):
+    """Some frames, what was logged and the energies of one run on one page.
+
+    Attributes:
+        view: As for frames.
+    """
+
+    takes: ClassVar[str] = "result"
+    several: ClassVar[bool] = False
+
+    view: Direction = None
+
+    def picture(self, subjects: Sequence[Subject]) -> Picture:
+        parts = self._parts(subjects)
+        if not parts:
+            raise TissueError(
+                f'"{subjects[0].content.path}" holds neither frames nor logs nor energies; '
+                "write output { trajectory every 20 ms } into the scene and run it again"
+            )
+
+        def draw(sheet: Sheet) -> None:
+            heights = [part.height for part in parts]
+            figures = sheet.figure.subfigures(
+                len(parts), 1, height_ratios=heights, squeeze=False
+            )
+            for figure, part in zip(figures[:, 0], parts, strict=True):
+                part.on(sheet.part(figure))
+            sheet.figure.suptitle(_head(subjects[0]), x=0.01, ha="left", fontsize=9)
+
+        return Picture(WIDTH, HEAD + sum(part.height for part in parts), draw)
+
+    def _parts(self, subjects: Sequence[Subject]) -> list[Picture]:
+        """Return the pictures of what the result has, from above."""
+        trajectory: Trajectory = subjects[0].content
+        parts, panels, notes = [], [], []
+        if len(trajectory.times):
+            parts.append(Frames(view=self.view).picture(subjects))
+        if any(len(log.time) for log in trajectory.logs.values()):
+            names = [name for name, log in trajectory.logs.items() if len(log.time)]
+            panels, notes = Logs(log=_telling(names)).panels(subjects)
+            if len(names) > MOST_LOGS:
+                left = counted(len(names) - MOST_LOGS, "log")
+                notes.append(f"{left} more: tissuec plot {trajectory.path} --kind logs")
+        heights = [0.9] * len(panels)
+        if trajectory.energies is not None and len(trajectory.energies.time):
+            panels += Energies().panels(subjects)[:1]
+            heights.append(1.1)
+        if panels:
+            parts.append(picture_of(panels, subjects, notes=notes, heights=heights))
+        return parts
+
+
+def _telling(names: Sequence[str]) -> tuple[str, ...]:
+    """Return a few logs, forces before others, in the order of the scene."""
+    forces = [name for name in names if name.startswith("force of ")]
+    chosen = [*forces, *(name for name in names if name not in forces)][:MOST_LOGS]
+    return tuple(name for name in names if name in chosen)
+
+
+def _head(subject: Subject) -> str:
+    """Return what a page is of: scene, size, method and outcome."""
+    trajectory: Any = subject.content
+    network, manifest = trajectory.network, trajectory.manifest
+    facts = [
+        f"{counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}",
+        str(manifest.get("method") or manifest.get("integrator") or ""),
+        *manifest.get("overrides", ()),
+        trajectory.outcome,
+    ]
+    return f"{subject.name}   ({'; '.join(fact for fact in facts if fact)})"

@@ -1,0 +1,238 @@
+"""Pages: figures of one style that need no screen, and the files that they become.
+
+The same figure makes the same bytes: vector files carry no date, and their marks no chance.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from msgspec import Struct, field
+
+from tissuec.core.errors import TissueError
+from tissuec.core.palette import GRID, INK, PAPER
+from tissuec.core.printable import printable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure, FigureBase
+
+MILLIMETRE = 1.0 / 25.4  # [inch]
+DPI = 150
+_DIGITS = 6  # of places, as parts of the page
+#: Formats by the endings of files, and what to leave out of each so that it does not change.
+FORMATS: dict[str, dict[str, Any]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None, "Creator": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#888888",
+    "axes.facecolor": PAPER,
+    "axes.grid": True,
+    "axes.labelcolor": INK,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 9,
+    "figure.facecolor": PAPER,
+    "font.family": "sans-serif",
+    "font.size": 8.5,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "mathtext.default": "regular",
+    "pdf.fonttype": 42,
+    "savefig.facecolor": PAPER,
+    "svg.hashsalt": "tissuec",
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+}
+
+
+class Sheet(Struct):
+    """A figure, or a part of one, that is drawn on.
+
+    Attributes:
+        figure: matplotlib's figure or subfigure.
+        notes: What there is to be said beside the picture.
+        later: What waits until the places of all axes are known.
+    """
+
+    figure: "FigureBase"
+    notes: list[str] = field(default_factory=list)
+    later: list[Callable[[], None]] = field(default_factory=list)
+
+    def part(self, figure: "FigureBase") -> "Sheet":
+        """Return a part of this sheet."""
+        return Sheet(figure, self.notes, self.later)
+
+    def note(self, text: str) -> None:
+        """Say something once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+
+class Picture(Struct, frozen=True):
+    """What is to be drawn, with all that it needs read already.
+
+    Attributes:
+        width, height: That suit it [mm].
+        draw: Draws it on a sheet.
+        notes: What there is to be said beside it.
+    """
+
+    width: float
+    height: float
+    draw: Callable[[Sheet], object]
+    notes: tuple[str, ...] = ()
+
+    def on(self, sheet: Sheet) -> None:
+        """Draw it, and say what there is to be said."""
+        self.draw(sheet)
+        for note in self.notes:
+            sheet.note(note)
+
+
+def need_matplotlib() -> None:
+    """Make sure that something can be drawn.
+
+    Raises:
+        TissueError: matplotlib is not installed.
+    """
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError as error:
+        raise TissueError(
+            'a plot needs matplotlib; pip install "tissuec[plot]" brings it'
+        ) from error
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in our style within the block, whatever a user has set; needs matplotlib."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        own: Any = matplotlib.rcParamsDefault | STYLE
+        matplotlib.rcParams.update(own)
+        yield
+
+
+@contextmanager
+def new_sheet(width: float, height: float) -> Iterator[Sheet]:
+    """Yield an empty sheet of a size [mm], and finish it behind the block.
+
+    Raises:
+        TissueError: matplotlib is not installed.
+    """
+    need_matplotlib()
+    with style():
+        size = (width * MILLIMETRE, height * MILLIMETRE)
+        figure = _page_class()(figsize=size, dpi=DPI, layout="constrained")
+        sheet = Sheet(figure)
+        yield sheet
+        _show_plainly(figure)
+        _lay_out(figure)
+        for finish in sheet.later:
+            finish()
+        _show_plainly(figure)
+        _lay_out(figure)  # with room for what was added
+        _keep_layout(figure)
+        figure.notes = tuple(sheet.notes)
+
+
+def _lay_out(figure: Any) -> None:
+    """Give the axes their places, without drawing what they hold."""
+    if figure.axes:
+        figure.get_layout_engine().execute(figure)
+
+
+def _show_plainly(figure: Any) -> None:
+    """Have names drawn as they are, "$" too; only numbers on logarithmic axes are formulas."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import LogFormatter
+
+    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis)]
+    numbers = {
+        label
+        for axis in axes
+        if isinstance(axis.get_major_formatter(), LogFormatter)
+        for label in axis.get_ticklabels(which="both")
+    }
+    for text in set(figure.findobj(Text)) - numbers:
+        text.set_parse_math(False)
+        text.set_text(printable(text.get_text()))
+
+
+def _keep_layout(figure: Any) -> None:
+    """Keep the places of axes for every format, rounded: the last bits of layout are chance."""
+    figure.set_layout_engine("none")
+    for part in figure.subfigs:
+        part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), _DIGITS))
+    for axes in figure.axes:
+        place = axes.get_position(original=True)
+        axes.set_position(np.round(place.bounds, _DIGITS))
+
+
+@cache
+def _page_class() -> type[Any]:
+    """Return a figure that keeps its style, and is shown by notebooks without pyplot."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    class Page(Figure):
+        """A figure of tissuec; ``notes`` holds what there is to be said beside it."""
+
+        notes: tuple[str, ...] = ()
+
+        def __init__(self, *args: Any, **keywords: Any):
+            super().__init__(*args, **keywords)
+            FigureCanvasAgg(self)
+
+        def savefig(self, fname: Any, **keywords: Any) -> None:
+            suffix = Path(fname).suffix.lower() if isinstance(fname, str | Path) else ""
+            suffix = f".{keywords['format']}" if keywords.get("format") else suffix
+            keywords.setdefault("metadata", FORMATS.get(suffix))
+            with style():
+                super().savefig(fname, **keywords)
+
+        def _repr_png_(self) -> bytes:
+            picture = BytesIO()
+            self.savefig(picture, format="png")
+            return picture.getvalue()
+
+    return Page
+
+
+def save(figure: "Figure", path: Path, *, dpi: float = DPI) -> None:
+    """Write a figure to a file, in the format that its suffix names.
+
+    Raises:
+        TissueError: There is no such format, or the file cannot be written.
+    """
+    check_suffix(path)
+    try:
+        figure.savefig(path, dpi=dpi)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise TissueError(f'cannot write "{path}": {reason}') from error
+
+
+def check_suffix(path: Path) -> None:
+    """Make sure that a file names a format that can be drawn.
+
+    Raises:
+        TissueError: It does not.
+    """
+    if path.suffix.lower() not in FORMATS:
+        ends = "has no ending" if not path.suffix else f"ends with {path.suffix}"
+        *others, last = FORMATS
+        raise TissueError(f'"{path}" {ends}; a picture ends with {", ".join(others)} or {last}')

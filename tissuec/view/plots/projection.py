@@ -1,0 +1,81 @@
+"""Who looks from where: points in space onto paper, without perspective."""
+
+from math import cos, radians, sin
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats
+
+FRONT = -90.0, 0.0  # azimuth and elevation [deg]
+ACROSS, ABOVE = 24.0, 20.0  # [deg]: aslant, so that depth is seen
+FLAT = 1e-9  # of the largest side: what is thinner has no depth
+LOW = 0.12  # of the other sides: what is lower is looked at from higher above
+_STRAIGHT = ((0.0, 0.0), FRONT, (-90.0, 90.0))  # along x, y and z
+
+
+class View(Struct, frozen=True):
+    """A direction of looking.
+
+    Attributes:
+        azimuth: Where who looks stands, around z: 0 at +x, 90 at +y [deg].
+        elevation: How far above the horizon [deg].
+    """
+
+    azimuth: float
+    elevation: float
+
+    @property
+    def towards(self) -> Floats:
+        """Return the direction from the scene to who looks, shape (3,)."""
+        a, e = radians(self.azimuth), radians(self.elevation)
+        return np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
+
+    @property
+    def right(self) -> Floats:
+        """Return what leads to the right on paper, shape (3,)."""
+        a = radians(self.azimuth)
+        return np.array([-sin(a), cos(a), 0.0])
+
+    @property
+    def up(self) -> Floats:
+        """Return what leads upwards on paper, shape (3,)."""
+        return np.cross(self.towards, self.right)
+
+    def flat(self, points: NDArray) -> Floats:
+        """Return points (…, 3) on paper, shape (…, 2)."""
+        return np.asarray(points @ np.stack([self.right, self.up], axis=-1))
+
+    def nearness(self, points: NDArray) -> Floats:
+        """Return how near points (…, 3) are to who looks, shape (…)."""
+        return np.asarray(points @ self.towards)
+
+    @property
+    def axes(self) -> tuple[str, str] | None:
+        """Return which axes of space lead right and up, such as ("x", "z"); None if none do.
+
+        One that leads the other way has a minus.
+        """
+        names = []
+        for direction in (self.right, self.up):
+            axis = int(np.abs(direction).argmax())
+            if abs(direction[axis]) < 1.0 - 1e-9:
+                return None
+            names.append("xyz"[axis] if direction[axis] > 0.0 else f"−{'xyz'[axis]}")
+        return names[0], names[1]
+
+
+def suiting(position: Floats) -> View:
+    """Return the view that shows a net well, as drawn [m], shape (node, 3).
+
+    Its longer side lies across the picture, a little turned; what is flat is seen from straight
+    before it.
+    """
+    wide, deep, high = sides = np.ptp(position, axis=0) if len(position) else np.zeros(3)
+    if not sides.any():
+        return View(*FRONT)
+    if sides.min() <= FLAT * sides.max():
+        return View(*_STRAIGHT[int(sides.argmin())])
+    azimuth = -90.0 - ACROSS if wide >= deep else -ACROSS
+    return View(azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE)

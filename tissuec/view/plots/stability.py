@@ -1,0 +1,96 @@
+"""The map of a stress test: what came of scenes at the ends of what can be written."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from msgspec import Struct
+
+from tissuec.core.errors import TissueError
+from tissuec.core.palette import INK
+from tissuec.view.plots import PLOTS
+from tissuec.view.plots.page import Picture, Sheet
+from tissuec.view.plots.subjects import Subject
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Kinds of verdicts: colour of the cell, and of the letters on it.
+COLOURS = {
+    "good": ("#4c9f70", INK), "energy": ("#a9d6b0", INK), "measured": ("#ffffff", INK),
+    "warned": ("#f2c14e", INK),
+    "refused": ("#f7e3a1", INK), "slow": ("#c8d3e0", INK), "none": ("#f2f2f2", "#777777"),
+    "wrong": ("#b03024", "#ffffff"), "crash": ("#000000", "#ffffff"),
+}  # fmt: skip
+UNKNOWN = ("#dddddd", INK)
+WIDTH, ROW, LINE, AROUND = 180.0, 5.0, 3.6, 24.0  # [mm]
+
+
+@PLOTS.member("stability")
+class Stability(Struct, frozen=True):
+    """The map of a stress test: a row for each scene, a column for each method."""
+
+    takes: ClassVar[str] = "stress"
+    several: ClassVar[bool] = False
+
+    def picture(self, subjects: Sequence[Subject]) -> Picture:
+        document = subjects[0].content
+        methods, verdicts = list(document["methods"]), list(document["verdicts"])
+        width = len(methods)
+        if not verdicts or not width or len(verdicts) % width:
+            raise TissueError(f'"{subjects[0].name}" holds no whole map')
+        rows = [verdicts[i : i + width] for i in range(0, len(verdicts), width)]
+
+        def draw(sheet: Sheet) -> None:
+            axes = sheet.figure.subplots()
+            _draw(axes, methods, rows, document.get("signs", {}))
+            _explain(sheet, verdicts, document.get("signs", {}))
+
+        kinds = {verdict["kind"] for verdict in verdicts}
+        return Picture(WIDTH, AROUND + ROW * len(rows) + LINE * len(kinds), draw)
+
+
+def _draw(
+    axes: "Axes",
+    methods: Sequence[str],
+    rows: Sequence[Sequence[Mapping[str, Any]]],
+    signs: Mapping[str, Sequence[str]],
+) -> None:
+    from matplotlib.patches import Rectangle
+
+    for place, row in enumerate(rows):
+        for column, verdict in enumerate(row):
+            kind = verdict["kind"]
+            back, letters = COLOURS.get(kind, UNKNOWN)
+            axes.add_patch(Rectangle((column + 0.02, place + 0.06), 0.96, 0.88, color=back))
+            error, sign = verdict.get("error"), signs.get(kind, (kind,))[0]
+            axes.text(
+                column + 0.5, place + 0.5, sign if error is None else f"{error:.0e}",
+                color=letters, ha="center", va="center_baseline", fontsize=6.5,
+            )  # fmt: skip
+    axes.grid(visible=False)
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
+    axes.set(xlim=(0, len(methods)), ylim=(len(rows), 0))
+    heads = [f"{row[0]['axis']} {row[0]['value']}" for row in rows]
+    axes.set_yticks([place + 0.5 for place in range(len(rows))], heads, fontsize=7)
+    axes.xaxis.tick_top()
+    places = [column + 0.5 for column in range(len(methods))]
+    axes.set_xticks(places, methods, rotation=35, ha="left", fontsize=7.5)
+
+
+def _explain(
+    sheet: Sheet, verdicts: Sequence[Mapping[str, Any]], signs: Mapping[str, Sequence[str]]
+) -> None:
+    """Say what the signs mean, and how often each stands there."""
+    from matplotlib.patches import Patch
+
+    counts = Counter(verdict["kind"] for verdict in verdicts)
+    order = [*COLOURS, *(kind for kind in counts if kind not in COLOURS)]
+    handles = []
+    for kind in order:
+        if counts[kind]:
+            sign, meaning = signs.get(kind, (kind, ""))
+            label = f"{sign} ({counts[kind]})" + (f": {meaning}" if meaning else "")
+            handles.append(Patch(color=COLOURS.get(kind, UNKNOWN)[0], label=label))
+    sheet.figure.legend(handles=handles, loc="outside lower left", fontsize=7)

@@ -1,0 +1,148 @@
+"""What there is to tell of one run, as values that the sections of the page share."""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from tissuec.compiler.prediction import Prediction, predict
+from tissuec.core.errors import counted
+from tissuec.results.info import summary
+from tissuec.results.promise import Promise
+from tissuec.results.recording import Event, Judged
+from tissuec.results.trajectory import Trajectory
+from tissuec.validate.summary import HEADINGS
+from tissuec.view.report.recompiled import Retelling, retell
+from tissuec.view.report.texts import Texts, file_name
+from tissuec.view.report.verdict import Kind, Tone, Verdict, kind_of
+
+#: Verdicts of a validation that nobody has to be warned of.
+_FINE = ("kept", "nothing promised")
+_BAD = ("broken", "diverged")
+#: What an expectation can come to; ``Judged`` knows all but the last.
+State = Literal["holds", "fails", "not reached", "not recorded"]
+
+
+class Story:
+    """One run, from its result file alone.
+
+    Args:
+        validation: Plain data of ``tissuec validate``; None without one.
+        libraries: Folders of files that results do not keep, such as meshes.
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        *,
+        validation: Mapping[str, Any] | None = None,
+        retelling: Retelling | None = None,
+        libraries: Sequence[Path] = (),
+    ):
+        self.trajectory = trajectory
+        self.validation = validation
+        self.manifest = trajectory.manifest
+        self.retelling = retelling or retell(trajectory, libraries)
+        self.texts = Texts(
+            self.retelling.request.source.name,
+            trajectory.text,
+            self.manifest.get("sources", {}),
+        )
+
+    @property
+    def title(self) -> str:
+        """Return the name of the scene, without the folder that it lay in."""
+        return file_name(self.texts.scene)
+
+    @cached_property
+    def facts(self) -> Mapping[str, Any]:
+        """What ``tissuec info`` says."""
+        return summary(self.trajectory)
+
+    @cached_property
+    def kind(self) -> Kind:
+        """Whether the run came to its end."""
+        return kind_of(self.manifest)
+
+    @property
+    def statistics(self) -> Mapping[str, Any] | None:
+        """What the run cost; None of one that was killed."""
+        return self.manifest.get("statistics")
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What else is to be known of the run."""
+        return self.manifest.get("notes", ())
+
+    @property
+    def promise(self) -> Promise:
+        """Whether positions are as accurate as the tolerance asks for."""
+        return self.trajectory.promise
+
+    @property
+    def allowed(self) -> float:
+        """What the tolerance allows, infinite where nothing is promised."""
+        return self.promise.tolerance
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Everything that happened."""
+        return self.trajectory.events
+
+    @cached_property
+    def prediction(self) -> Prediction | None:
+        """What ``explain --plan`` says; None where the scene cannot be compiled again."""
+        compiled = self.retelling.compiled
+        return None if compiled is None else predict(compiled)
+
+    @cached_property
+    def expectations(self) -> tuple[Judged, ...]:
+        """All expectations, as far as they are known."""
+        if known := self.trajectory.expectations:
+            return known
+        compiled = self.retelling.compiled
+        spans = () if compiled is None else [one.span for one in compiled.plan.expectations]
+        counts = [self.manifest.get(f"{word}_expectations") for word in ("failed", "unreached")]
+        state: State = "holds" if counts == [0, 0] else "not recorded"
+        return tuple(Judged(span.one_line, span.place, state, None, "") for span in spans)
+
+    def count(self, state: State) -> int:
+        """Return how many expectations are in a state."""
+        return sum(one.state == state for one in self.expectations)
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """What a reader sees first."""
+        failed = self.count("fails")
+        if self.kind == "stopped":
+            return Verdict("bad", "could not go on", self._reasons)
+        if failed:
+            return Verdict("bad", "expectations fail", self._reasons)
+        if self.validation is not None and self.validation["verdict"] in _BAD:
+            heading = HEADINGS[self.validation["verdict"]]
+            return Verdict("bad", f"validated: {heading}", self._reasons)
+        if self.kind == "unfinished":
+            return Verdict("open", "unfinished", self._reasons)
+        word = "done, expectations hold" if self.count("holds") else "done"
+        tone: Tone = "warned" if self._reasons else "good"
+        return Verdict(tone, f"{word}, with warnings" if self._reasons else word, self._reasons)
+
+    @cached_property
+    def _reasons(self) -> tuple[tuple[str, str], ...]:
+        """What speaks against a run, each with the section that tells more."""
+        found: list[tuple[str, str]] = []
+        if self.kind != "done":
+            found.append((str(self.manifest["outcome"]), "run"))
+        if failed := self.count("fails"):
+            found.append((f"{counted(failed, 'expectation')} failed", "expectations"))
+        if self.validation is not None and self.validation["verdict"] not in _FINE:
+            verdict = HEADINGS[self.validation["verdict"]]
+            found.append((f"validation: {verdict}", "validation"))
+        if self.promise.since is not None:
+            found.append((f"promised accuracy: {self.promise}", "exactness"))
+        if self.notes:
+            found.append((counted(len(self.notes), "note"), "run"))
+        if self.retelling.warnings:
+            number = counted(len(self.retelling.warnings), "warning")
+            found.append((f"{number} of the text", "warnings"))
+        return tuple(found)

@@ -1,0 +1,112 @@
+"""The page about a run: one HTML document that needs nothing beside it."""
+
+from pathlib import Path
+
+from tissuec import __version__
+from tissuec.core import palette
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Html, element, link
+from tissuec.view.report.sections import (
+    Section,
+    again,
+    curves,
+    events,
+    expectations,
+    listing,
+    manifest,
+    motion,
+    plan,
+    run,
+    tissues,
+    validation,
+    warnings,
+)
+from tissuec.view.report.sections.head import head
+
+_HERE = Path(__file__).parent
+#: The page, and the player in it, may ask for nothing that is not in it.
+_ALONE = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+)
+#: The names that the style sheet has for the colours of all pictures: on paper, in the dark.
+_COLOURS = {
+    "ink": (palette.INK, palette.INK_DARK),
+    "grid": (palette.GRID, palette.GRID_DARK),
+    "paper": (palette.PAPER, palette.PAPER_DARK),
+    "blue": (palette.SERIES[0], palette.SERIES[4]),
+    "good": (palette.SERIES[2], palette.SERIES[2]),
+    "bad": (palette.SERIES[1], palette.SERIES[1]),
+    "warned": (palette.SERIES[5], palette.SERIES[5]),
+    "open": (palette.SERIES[6], palette.TENSION[2]),
+    "silk": (palette.SILK, palette.SERIES[3]),
+}
+
+
+def render(story: Story) -> str:
+    """Return the whole HTML document."""
+    parts = _sections(story)
+    main = element("main", head(story), [part.write() for part in parts])
+    page = element(
+        "html",
+        element(
+            "head",
+            element("meta", charset="utf-8"),
+            element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+            element("meta", name="color-scheme", content="light dark"),
+            element("meta", http_equiv="Content-Security-Policy", content=_ALONE),
+            element("title", f"{story.title}: {story.verdict.word}"),
+            element("style", Html(_colours() + _file("report.css"))),
+        ),
+        element(
+            "body",
+            element("div", _contents(parts), main, class_="page"),
+            _foot(),
+            element("script", Html(_file("report.js"))),
+        ),
+        lang="en",
+    )
+    return f"<!doctype html>\n{page}\n"
+
+
+def _sections(story: Story) -> list[Section]:
+    every: list[Section | None] = [
+        motion.section(story),
+        expectations.section(story),
+        curves.section(story),
+        events.section(story),
+        tissues.section(story),
+        plan.section(story),
+        run.run(story),
+        run.exactness(story),
+        validation.section(story),
+        warnings.section(story),
+        listing.section(story),  # behind all that leads to its lines
+        again.section(story),
+        manifest.section(story),
+    ]
+    return [section for section in every if section is not None]
+
+
+def _contents(parts: list[Section]) -> Html:
+    items = [element("li", link(part.key, part.title)) for part in parts]
+    return element("nav", element("ol", items), aria_label="Contents")
+
+
+def _foot() -> Html:
+    return element("footer", element("p", f"Made by tissuec report {__version__}."))
+
+
+def _colours() -> str:
+    """Return the shared colours as custom properties, in the light and in the dark."""
+    light, dark = (
+        "".join(f"--{name}:{pair[place]};" for name, pair in _COLOURS.items())
+        for place in (0, 1)
+    )
+    return (
+        f":root{{color-scheme:light dark;{light}}}\n"
+        f"@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
+    )
+
+
+def _file(name: str) -> str:
+    return (_HERE / name).read_text(encoding="utf-8")

@@ -1,0 +1,124 @@
+"""The scene of a result, compiled once more from the texts that the file keeps."""
+
+from collections.abc import Iterator, Sequence
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec import __version__
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.source import Source
+from tissuec.lang.render import render
+from tissuec.model.network import Network
+from tissuec.pipeline import Request, compile_request, digests, read_words
+from tissuec.results.trajectory import Trajectory
+from tissuec.scene.imports import Kept
+from tissuec.scene.resolve import Words
+
+#: What makes a net the same one, but for its ``ends``.
+_ARRAYS = ("position", "mass", "stiffness", "damping", "rest", "strength", "crush")
+_ROUNDING = 1e-9  # relative: another machine may have other sines
+
+
+class Doubt(Struct, frozen=True):
+    """Something that is not, or may not be, as it was when the scene ran.
+
+    Attributes:
+        text: A sentence without its stop.
+        details: Messages that say why.
+    """
+
+    text: str
+    details: tuple[str, ...] = ()
+
+
+class Retelling(Struct, frozen=True, eq=False):
+    """What the texts of a result say today.
+
+    Attributes:
+        words: Params, vocabulary and tissues; None where they cannot be read.
+        compiled: The scene; None where it cannot be compiled, or is another net than the one
+            that ran.
+        warnings: Of the texts.
+    """
+
+    request: Request
+    words: Words | None
+    compiled: Compiled | None
+    warnings: tuple[Diagnostic, ...]
+    doubts: tuple[Doubt, ...]
+
+
+def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Retelling:
+    """Return what the texts of a result say, as far as that can be found out.
+
+    Args:
+        libraries: Folders in which files lie that are not kept, such as meshes; the folders of
+            the scene and of the result are searched too.
+    """
+    request, doubts = request_of(trajectory, libraries), list(_origins(trajectory))
+    words, compiled, warnings = None, None, ()
+    try:
+        words, warnings = read_words(request)
+        compiled, warnings = compile_request(request)
+    except CompileError as error:
+        what = "its texts cannot be read" if words is None else "the scene cannot be compiled"
+        doubts.append(Doubt(f"{what} again from what the file keeps", _messages(error)))
+    if compiled is not None:
+        differences = tuple(_differences(trajectory, compiled))
+        if differences:
+            what = "the texts give another net than the one that ran"
+            doubts.append(Doubt(what, differences))
+            compiled = None
+    return Retelling(request, words, compiled, warnings, tuple(doubts))
+
+
+def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Request:
+    """Return what a result was asked for, with its texts as it keeps them."""
+    manifest = trajectory.manifest
+    name = str(manifest.get("scene", trajectory.path.name))
+    return Request(
+        Source(name, trajectory.text, Path(name)),
+        tuple(manifest.get("overrides", ())),
+        (*libraries, trajectory.path.parent),
+        files=Kept(manifest.get("sources", {})),
+    )
+
+
+def _origins(trajectory: Trajectory) -> Iterator[Doubt]:
+    manifest = trajectory.manifest
+    if manifest.get("digest") != sha256(trajectory.text.encode()).hexdigest():
+        yield Doubt("the text has another digest than the one that was run")
+    version = manifest.get("versions", {}).get("tissuec")
+    if version != __version__:
+        yield Doubt(f"tissuec {version} ran the scene, and {__version__} reads its texts here")
+
+
+def _messages(error: CompileError) -> tuple[str, ...]:
+    return tuple(render(one) for one in error.diagnostics if one.severity == "error")
+
+
+def _differences(trajectory: Trajectory, compiled: Compiled) -> Iterator[str]:
+    """Yield why a net is not the one that ran."""
+    then, now = trajectory.manifest.get("files", {}), digests(compiled)
+    for name in sorted({*then, *now}):
+        if then.get(name) != now.get(name):
+            yield f'"{name}" is not the file that was read then'
+    for name in _other_arrays(trajectory.network, compiled.network):
+        yield f"{name} differs"
+
+
+def _other_arrays(then: Network, now: Network) -> Iterator[str]:
+    if not np.array_equal(then.ends, now.ends):
+        yield "ends"
+    for name in _ARRAYS:
+        one, other = getattr(then, name), getattr(now, name)
+        size = float(np.abs(one[np.isfinite(one)]).max(initial=0.0))
+        same = one.shape == other.shape and np.allclose(
+            one, other, rtol=_ROUNDING, atol=_ROUNDING * size, equal_nan=True
+        )
+        if not same:
+            yield name

@@ -1,0 +1,55 @@
+"""How to run the scene again."""
+
+from urllib.parse import quote
+
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, Html, element, html, pairs
+from tissuec.view.report.sections import Section
+from tissuec.view.report.texts import file_name
+from tissuec.view.summaries import run as wording
+
+LONGEST = 300_000  # characters of a text that can be saved from the page
+
+
+def section(story: Story) -> Section:
+    """Return the command line, the digest of the text, and the text to be saved."""
+    return Section("again", "Run it again", html((_commands(story), pairs(_facts(story)))))
+
+
+def _commands(story: Story) -> Html:
+    manifest = story.manifest
+    options = wording.set_options(manifest.get("overrides", ()), manifest.get("libraries", ()))
+    lines = [wording.command(story.texts.scene, options)]
+    if story.facts["can_resume"]:
+        lines.append(wording.command(story.texts.scene, options, resume=True))
+    texts = ("This command runs it again:", "and this one goes on where it stopped:")
+    return html(
+        [
+            (element("p", text), element("pre", element("code", line), class_="command"))
+            for text, line in zip(texts, lines, strict=False)
+        ]
+    )
+
+
+def _facts(story: Story) -> list[tuple[Content, Content]]:
+    used = [name for name in story.texts.texts if name != story.texts.scene]
+    facts: list[tuple[Content, Content]] = [
+        ("digest of the text", element("code", "SHA-256 ", story.manifest["digest"])),
+        ("the text itself", _save(story.texts.scene, story.trajectory.text)),
+    ]
+    if used:
+        saved = [element("li", _save(name, story.texts.texts[name])) for name in used]
+        facts.append(("texts that it uses", element("ul", saved)))
+    for name, digest in story.manifest.get("files", {}).items():
+        text = f"not kept in the result; SHA-256 {digest}"
+        facts.append((f"file {name}", element("code", text)))
+    return facts
+
+
+def _save(name: str, text: str) -> Html:
+    """Return a link under which a text can be saved, unless it would be half of the page."""
+    if len(text) > LONGEST:
+        python = element("code", "tissuec.load(…).sources")
+        return html((f"{file_name(name)} is too long for a page; ", python, " holds it"))
+    data = f"data:text/plain;charset=utf-8,{quote(text)}"
+    return element("a", f"save {file_name(name)}", href=data, download=file_name(name))

@@ -1,0 +1,49 @@
+"""What happened when."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from tissuec.core.errors import counted
+from tissuec.core.units import TIME, show
+from tissuec.results.export import table_rows
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, Html, element, folded, html, row, table
+from tissuec.view.report.sections import Section
+
+MOST = 2000  # rows; more make a page that no browser likes
+SHOWN = 8  # springs that are named without being asked for
+NAMED = 400  # springs of one event that are named at all
+
+
+def section(story: Story) -> Section:
+    """Return the table of events."""
+    _, *events = list[Any](table_rows(story.trajectory, "events"))
+    if not events:
+        return Section("events", "Events", element("p", "Nothing happened."))
+    rows = [_row(story, *event) for event in events[:MOST]]
+    heads = ("at", "event", "cause", "springs", "line")
+    body = table("Events in the order of time", heads, rows)
+    return Section("events", "Events", html((body, _rest(story, len(events)))))
+
+
+def _rest(story: Story, count: int) -> Html | None:
+    if count <= MOST:
+        return None
+    command = f'tissuec export "{story.trajectory.path.name}" events'
+    return element(
+        "p", f"{counted(count - MOST, 'more event')} follow: ", element("code", command)
+    )
+
+
+def _row(story: Story, time: float, kind: str, springs: str, cause: str, place: str) -> Html:
+    return row(
+        show(time, TIME, digits=6), element("b", kind), cause, _springs(springs.split()),
+        story.texts.link(place),
+    )  # fmt: skip
+
+
+def _springs(names: Sequence[str]) -> Content:
+    if len(names) <= SHOWN:
+        return " ".join(names)
+    rest = f" … and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return folded(counted(len(names), "spring"), element("p", " ".join(names[:NAMED]), rest))

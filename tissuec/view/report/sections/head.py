@@ -1,0 +1,140 @@
+"""Title, verdict, one sentence about the run, and its numbers at a glance."""
+
+from collections import Counter
+from collections.abc import Iterator
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from tissuec.core.errors import counted
+from tissuec.core.units import TIME, show
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, Html, element, html, link
+from tissuec.view.summaries import run as wording
+
+
+def head(story: Story) -> Html:
+    """Return what stands above all sections."""
+    about = story.manifest.get("about")
+    return element(
+        "header",
+        element("p", "Report of a run · ", story.trajectory.path.name, class_="kicker"),
+        element("h1", story.title),
+        element("p", about, class_="about") if about else None,
+        _verdict(story),
+        element("p", f"{'; '.join(sentence(story))}.", class_="summary"),
+        _tiles(story),
+        element("p", _made(story), class_="made"),
+        _doubts(story),
+    )
+
+
+def capital(text: str) -> str:
+    """Return a text that begins a sentence."""
+    return text[:1].upper() + text[1:]
+
+
+def _verdict(story: Story) -> Html:
+    verdict = story.verdict
+    sign = element("span", verdict.sign, aria_hidden="true")
+    reasons = [element("li", link(target, reason)) for reason, target in verdict.reasons]
+    return element(
+        "div",
+        element("p", sign, " ", capital(verdict.word)),
+        element("ul", reasons) if reasons else None,
+        class_=f"verdict {verdict.tone}",
+    )
+
+
+def sentence(story: Story) -> Iterator[str]:
+    """Yield the clauses of the sentence that sums a run up."""
+    net = story.facts["network"]
+    size = f"{counted(net['nodes'], 'node')} and {counted(net['springs'], 'spring')}"
+    yield f"{size} were simulated{_reached(story)}{_by(story.statistics)}"
+    springs: Counter[str] = Counter()
+    for event in story.events:
+        springs[event.kind] += len(event.springs)
+    yield from (f"{kind}: {counted(n, 'spring')}" for kind, n in springs.items() if n)
+    if story.expectations and story.kind == "done":
+        numbers = len(story.expectations), story.count("fails"), story.count("not reached")
+        if not story.count("not recorded"):
+            yield f"expectations: {wording.expectations(*numbers)}"
+    if story.promise.since is None and story.promise.error is not None:
+        yield f"accuracy: {wording.accuracy(story.promise, story.allowed)}"
+
+
+def _reached(story: Story) -> str:
+    duration = story.manifest.get("duration")
+    if duration is None:
+        return ""
+    if story.kind == "done":
+        return f" for {show(duration, TIME)}"
+    known = [story.trajectory.times, *(log.time for log in story.trajectory.logs.values())]
+    known.append(np.array([event.time for event in story.events]))
+    last = [float(times[-1]) for times in known if len(times)]
+    return f" until {show(max(last), TIME)} of {show(duration, TIME)}" if last else ""
+
+
+def _by(statistics: Any) -> str:
+    if statistics is None:
+        return ""
+    names = dict.fromkeys(one["method"] for one in statistics["changes"])
+    methods = " and ".join(names) or statistics["method"]
+    return f" by {methods} in {counted(statistics['accepted'], 'step')}"
+
+
+def _tiles(story: Story) -> Html:
+    tiles = [
+        element("div", element("dt", name), element("dd", value, element("small", unit)))
+        for name, value, unit in _numbers(story)
+    ]
+    return element("dl", tiles, class_="tiles")
+
+
+def _numbers(story: Story) -> Iterator[tuple[str, str, Content]]:
+    """Yield name, number, and what it is measured in or by."""
+    net, statistics = story.facts["network"], story.statistics
+    yield "nodes", f"{net['nodes']:,}", ""
+    yield "springs", f"{net['springs']:,}", ""
+    yield "frames", f"{story.facts['frames']['count']:,}", ""
+    if statistics is not None:
+        yield "steps", f"{statistics['accepted']:,}", ""
+    number, _, unit = show(story.manifest["wall_time"], TIME).partition(" ")
+    yield "computing", number, unit
+    if story.expectations:
+        yield "expectations", f"{story.count('holds')}", f"of {len(story.expectations)} hold"
+    if story.promise.error is not None:
+        allowed = story.manifest.get("tolerance")
+        promise = f"{allowed:g} allowed" if allowed else ""
+        yield "error", f"{story.promise.error:.1e}", promise
+
+
+def _made(story: Story) -> Html:
+    """Return when the scene was run, and with which versions."""
+    return html((_when(story), "; ", versions(story), "."))
+
+
+def versions(story: Story) -> str:
+    """Return what a run was made with."""
+    return ", ".join(f"{name} {one}" for name, one in story.manifest["versions"].items())
+
+
+def _when(story: Story) -> Content:
+    begun = story.manifest.get("begun")
+    if begun is None:
+        return "Run at a time that the file does not tell"
+    moment = datetime.fromisoformat(begun)
+    return "Run on ", element("time", f"{moment:%d %B %Y, %H:%M} UTC", datetime=begun)
+
+
+def _doubts(story: Story) -> Html | None:
+    doubts = story.retelling.doubts
+    if not doubts:
+        return None
+    items = [
+        element("li", f"{doubt.text}.", [element("pre", text) for text in doubt.details])
+        for doubt in doubts
+    ]
+    lead = element("p", "Where this page may differ from the run:")
+    return element("div", lead, element("ul", items), class_="doubts")

@@ -1,0 +1,39 @@
+"""All that the file says of its origin."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, element, folded, link, pairs
+from tissuec.view.report.sections import Section
+
+
+def section(story: Story) -> Section:
+    """Return the whole manifest, folded; texts as links to where they stand."""
+    entries = [(name, _shown(story, name, value)) for name, value in story.manifest.items()]
+    count = f"{len(entries)} entries"
+    return Section("manifest", "Manifest", folded(count, pairs(entries, "manifest")))
+
+
+def _shown(story: Story, name: str, value: Any) -> Content:
+    if name == "sources" and isinstance(value, Mapping):
+        links = [
+            element("li", link(story.texts.key(source), source))
+            for source in value
+            if source in story.texts.texts
+        ]
+        return element("ul", links) if links else "none"
+    return _nested(value)
+
+
+def _nested(value: Any) -> Content:
+    match value:
+        case Mapping() if value:
+            return pairs((str(key), _nested(one)) for key, one in value.items())
+        case list() if value:
+            return element("ol", [element("li", _nested(one)) for one in value])
+        case Mapping() | list() | None | "":
+            return "none"
+        case bool():
+            return "yes" if value else "no"
+    return str(value)

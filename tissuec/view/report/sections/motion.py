@@ -1,0 +1,45 @@
+"""The player, and for paper the net at some moments."""
+
+from tissuec.view.player.options import Options
+from tissuec.view.player.page import fragment
+from tissuec.view.report import pictures
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, Html, element, html
+from tissuec.view.report.sections import Section
+
+#: What the player brings along: positions of all frames, and nodes of one.
+MOST_POSITIONS, MOST_NODES = 400_000, 20_000
+FEWEST_FRAMES = 20
+
+
+def section(story: Story) -> Section:
+    """Return the motion, to be played."""
+    return Section("motion", "Motion", html(_body(story)))
+
+
+def _body(story: Story) -> Content:
+    frames, nodes = len(story.trajectory.times), len(story.trajectory.nodes)
+    if not frames or not nodes:
+        return element("p", "The run recorded no trajectory, so that there is nothing to play.")
+    options, less = chosen(frames, nodes)
+    label = f"the net of {story.title} at some moments"
+    return (
+        Html(fragment(story.trajectory, options)),
+        element("p", f"Shown are {less}.", class_="remark") if less else None,
+        None if pictures.lacking() else pictures.for_paper(story, "frames", label),
+    )
+
+
+def chosen(frames: int, nodes: int) -> tuple[Options, str]:
+    """Return what a page of some megabytes can show of a run, and what that leaves out."""
+    shown = min(nodes, MOST_NODES)
+    most = max(MOST_POSITIONS // shown, FEWEST_FRAMES)
+    left = [
+        f"{few} of {many} {what}"
+        for few, many, what in ((most, frames, "frames"), (shown, nodes, "nodes"))
+        if few < many
+    ]
+    options = Options(
+        frames=most if most < frames else None, nodes=shown if shown < nodes else None
+    )
+    return options, " and ".join(left)

@@ -1,0 +1,40 @@
+"""What the run was to do and what it left out, as ``tissuec explain --plan`` has it."""
+
+from tissuec.compiler.prediction import Prediction
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Html, element, html, listing, row, table
+from tissuec.view.report.sections import Section
+from tissuec.view.report.sections.head import capital
+from tissuec.view.summaries import plan as wording
+
+
+def section(story: Story) -> Section:
+    """Return the plan; what the file itself says of it where the scene cannot be compiled."""
+    plan = story.prediction
+    if plan is not None:
+        return Section("plan", "Plan", _plan(plan))
+    text = "Arrays and cost are not known, because the scene could not be compiled again."
+    skipped = story.manifest.get("plan", {}).get("skipped", [])
+    return Section("plan", "Plan", html((element("p", text), _skipped(skipped))))
+
+
+def _plan(plan: Prediction) -> Html:
+    arrays = table(
+        "Arrays of the net", ("array", "shape", "size"), [row(*a) for a in wording.arrays(plan)]
+    )
+    return html(
+        (
+            element("h3", f"Method: {plan.method}"),
+            listing(wording.method(plan)),
+            _skipped(plan.skipped),
+            element("h3", capital(wording.cost_title(plan))),
+            listing(wording.cost(plan)),
+            element("h3", "Arrays"),
+            arrays,
+        )
+    )
+
+
+def _skipped(skipped: "list[str] | tuple[str, ...]") -> Html:
+    nothing = element("p", "Nothing was left out.")
+    return html((element("h3", "Skipped"), listing(skipped) if skipped else nothing))

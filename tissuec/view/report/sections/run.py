@@ -1,0 +1,109 @@
+"""How the run went and how exact it is."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from tissuec.core.units import LENGTH, TIME, show
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, Html, element, html, listing, pairs, row, table
+from tissuec.view.report.sections import Section
+from tissuec.view.summaries import run as wording
+from tissuec.view.summaries.sizes import size
+
+
+def exactness(story: Story) -> Section:
+    """Return what is known of the error of the run."""
+    return Section("exactness", "Exactness", pairs(_exactness(story)))
+
+
+def _exactness(story: Story) -> Iterator[tuple[Content, Content]]:
+    manifest, errors = story.manifest, story.trajectory.errors
+    if manifest.get("tolerance") is not None:
+        text = f"{manifest['tolerance']:g} of the largest displacement so far"
+        yield "promised", text
+    elif manifest.get("step") is not None:
+        step = show(manifest["step"], TIME)
+        yield "promised", f"nothing: a fixed step of {step} was written"
+    if errors is not None and len(errors.value):
+        worst = show(float(errors.value.max()), LENGTH)
+        yield "estimate", f"{worst}, summed up from step to step"
+    yield "accuracy", wording.accuracy(story.promise, story.allowed)
+
+
+def run(story: Story) -> Section:
+    """Return how the run ended, and what it cost."""
+    parts = (
+        pairs(_facts(story)),
+        _changes(story.statistics),
+        (element("h3", "Notes"), listing(story.notes)) if story.notes else None,
+        _recorded(story),
+    )
+    return Section("run", "The run", html(parts))
+
+
+def _facts(story: Story) -> Iterator[tuple[Content, Content]]:
+    manifest, statistics = story.manifest, story.statistics
+    yield "outcome", manifest["outcome"]
+    yield "time of computing", show(manifest["wall_time"], TIME)
+    if statistics is None:
+        yield "statistics", "The file has none, because the run did not come to a close."
+        return
+    changes = [(one["time"], one["method"]) for one in statistics["changes"]]
+    yield "method", wording.methods(changes or [(0.0, statistics["method"])])
+    yield "steps", _steps(statistics)
+    yield "size of steps", _range(statistics)
+    yield "evaluations of the forces", f"{statistics['evaluations']:,}"
+    if statistics["factorisations"] or statistics["solutions"]:
+        both = f"{statistics['factorisations']:,} and {statistics['solutions']:,}"
+        yield "factorisations and solutions", both
+
+
+def _steps(statistics: Any) -> str:
+    rejected = f", {statistics['rejected']:,} rejected"
+    stalls = f", {statistics['stalls']:,} stalled" if statistics["stalls"] else ""
+    return f"{statistics['accepted']:,} ({statistics['tier']}){rejected}{stalls}"
+
+
+def _range(statistics: Any) -> str:
+    low, high = (show(statistics[name], TIME) for name in ("smallest", "largest"))
+    return low if low == high else f"{low} to {high}"
+
+
+def _changes(statistics: Any) -> Html | None:
+    """Return which method took over when, and why."""
+    if statistics is None or not statistics["changes"]:
+        return None
+    rows = [
+        row(show(one["time"], TIME), one["method"], one["reason"])
+        for one in statistics["changes"]
+    ]
+    return table("Methods in turn", ("from", "method", "because"), rows)
+
+
+def _recorded(story: Story) -> Html:
+    """Return what the file holds."""
+    facts = story.facts
+    frames = facts["frames"]
+    rows = [row("frames", f"{frames['count']:,}", f"{frames['nodes']:,} nodes", _span(frames))]
+    tables = {**facts["logs"], **({"energies": facts["energies"]} if facts["energies"] else {})}
+    rows += [
+        row(name, f"{log['rows']:,}", ", ".join(map(str, log["columns"][:8])), _span(log))
+        for name, log in tables.items()
+    ]
+    rows += [
+        row(f"surface of {name}", f"{one['count']:,}", one["kind"], _span(one))
+        for name, one in facts["surfaces"].items()
+    ]
+    heads = ("recorded", "rows", "of", "time")
+    return html(
+        (
+            element("h3", "What the file holds"),
+            table(f"Recorded in {size(facts['bytes'])}", heads, rows),
+        )
+    )
+
+
+def _span(one: Any) -> str:
+    if one["first_time"] is None:
+        return "–"
+    return f"{show(one['first_time'], TIME)} to {show(one['last_time'], TIME)}"

@@ -1,0 +1,87 @@
+"""Where every number comes from: params and tissues, as ``tissuec explain`` has them."""
+
+from collections.abc import Iterable
+
+from tissuec.compiler.provenance import SET, Reason, Row, tissue_rows, used_tissues
+from tissuec.scene.model import Tissue
+from tissuec.scene.resolve import Words
+from tissuec.view.report.content import Story
+from tissuec.view.report.markup import Content, Html, element, html, row, table
+from tissuec.view.report.sections import Section
+
+
+def section(story: Story) -> Section:
+    """Return params, and the table of each tissue that bodies are made of."""
+    words = story.retelling.words
+    if words is None:
+        text = (
+            "The texts of this run cannot be read by this version, so that this is not known."
+        )
+        return Section("numbers", "Where the numbers come from", element("p", text))
+    parts = [_params(story, words), *(_tissue(story, one) for one in used_tissues(words))]
+    known = [part for part in parts if part is not None]
+    body = html(known) if known else element("p", "The scene has neither params nor tissues.")
+    return Section("numbers", "Where the numbers come from", body)
+
+
+def _params(story: Story, words: Words) -> Html | None:
+    parameters = words.constants.parameters()
+    if not parameters:
+        return None
+    rows = [
+        row(
+            one.name,
+            str(one.value),
+            SET if one.overridden else "written",
+            story.texts.link(one.item.span.place),
+        )
+        for one in parameters
+    ]
+    heads = ("param", "value", "how", "line")
+    return html((element("h3", "Params"), table("Params of the scene", heads, rows)))
+
+
+def _tissue(story: Story, tissue: Tissue) -> Html:
+    heads = ("name", "value", "how", "because", "line")
+    rows = [line for one in tissue_rows(tissue) for line in _rows(story, one)]
+    missing = [
+        element("p", element("b", name), f": none: {reason}")
+        for name, reason in tissue.missing.items()
+    ]
+    return html(
+        (
+            element("h3", tissue.name, " ", story.texts.link(tissue.span.place)),
+            element("p", tissue.about) if tissue.about else None,
+            table(f"Entries of {tissue.name}", heads, rows, "tissue") if rows else None,
+            missing,
+        )
+    )
+
+
+def _rows(story: Story, entry: Row) -> Iterable[Html]:
+    """Yield an entry as one row for each of its reasons."""
+    first, *others = entry.reasons
+    span = len(entry.reasons) if others else None
+    cells = (
+        element("th", entry.name, scope="row", rowspan=span),
+        element("td", entry.value, rowspan=span),
+        element("td", _how(entry), rowspan=span),
+    )
+    yield element("tr", cells, _reason(story, first), class_=entry.kind)
+    for reason in others:
+        yield element("tr", _reason(story, reason), class_=entry.kind)
+
+
+def _how(entry: Row) -> str:
+    return f"stands for {entry.how}" if entry.kind == "property" else entry.how
+
+
+def _reason(story: Story, reason: Reason) -> Html:
+    bar: Content = None
+    if reason.degree is not None:
+        # The number stands beside it; the bar is for the eye.
+        width = f"width:{100.0 * min(max(reason.degree, 0.0), 1.0):.0f}%"
+        bar = element("span", element("i", style=width), class_="bar", aria_hidden="true")
+    facts = element("small", reason.facts) if reason.facts else None
+    because = element("td", bar, reason.said, " " if facts else None, facts)
+    return html((because, element("td", story.texts.link(reason.place))))

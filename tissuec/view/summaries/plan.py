@@ -1,0 +1,47 @@
+"""What a run will do, in lines."""
+
+from math import isfinite
+
+from tissuec.compiler.prediction import Prediction
+from tissuec.core.units import TIME, show
+from tissuec.view.summaries.sizes import size
+
+
+def arrays(plan: Prediction) -> list[tuple[str, str, str]]:
+    """Return name, shape and size of every array."""
+    return [
+        (name, " x ".join(map(str, array["shape"])), size(array["bytes"]))
+        for name, array in plan.arrays.items()
+    ]
+
+
+def method(plan: Prediction) -> list[str]:
+    """Return why the method was chosen, and what bounds its steps."""
+    facts = plan.facts
+    limited = isfinite(facts["limit"])
+    limit = f"up to {show(facts['limit'], TIME)}" if limited else "at any size"
+    return [
+        f"because {plan.reason}",
+        *plan.choices,
+        f"fastest motion {facts['omega']:.4g} rad/s, damping ratio {facts['zeta']:.3g}",
+        f"steps are stable {limit}",
+    ]
+
+
+def cost_title(plan: Prediction) -> str:
+    """Return what the lines of the cost are about."""
+    if isfinite(plan.steps):
+        return "cost, with steps at that limit (a tolerance may need smaller ones)"
+    return "cost"
+
+
+def cost(plan: Prediction) -> list[str]:
+    """Return the number of steps, their time, and the size of the file."""
+    file = f"result file of about {size(plan.bytes)} before compression"
+    if not isfinite(plan.steps):
+        return ["as many steps as the tolerance asks for", file]
+    return [
+        f"about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations",
+        f"about {show(plan.seconds, TIME, digits=2)} of stepping, once it is compiled",
+        file,
+    ]
